@@ -7,7 +7,6 @@ only. What it finds is not believed: every motion of the path is then proven or 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,28 +14,16 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
-from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH
+from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
+from planner.kinematics.manipulability import measured_tool
+from planner.native.tree_search import SearchSpace, tree_path
 from planner.refinement.shortcuts import straight_paths, subdivided
 from planner.roadmap.straight_motions import Motions
 from planner.sampling.informed_set import InformedSet
 from planner.sampling.ompl_planners import JointSpace, TreePlanners
 
-Planner = Callable[[TreePlanners, Floats, Floats, float, int], Floats | None]
-"""One of the planners of :class:`TreePlanners` that join starts and goals."""
-
-# tries, one after the other and again: the planner, its steps in ranges, motions that it may check
-_Tries = tuple[tuple[Planner, float, int], ...]
-_TRIES: _Tries = (
-    (TreePlanners.rrt_connect, 2.0, 300),
-    (TreePlanners.lazy_kpiece, 1.0, 5000),
-    (TreePlanners.lazy_kpiece, 0.5, 8000),
-    (TreePlanners.rrt_connect, 4.0, 5000),
-    (TreePlanners.lazy_kpiece, 2.0, 8000),
-    (TreePlanners.rrt_connect, 1.0, 10_000),
-)
-# where a short path is wanted, where a lazy planner would grow off what motions keep, and where joints wrap: LBKPIECE
-# sees states in a plane, OMPL has none for these, and one that Python computes takes ten times as long as the search
-_STRAIGHTER: _Tries = tuple((TreePlanners.rrt_connect, step, 10_000) for step in (2.0, 4.0, 1.0))
+# tries, one after the other and again: steps in ranges, motions that are looked at
+_TRIES = ((1.0, 10_000), (2.0, 10_000), (0.5, 20_000))
 _REPAIR_MOTIONS = 300
 _REPAIR_BOX = (0.3, 1.0)  # rad beyond the ends of a refused motion in which a detour is searched, one after the other
 # (rad, motions) of the boxes around a gap: there nine of ten gaps are bridged, by a tenth of the motions, shorter ones
@@ -85,19 +72,17 @@ class FirstPathSearch:
     def join(self, starts: Floats, goals: Floats) -> Floats | None:
         """A path (k, dof) of proven motions from a row of ``starts`` to a row of ``goals``; None if none was found.
 
-        Tries alternate between two planners, and between long and short steps: RRTConnect crosses open space sooner and
-        straighter, LBKPIECE leaves narrow passages, and so do short steps.
+        Tries alternate between long and short steps: short ones leave narrow passages.
         """
         if not len(starts) or not len(goals):
             return None
         end, sample = self._settings.motions, MOTION_IN_FIRST_PATH
         space = JointSpace.of(self._robot) if self._within is None else self._within.space
-        plain = self._within is None and not self._motions.keeps and not space.wrap.any()
-        for planner, factor, most in itertools.cycle(_TRIES if plain else _STRAIGHTER):
+        for factor, most in itertools.cycle(_TRIES):
             left = end - self.checked
             if left <= 0 or self._progress.stopped:
                 return None
-            found = self._search(space, starts, goals, factor * self._settings.range, sample, min(most, left), planner)
+            found = self._search(space, starts, goals, factor * self._settings.range, sample, min(most, left))
             if found is None:
                 continue
             path = self._prove(found)
@@ -135,15 +120,14 @@ class FirstPathSearch:
         return subdivided(self._robot, self._shorten(path), self._settings.range)
 
     def _search(
-        self,
-        space: JointSpace,
-        starts: Floats,
-        goals: Floats,
-        step: float,
-        sample: float,
-        limit: int,
-        planner: Planner = TreePlanners.rrt_connect,
+        self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
     ) -> Floats | None:
+        """A path of motions that look free; by OMPL's planner where motions keep something, as it projects states."""
+        self._progress(FIRST_PATH, self.checked, self._settings.motions)
+        if not self._motions.keeps:
+            path, looked_at = self._looked_for(space, starts, goals, step, sample, limit)
+            self.checked += max(looked_at, 1)  # a try that could not even begin counts, so that tries end
+            return path
         look, inside = self._motions.looks_free(sample), self._within and self._within.holds
 
         def check(first: Floats, delta: Floats) -> bool:
@@ -152,9 +136,18 @@ class FirstPathSearch:
             return look(first, delta)
 
         with TreePlanners(space, check, self._rng, self._progress, self._motions.keeps, inside) as planners:
-            path = planner(planners, starts, goals, self._motions.step(step), limit)
-        self.checked += max(planners.checked, 1)  # a try that could not even begin counts, so that tries end
+            path = planners.rrt_connect(starts, goals, self._motions.step(step), limit)
+        self.checked += max(planners.checked, 1)
         return path
+
+    def _looked_for(
+        self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
+    ) -> tuple[Floats | None, int]:
+        """What :func:`tree_path` finds in ``space``, and how many motions it looked at."""
+        bound, seed = self._motions.prover.checker.bound, int(self._rng.integers(2**63))
+        longest, tool = np.inf if self._within is None else self._within.longest, measured_tool(self._robot)
+        asked = SearchSpace(space.lower, space.upper, space.wrap, longest, tool, self._motions.floor, W_IN_GROWTH)
+        return tree_path(bound.native, bound.of_all, asked, starts, goals, step, sample, seed, limit)
 
     def _prove(self, path: Floats) -> Floats | None:
         """The path with every motion proven, refused ones replaced by a proven detour; None where there is none."""

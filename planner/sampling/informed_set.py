@@ -25,7 +25,7 @@ class InformedSet:
         """Of ``starts`` (s, dof) and ``goals`` (g, dof), one of each no farther apart than ``longest``."""
         self._robot, self._starts, self._goals = robot, starts, goals
         self._foci, self._wraps = (starts.tolist(), goals.tolist()), bool(robot.continuous.any())
-        self._longest = (1.0 + _ROUNDING) * longest
+        self.longest = (1.0 + _ROUNDING) * longest
         self.space = self._box()
 
     def holds(self, q: list[float]) -> bool:
@@ -35,10 +35,10 @@ class InformedSet:
             near = [np.linalg.norm(robot.difference(rows, np.array(q)), axis=1).min() for rows in ends]
         else:  # a tree asks at every step: a quarter of the time that arrays take
             near = [min([math.dist(q, row) for row in rows]) for rows in self._foci]
-        return near[0] + near[1] <= self._longest
+        return near[0] + near[1] <= self.longest
 
     def _box(self) -> JointSpace:
-        robot, longest = self._robot, self._longest
+        robot, longest = self._robot, self.longest
         if not math.isfinite(longest):
             return JointSpace.of(robot)
         apart = robot.difference(self._starts[:, None], self._goals[None])

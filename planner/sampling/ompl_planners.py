@@ -110,22 +110,11 @@ class TreePlanners:
 
         RRTConnect (Kuffner and LaValle 2000) with steps of ``step`` (rad).
         """
-        return self._path(og.RRTConnect, starts, goals, step, limit)
-
-    def lazy_kpiece(self, starts: Floats, goals: Floats, step: float, limit: int) -> Floats | None:
-        """As :meth:`rrt_connect`, by LBKPIECE (Sucan and Kavraki 2009).
-
-        It grows where few states are, seen in a plane, and checks motions only once they lie on a path: out of a narrow
-        passage it gets by a tenth of the checks, paths are longer.
-        """
-        return self._path(og.LBKPIECE1, starts, goals, step, limit)
-
-    def _path(self, kind: Any, starts: Floats, goals: Floats, step: float, limit: int) -> Floats | None:
         goal = ob.GoalStates(self._info)
         for q in goals:
             goal.addState(self._state(q))
         problem = self._problem(starts, goal)
-        planner = self._planner(kind, problem, step)
+        planner = self._planner(og.RRTConnect, problem, step)
         planner.solve(self._until(self.checked + limit))
         return self._configurations(problem.getSolutionPath()) if problem.hasExactSolution() else None
 

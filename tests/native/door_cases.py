@@ -38,6 +38,7 @@ from planner.native.motions import (
     ramp_quickest,
     stops_quickest,
 )
+from planner.native.tree_search import SearchSpace, tree_path
 from planner.trajectory.trajectory import pieces_through
 from tests.random_shapes import random_pose
 
@@ -267,6 +268,22 @@ def of_glances(rng: Rng, size: Size) -> list[Any]:
         looks.append(world.look(bounds_of(world), 2.0)(a, by))
         assert not looks[-1] or world.first_near(a + np.array([[0.5], [1.0]]) * by) == 2
     return [first, looks]
+
+
+def of_tree_paths(rng: Rng, size: Size) -> list[Any]:
+    chain, world = a_world(rng, size)
+    dof, found = size.joints, []
+    point, wraps = rng.normal(size=3), rng.random(dof) < 0.3
+    starts, goals = (rng.uniform(-2, 2, (count, dof)) for count in (1, 2))
+    for longest, floor, limit in ((np.inf, 0.0, 60), (np.inf, 1e-3, 60), (8.0, 0.0, 60), (np.inf, 0.0, 0)):
+        space = SearchSpace(np.full(dof, -2.5), np.full(dof, 2.5), wraps, longest, (dof, point, 3), floor, 0.2)
+        path, looked_at = tree_path(world, bounds_of(world), space, starts, goals, 0.7, 0.5, 5, limit)
+        assert 0 <= looked_at <= limit
+        if path is not None:
+            assert world.first_near(path[1:-1]) == len(path[1:-1])
+            assert floor == 0.0 or (chain.manipulability(path, dof, point, 3) >= floor).all()
+        found += [np.zeros(0) if path is None else path, looked_at]
+    return found
 
 
 def of_proofs(rng: Rng, size: Size) -> list[Any]:
@@ -598,8 +615,8 @@ def of_flows(rng: Rng, size: Size) -> list[Any]:
 CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
-        of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_proofs, of_proofs_in_time, of_chunks,
-        of_stops, of_gates, of_curves_of_chunks, of_choices, of_costs, of_motion_costs, of_curves, of_polynomials,
-        of_graphs, of_dynamics, of_flows,
+        of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_tree_paths, of_proofs,
+        of_proofs_in_time, of_chunks, of_stops, of_gates, of_curves_of_chunks, of_choices, of_costs, of_motion_costs,
+        of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
     )
 }  # fmt: skip

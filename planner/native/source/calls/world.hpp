@@ -4,6 +4,7 @@
 #include "../choices.hpp"
 #include "../glance.hpp"
 #include "../sharing.hpp"
+#include "../tree_search.hpp"
 #include "robot.hpp"
 
 namespace planner {
@@ -344,6 +345,34 @@ int glance_looks_free(Glance* glance, const double* reach, const double* body_re
         require(step > 0.0, "a step is longer than nothing");
         require(glance->fits(), "items and pairs come before the glance");
         return static_cast<int>(glance->looks_free(start, delta, reach, body_reach, step));
+    });
+}
+
+// A path of motions that look free from one of starts to one of goals, (., dof): its states, of which there are no more
+// than `limit` and two; how many, 0 where none was found, and in looked_at (1,) how many motions were looked at. `numbers`:
+// longest, floor, how far apart floor and clearance are looked at, step.
+int world_tree_path(const World* world, const double* reach, const double* body_reach, const double* lower,
+                    const double* upper, const uint8_t* wraps, int last, const double* point, int rows,
+                    const double* numbers, int start_count, const double* starts, int goal_count, const double* goals,
+                    int64_t seed, int limit, double* states, int64_t* looked_at) {
+    return answered([&] {
+        const int dof = world->chain.dof();
+        require_joint(world->chain, last);
+        require(rows >= 1 && rows <= 6, "a Jacobian has from one to six rows");
+        require(start_count >= 1 && goal_count >= 1, "there is no start or no goal");
+        require(limit >= 0, "the limit is below 0");
+        require(within(starts, static_cast<size_t>(start_count) * dof, farthest) &&
+                    within(goals, static_cast<size_t>(goal_count) * dof, farthest),
+                "a start or a goal is no finite number");
+        require(within(lower, dof, farthest) && within(upper, dof, farthest), "a limit is no finite number");
+        require(numbers[0] >= 0.0 && numbers[1] >= 0.0, "a length or a floor is below 0");
+        require(numbers[2] > 0.0 && numbers[3] > 0.0 && numbers[4] > 0.0, "a step is longer than nothing");
+        const SearchSpace space{lower, upper, wraps, numbers[0], numbers[1], numbers[2], last, rows, vec_at(point)};
+        TreeSearch search(*world, reach, body_reach, space, numbers[4], numbers[3], static_cast<uint64_t>(seed));
+        const std::vector<double> path = search.path(starts, start_count, goals, goal_count, limit);
+        std::copy(path.begin(), path.end(), states);
+        *looked_at = search.looked_at;
+        return static_cast<int>(path.size()) / dof;
     });
 }
 

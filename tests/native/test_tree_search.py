@@ -1,0 +1,116 @@
+"""The compiled search for a path by two trees: against the checks that Python asks, one motion at a time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.base.errors import ArrayError
+from planner.collision.checker import CollisionChecker
+from planner.kinematics.manipulability import manipulability, measured_tool
+from planner.native.tree_search import SearchSpace, tree_path
+from planner.problem.request import PlanRequest
+from planner.setup.open import make_query
+from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post
+
+STEP, APART = 0.4, 0.05
+
+
+def space_of(checker: CollisionChecker, longest: float = np.inf, floor: float = 0.0) -> SearchSpace:
+    robot = checker.robot
+    return SearchSpace(robot.lower, robot.upper, robot.continuous, longest, measured_tool(robot), floor, 0.1)
+
+
+def search(checker: CollisionChecker, starts: Any, goals: Any, seed: int = 0, limit: int = 20_000, **space: Any):
+    bound, asked = checker.bound, space_of(checker, **space)
+    ends = np.atleast_2d(starts), np.atleast_2d(goals)
+    return tree_path(bound.native, bound.of_all, asked, *ends, STEP, APART, seed, limit)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_every_motion_of_a_path_looks_free_and_is_a_step(seed: int) -> None:
+    query = make_query(PlanRequest("iiwa14", scene="window"))
+    path, looked_at = search(query.checker, query.starts, query.goals, seed)
+    assert path is not None
+    assert len(path) - 1 <= looked_at
+    np.testing.assert_array_equal(path[[0, -1]], [query.starts[0], query.goals[0]])
+    look, delta = query.checker.bound.look_along(APART), np.diff(path, axis=0)
+    assert np.linalg.norm(delta, axis=1).max() <= STEP * (1 + 1e-12)
+    assert all(look(q, d) for q, d in zip(path, delta, strict=False))
+    assert (path >= query.robot.lower).all()
+    assert (path <= query.robot.upper).all()
+
+
+def test_the_same_seed_is_the_same_path_and_another_is_not() -> None:
+    one, same, other = (search(make_post(), POST_START, POST_GOAL, seed)[0] for seed in (3, 3, 4))
+    assert one is not None
+    assert other is not None
+    np.testing.assert_array_equal(one, same)
+    assert not np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("limit", [0, 1, 7])
+def test_it_ends_on_a_count(limit: int) -> None:
+    path, looked_at = search(make_post(), POST_START, POST_GOAL, limit=limit)
+    assert path is None
+    assert looked_at == limit
+
+
+def test_it_joins_the_ends_that_can_be_joined() -> None:
+    starts = np.array([POST_START, POST_START + 0.01])
+    path, _ = search(make_post(), starts, np.array([POST_GOAL, starts[1]]))
+    assert path is not None
+    assert (starts == path[0]).all(axis=1).any()
+
+
+def test_no_state_is_farther_from_the_ends_than_was_asked() -> None:
+    checker = make_post()
+    free, _ = search(checker, POST_START, POST_GOAL)
+    assert free is not None
+
+    def around(path: np.ndarray) -> float:
+        return float((np.linalg.norm(path - POST_START, axis=1) + np.linalg.norm(path - POST_GOAL, axis=1)).max())
+
+    longest = 0.5 * (around(free) + float(np.linalg.norm(POST_GOAL - POST_START)))
+    found = [search(checker, POST_START, POST_GOAL, seed, longest=longest)[0] for seed in range(5)]
+    assert any(path is not None for path in found)
+    assert all(around(path) <= longest * (1 + 1e-12) for path in found if path is not None)
+    nearer = 0.99 * float(np.linalg.norm(POST_GOAL - POST_START))
+    assert search(checker, POST_START, POST_GOAL, limit=300, longest=nearer) == (None, 300)
+
+
+def test_manipulability_is_kept_above_the_floor() -> None:
+    query = make_query(PlanRequest("iiwa14", scene="shelf"))
+    floor = 0.5 * float(manipulability(query.robot, np.concatenate([query.starts, query.goals])).min())
+    path, _ = search(query.checker, query.starts, query.goals, floor=floor)
+    assert path is not None
+    assert (manipulability(query.robot, path) >= floor).all()
+    without, _ = search(query.checker, query.starts, query.goals)
+    assert without is not None
+    above = 1.01 * float(manipulability(query.robot, without).max())
+    assert search(query.checker, query.starts, query.goals, limit=500, floor=above)[0] is None
+
+
+def test_a_joint_that_wraps_goes_the_shorter_way() -> None:
+    robot, checker = load("kinova"), checker_of("kinova")
+    first, last = robot.home.copy(), robot.home.copy()
+    first[0], last[0] = 3.0, -3.0
+    found = [search(checker, first, last, seed)[0] for seed in range(3)]
+    for path in found:
+        assert path is not None
+        apart = robot.difference(path[:-1], path[1:])
+        assert np.linalg.norm(apart, axis=1).max() <= STEP * (1 + 1e-12)
+        assert (np.abs(path[:, robot.continuous]) <= np.pi).all()
+        look = checker.bound.look_along(APART)
+        assert all(look(q, d) for q, d in zip(path, apart, strict=False))
+
+
+def test_what_is_no_state_is_refused() -> None:
+    query = make_query(PlanRequest("iiwa14", scene="window"))
+    good = query.goals
+    for spoilt in (np.zeros((0, 7)), np.full((1, 7), np.nan), np.zeros((1, 6))):
+        for ends in ((spoilt, good), (good, spoilt)):
+            with pytest.raises(ArrayError):
+                search(query.checker, *ends)
