@@ -23,8 +23,12 @@ from tests.worlds import POST_START, load, make_post, post_roadmap, scene_of
 Q, OTHER = np.array([[-0.9, 1.2]]), np.array([[0.8, -1.1]])
 
 
+def around_the_post():
+    return post_roadmap(seed=1)  # in which nobody beyond the post sees POST_START
+
+
 def test_new_ends_become_linked_nodes():
-    old = post_roadmap()
+    old = around_the_post()
     new = attach(old, make_post(), Q, OTHER)
     n = len(old.nodes)
     assert new.starts.tolist() == [n]
@@ -43,7 +47,7 @@ def test_new_ends_become_linked_nodes():
 
 
 def test_links_go_to_the_nearest():
-    new = attach(post_roadmap(), make_post(), Q, Q)
+    new = attach(around_the_post(), make_post(), Q, Q)
     n = len(new.nodes) - 1
     linked = new.edges[new.edges[:, 1] == n, 0]
     apart = np.linalg.norm(new.nodes[:n] - Q, axis=1)
@@ -58,9 +62,9 @@ def shortest(roadmap):
 
 def test_the_straight_motion_from_start_to_goal_is_there_where_it_is_proven():
     goals = np.array([[-0.2, -1.9], [-0.6, 2.3]])
-    new = attach(post_roadmap(), make_post(), Q, goals)
+    new = attach(around_the_post(), make_post(), Q, goals)
     for goal in goals:
-        alone = attach(post_roadmap(), make_post(), Q, goal[None])
+        alone = attach(around_the_post(), make_post(), Q, goal[None])
         assert recheck(make_post(), Q[0], goal - Q[0]) is None
         np.testing.assert_allclose(shortest(alone), np.linalg.norm(goal - Q[0]), rtol=1e-9)
     np.testing.assert_allclose(shortest(new), np.linalg.norm(goals - Q, axis=1).min(), rtol=1e-9)
@@ -70,13 +74,13 @@ def test_ends_that_are_not_free_are_refused():
     touching = "start is in collision: 'link_2' and 'thing0' touch"
     for q, text in (([-0.5, 1.2], touching), ([9, 0], "outside its limits")):
         with pytest.raises(StateError, match=text):
-            attach(post_roadmap(), make_post(), np.array([q], dtype=float), OTHER)
+            attach(around_the_post(), make_post(), np.array([q], dtype=float), OTHER)
     with pytest.raises(StateError, match="goal has 3 joint values"):
-        attach(post_roadmap(), make_post(), Q, np.zeros((1, 3)))
+        attach(around_the_post(), make_post(), Q, np.zeros((1, 3)))
 
 
 def test_what_is_a_node_already_is_that_node():
-    old = post_roadmap()
+    old = around_the_post()
     new = attach(old, make_post(), old.nodes[[5]], old.nodes[[9]] + 1e-12)
     assert (new.starts.tolist(), new.goals.tolist()) == ([5], [9])
     np.testing.assert_array_equal(new.nodes[: len(old.nodes)], old.nodes)
@@ -85,20 +89,20 @@ def test_what_is_a_node_already_is_that_node():
 
 
 def test_the_same_ends_give_the_same_roadmap():
-    old = post_roadmap()
+    old = around_the_post()
     new = attach(old, make_post(), old.nodes[old.starts], old.nodes[old.goals])
     assert new.sha256 == old.sha256
     assert new.origin == old.origin
 
 
 def test_start_and_goal_may_be_one():
-    new = attach(post_roadmap(), make_post(), Q, Q)
+    new = attach(around_the_post(), make_post(), Q, Q)
     assert new.starts.tolist() == new.goals.tolist()
-    assert len(new.nodes) == len(post_roadmap().nodes) + 1
+    assert len(new.nodes) == len(around_the_post().nodes) + 1
 
 
 def test_the_scale_stays_and_the_measures_are_new():
-    old = post_roadmap()
+    old = around_the_post()
     new = attach(old, make_post(), Q, OTHER)
     assert new.scale == old.scale
     np.testing.assert_allclose(new.manipulability, manipulability(load("planar_2r"), new.nodes))
@@ -111,7 +115,7 @@ def test_the_scale_stays_and_the_measures_are_new():
 
 def test_an_end_that_cannot_be_linked_stays_alone():
     """Attached where a new obstacle shuts it in: no link is proven, so none is made."""
-    first = np.sort(post_roadmap().nodes[:, 0])
+    first = np.sort(around_the_post().nodes[:, 0])
     widest = int(np.argmax(np.diff(first)))
     angle = 0.5 * (first[widest] + first[widest + 1])  # no node's first link lies between the walls
     at = pose([0, 0, 0], [0, 0, angle])
@@ -119,13 +123,13 @@ def test_an_end_that_cannot_be_linked_stays_alone():
     q = np.array([[angle, 0.4]])
     shut = make_checker(load("planar_2r"), scene_of(*walls))
     few = GrowthSettings(join_motions=300)
-    new = attach(post_roadmap(), shut, POST_START[None], q, settings=few)
+    new = attach(around_the_post(), shut, POST_START[None], q, settings=few)
     assert not new.connected
-    assert len(new.edges) == len(post_roadmap().edges)
+    assert len(new.edges) == len(around_the_post().edges)
 
 
 def test_an_edge_that_was_not_proven_does_not_become_proven():
-    old = post_roadmap()
+    old = around_the_post()
     doubtful = replace(old, proven=np.arange(len(old.edges)) != 3)
     new = attach(doubtful, make_post(), old.nodes[old.starts], old.nodes[old.goals])
     np.testing.assert_array_equal(new.proven, doubtful.proven)
@@ -133,12 +137,12 @@ def test_an_edge_that_was_not_proven_does_not_become_proven():
 
 def test_the_margin_is_that_of_the_weakest_proof():
     """Grown with 2 cm, attached to with none: 2 cm is no longer true of every edge."""
-    old = replace(post_roadmap(), origin=replace(post_roadmap().origin, margin=0.02))
+    old = replace(around_the_post(), origin=replace(around_the_post().origin, margin=0.02))
     assert attach(old, make_post(), Q, OTHER).origin.margin == 0.0
 
 
 def test_a_smaller_margin_leaves_old_proofs_more_room():
-    old = replace(post_roadmap(), origin=replace(post_roadmap().origin, margin=0.02))
+    old = replace(around_the_post(), origin=replace(around_the_post().origin, margin=0.02))
     new = attach(old, make_post(), Q, OTHER)
     rows = [new.edge_index(i, j) for i, j in old.edges]
     np.testing.assert_allclose(new.clearance[rows], old.clearance + 0.02)
@@ -149,13 +153,13 @@ def test_a_smaller_margin_leaves_old_proofs_more_room():
 
 def beyond_the_post(least: float):
     """What the roadmap has where the first joint is beyond ``least``: nobody there sees POST_START."""
-    old = post_roadmap()
+    old = around_the_post()
     return old.part(old.nodes[:, 0] > least, np.ones(len(old.edges), dtype=bool))
 
 
 @pytest.mark.parametrize("least", [0.8, 1.0], ids=["the goal is a node", "the goal is new"])
 def test_it_grows_where_it_must(least, caplog):
-    part, goal = beyond_the_post(least), post_roadmap().nodes[post_roadmap().goals]
+    part, goal = beyond_the_post(least), around_the_post().nodes[around_the_post().goals]
     new = attach(part, make_post(), POST_START[None], goal)
     n = len(part.nodes)
     assert new.connected
@@ -175,26 +179,26 @@ def test_it_grows_where_it_must(least, caplog):
 
 
 def test_what_was_grown_is_linked_to_its_neighbours():
-    new = attach(beyond_the_post(0.8), make_post(), POST_START[None], post_roadmap().nodes[post_roadmap().goals])
+    new = attach(beyond_the_post(0.8), make_post(), POST_START[None], around_the_post().nodes[around_the_post().goals])
     assert len(new.edges) - len(beyond_the_post(0.8).edges) > 1.5 * (len(new.nodes) - len(beyond_the_post(0.8).nodes))
 
 
 def test_growing_follows_the_seed():
-    part, goal = beyond_the_post(0.8), post_roadmap().nodes[post_roadmap().goals]
+    part, goal = beyond_the_post(0.8), around_the_post().nodes[around_the_post().goals]
     one, same, other = (attach(part, make_post(), POST_START[None], goal, seed) for seed in (3, 3, 4))
     assert one.sha256 == same.sha256 != other.sha256
 
 
 def test_it_does_not_grow_where_it_need_not(caplog, monkeypatch):
     monkeypatch.setattr("planner.construction.bridges.bridges", lambda *_, **__: pytest.fail("grown"))
-    assert attach(post_roadmap(), make_post(), Q, OTHER).connected
+    assert attach(around_the_post(), make_post(), Q, OTHER).connected
     assert not caplog.text
 
 
 def test_one_reachable_goal_of_several_is_enough(monkeypatch):
     monkeypatch.setattr("planner.construction.bridges.bridges", lambda *_, **__: pytest.fail("grown"))
     monkeypatch.setattr("planner.construction.connect_endpoints.straight_paths", lambda *_: [])
-    old = post_roadmap()
+    old = around_the_post()
     apart = [np.linalg.norm(old.nodes - q, axis=1) for q in (Q, OTHER)]
     lonely = int(np.argmax(np.minimum(*apart)))  # no neighbour of the new ends
     part = old.part(np.ones(len(old.nodes), dtype=bool), (old.edges != lonely).all(axis=1))
@@ -212,7 +216,7 @@ def cell():
 def test_several_starts_on_both_sides():
     part = beyond_the_post(0.8)
     starts = np.vstack([POST_START, POST_START + 0.05, [[1.2, 0.3]]])
-    new = attach(part, make_post(), starts, post_roadmap().nodes[post_roadmap().goals])
+    new = attach(part, make_post(), starts, around_the_post().nodes[around_the_post().goals])
     labels = new.components
     assert (labels[new.starts] == labels[new.goals[0]]).all()
 
@@ -225,14 +229,14 @@ def test_stop_ends_growing_at_once():
 
 def test_a_way_that_is_not_there_is_said_so(caplog):
     shut = make_checker(load("planar_2r"), scene_of(*cell()))
-    some = post_roadmap().part(np.abs(post_roadmap().nodes[:, 0] - np.pi / 2) > 0.5, np.ones(120, dtype=bool))
+    some = around_the_post().part(np.abs(around_the_post().nodes[:, 0] - np.pi / 2) > 0.5, np.ones(120, dtype=bool))
     new = attach(some, shut, POST_START[None], np.array([[np.pi / 2, 0.0]]), settings=GrowthSettings(join_motions=300))
     assert not new.connected
     assert "neither direct links nor 0 nodes more joined start and goal" in caplog.text
 
 
 def test_ends_that_have_come_apart_are_joined_again():
-    old = post_roadmap()
+    old = around_the_post()
     kept = np.array([not np.isin(edge, old.goals).any() for edge in old.edges])
     apart = old.part(np.ones(len(old.nodes), dtype=bool), kept)
     assert not apart.connected

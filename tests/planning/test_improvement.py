@@ -33,7 +33,7 @@ def best(roadmap: Roadmap, beta: float) -> tuple[float, np.ndarray]:
 
 @pytest.mark.parametrize("beta", [0.0, 1.0])
 def test_the_best_path_is_cheaper_and_nothing_is_lost(beta: float) -> None:
-    old = post_roadmap()
+    old = post_roadmap(seed=1)
     found = improved_roadmap(old, make_post(), replace(REQUEST, beta=beta), beta).roadmap
     kept = {q.tobytes() for q in found.nodes}
     assert all(q.tobytes() in kept for q in old.nodes)
@@ -45,7 +45,7 @@ def test_the_best_path_is_cheaper_and_nothing_is_lost(beta: float) -> None:
 
 
 def test_without_rounds_or_a_path_nothing_changes() -> None:
-    old = post_roadmap()
+    old = post_roadmap(seed=1)
     assert improved_roadmap(old, make_post(), replace(REQUEST, effort=0), 0.5).roadmap is old
     alone = old.part(np.ones(len(old.nodes), dtype=bool), np.zeros(len(old.edges), dtype=bool))
     assert improved_roadmap(alone, make_post(), REQUEST, 0.5).roadmap is alone
@@ -58,10 +58,10 @@ def dipping() -> tuple[Roadmap, float]:
 
     With the w of the lower end.
     """
-    nodes = post_roadmap().nodes
+    nodes = post_roadmap(seed=1).nodes
     good = np.flatnonzero(nodes[:, 1] > 0.05)
     for start, goal in itertools.permutations(good.tolist(), 2):
-        roadmap = replace(post_roadmap(), starts=np.array([start]), goals=np.array([goal]))
+        roadmap = replace(post_roadmap(seed=1), starts=np.array([start]), goals=np.array([goal]))
         least = float(manipulability(ROBOT, nodes[[start, goal]]).min())
         if path_manipulability(ROBOT, best(roadmap, 0.2)[1]).min() < 0.8 * least:
             return roadmap, least
@@ -91,10 +91,10 @@ def test_without_the_option_the_cost_decides_about_a_dip() -> None:
 
 def test_a_dip_that_no_path_avoids_stays() -> None:
     """From one side bent to the other the arm has to stretch."""
-    assert without_dip(post_roadmap(), make_post(), REQUEST) == (post_roadmap(), 0.0)
+    assert without_dip(post_roadmap(seed=1), make_post(), REQUEST) == (post_roadmap(seed=1), 0.0)
 
 
 def test_motions_cost_what_the_request_asks_for() -> None:
     request = replace(REQUEST, min_manipulability=0.02, metric="workspace", charge="nodes", manipulability_cost="log")
-    cost = motion_cost(post_roadmap(), make_post(), request, 0.3)
+    cost = motion_cost(post_roadmap(seed=1), make_post(), request, 0.3)
     assert cost.objective == Objective(0.3, "log", "workspace", "nodes", 0.02)

@@ -87,10 +87,10 @@ def test_the_bound_and_the_curve(solved):
     assert quality["lower_bound"] <= cost.total
     assert quality["gap"] == pytest.approx(cost.total / quality["lower_bound"] - 1.0)
     costs = [point["cost"] for point in quality["curve"]]
-    assert len(costs) == 1 + quality["effort"] == 1 + solved.request.rounds
+    assert 1 < len(costs) <= 1 + quality["effort"] == 1 + solved.request.rounds
     # fewer corners may cost a bit
     assert all(later <= (1.0 + TOLERANCE) * before for before, later in itertools.pairwise(costs))
-    assert cost.total < 0.9 * costs[0]
+    assert cost.total < 0.95 * costs[0]
 
 
 def test_the_files(solved, tmp_path):
