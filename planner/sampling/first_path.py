@@ -123,8 +123,8 @@ class FirstPathSearch:
         self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
     ) -> Floats | None:
         """A path of motions that look free; by OMPL's planner where motions keep something, as it projects states."""
-        self._progress(FIRST_PATH, self.checked, self._settings.motions)
         if not self._motions.keeps:
+            self._progress(FIRST_PATH, self.checked, self._settings.motions)
             path, looked_at = self._looked_for(space, starts, goals, step, sample, limit)
             self.checked += max(looked_at, 1)  # a try that could not even begin counts, so that tries end
             return path

@@ -78,8 +78,10 @@ def test_what_the_keys_hold(solved):
     assert record["config"]["nodes"] == 150
 
 
-def test_the_bound_and_the_curve(solved):
+def test_the_bound_and_the_curve():
+    solved = plan(PlanRequest(nodes=150, seed=1))  # whose first path leaves much to refine
     quality, cost = plan_record(solved)["quality"], solved.cost
+    assert cost is not None
     roadmap = solved.roadmap
     apart = [np.linalg.norm(roadmap.nodes[goal] - solved.path[0]) for goal in roadmap.goals]
     share = 0.5 + 0.5 * roadmap.scale.zeta
@@ -87,10 +89,10 @@ def test_the_bound_and_the_curve(solved):
     assert quality["lower_bound"] <= cost.total
     assert quality["gap"] == pytest.approx(cost.total / quality["lower_bound"] - 1.0)
     costs = [point["cost"] for point in quality["curve"]]
-    assert 1 < len(costs) <= 1 + quality["effort"] == 1 + solved.request.rounds
+    assert len(costs) == 1 + quality["effort"] == 1 + solved.request.rounds
     # fewer corners may cost a bit
     assert all(later <= (1.0 + TOLERANCE) * before for before, later in itertools.pairwise(costs))
-    assert cost.total < 0.95 * costs[0]
+    assert cost.total < 0.9 * costs[0]
 
 
 def test_the_files(solved, tmp_path):

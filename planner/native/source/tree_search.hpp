@@ -9,9 +9,7 @@
 
 namespace planner {
 
-constexpr double half_turn = 3.14159265358979323846;
-
-// Of each state the rows, joint beside joint, so that distances are computed several at a time.
+// States, joint beside joint, so that distances are computed several at a time.
 class SearchTree {
    public:
     SearchTree(int dof, const uint8_t* wraps) : dof_(dof), wraps_(wraps), joints_(dof) {}
@@ -43,7 +41,7 @@ class SearchTree {
     FOR_THIS_PROCESSOR static void add_squares(const double* values, int count, double value, bool wraps,
                                                double* squares) {
         for (int k = 0; k < count; ++k) {
-            const double apart = std::fabs(values[k] - value), around = 2.0 * half_turn - apart;
+            const double apart = std::fabs(values[k] - value), around = 2.0 * M_PI - apart;
             const double shorter = wraps && around < apart ? around : apart;
             squares[k] += shorter * shorter;
         }
@@ -106,14 +104,16 @@ class TreeSearch {
             drawn_[j] = space_.lower[j] + (space_.upper[j] - space_.lower[j]) * drawn_share();
         double square = 0.0;
         const int node = tree.nearest(drawn_.data(), square);
-        double& domain = tree.domains[node];
+        const double domain = tree.domains[node];
         if (square > domain * domain || square == 0.0) return -1;
         bool there = false;
         const int fresh = step_to(which, node, drawn_.data(), there);
-        if (fresh < 0)
-            domain = domain == infinity ? domain_in_steps * step_ : std::max((1.0 - domain_change) * domain, step_);
+        if (fresh >= 0)
+            tree.domains[node] = (1.0 + domain_change) * domain;  // infinite still where it has not been refused
+        else if (domain == infinity)
+            tree.domains[node] = domain_in_steps * step_;
         else
-            tree.domains[node] *= 1.0 + domain_change;  // one that has not been refused stays infinite
+            tree.domains[node] = std::max((1.0 - domain_change) * domain, step_);
         return fresh;
     }
 
@@ -135,13 +135,13 @@ class TreeSearch {
         tree.state(node, from_.data());
         double square = 0.0;
         for (int j = 0; j < dof_; ++j) {
-            delta_[j] = difference(from_[j], target[j], j);
+            delta_[j] = shorter(target[j] - from_[j], j);
             square += delta_[j] * delta_[j];
         }
         const double apart = std::sqrt(square), share = apart > step_ ? step_ / apart : 1.0;
         for (int j = 0; j < dof_; ++j) {
             delta_[j] *= share;
-            end_[j] = share < 1.0 ? normalised(from_[j] + delta_[j], j) : target[j];
+            end_[j] = share < 1.0 ? shorter(from_[j] + delta_[j], j) : target[j];
         }
         ++looked_at;
         there = false;
@@ -162,7 +162,7 @@ class TreeSearch {
                 double square = 0.0;
                 trees_[which].state(root, to_.data());
                 for (int j = 0; j < dof_; ++j) {
-                    const double apart = difference(end_[j], to_[j], j);
+                    const double apart = shorter(to_[j] - end_[j], j);
                     square += apart * apart;
                 }
                 least = std::min(least, square);
@@ -175,6 +175,8 @@ class TreeSearch {
     // Whether manipulability is not below the floor along the motion, of `length` (rad).
     bool above_floor(double length) {
         if (!(space_.floor > 0.0)) return true;
+        require(length / space_.floor_apart <= INT32_MAX / 4,
+                "a motion is too long to be looked at in such short steps");
         const int count = std::max(1, static_cast<int>(std::ceil(length / space_.floor_apart)));
         for (int first = 0; first <= count; first += 4) {
             for (int lane = 0; lane < 4; ++lane) {
@@ -203,15 +205,10 @@ class TreeSearch {
         return states;
     }
 
-    double difference(double a, double b, int joint) const {
-        const double apart = b - a;
-        if (!space_.wraps[joint] || std::fabs(apart) <= half_turn) return apart;
-        return apart > 0.0 ? apart - 2.0 * half_turn : apart + 2.0 * half_turn;
-    }
-
-    double normalised(double angle, int joint) const {
-        if (!space_.wraps[joint] || std::fabs(angle) <= half_turn) return angle;
-        return angle > 0.0 ? angle - 2.0 * half_turn : angle + 2.0 * half_turn;
+    // An angle, or a difference of two, brought to half a turn at most where the joint wraps.
+    double shorter(double angle, int joint) const {
+        if (!space_.wraps[joint] || std::fabs(angle) <= M_PI) return angle;
+        return angle > 0.0 ? angle - 2.0 * M_PI : angle + 2.0 * M_PI;
     }
 
     // The next of evenly distributed numbers from 0 to 1, the same on every machine (SplitMix64: Steele and others 2014).
