@@ -14,7 +14,10 @@ from planner.base.errors import AssumptionError
 UserFunction = Callable[[Ints, Floats, Floats], Floats]
 
 SAMPLES = 33
-"""Values of a at which a user's kernel is probed."""
+"""Values of a at which a user's kernel is probed first; more follow where its slope changes."""
+
+_MOST_SAMPLES = 400
+_STEADY = 0.01  # of a slope: by less, neighbouring pieces count as one
 
 
 class ArcMap(Protocol):
@@ -93,5 +96,28 @@ class FunctionArcs:
         return quotients.min(axis=0), quotients.max(axis=0)
 
     def _table(self, lower: float, upper: float) -> tuple[Floats, Floats]:
+        """Samples (k,), denser where slopes change, and every arc's value at each (k, arcs)."""
         grid = np.unique(np.linspace(lower, upper, SAMPLES))
-        return grid, np.stack([self(np.full(self.weight.shape, a)) for a in grid])
+        values = self._at(grid)
+        finest = 1e-9 * (upper - lower)
+        while len(grid) > 1:
+            gaps = np.diff(grid)
+            bent = _bent(np.diff(values, axis=0) / gaps[:, None]) & (gaps > finest)
+            if not bent.any() or len(grid) + np.count_nonzero(bent) > _MOST_SAMPLES:
+                break
+            middles = grid[:-1][bent] + 0.5 * gaps[bent]
+            grid = np.concatenate([grid, middles])
+            values = np.concatenate([values, self._at(middles)])
+            order = np.argsort(grid)
+            grid, values = grid[order], values[order]
+        return grid, values
+
+    def _at(self, grid: Floats) -> Floats:
+        return np.stack([self(np.full(self.weight.shape, a)) for a in grid])
+
+
+def _bent(slopes: Floats) -> Bools:
+    """Which pieces (k, arcs) have a slope unlike that of a neighbouring piece, on any arc."""
+    change = np.abs(np.diff(slopes, axis=0)) > _STEADY * np.maximum(np.abs(slopes[:-1]), np.abs(slopes[1:]))
+    ends = change.any(axis=1)
+    return np.concatenate([ends, [False]]) | np.concatenate([[False], ends])

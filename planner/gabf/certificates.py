@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,8 @@ class Certificate:
     they are 1 % apart and it still does, the law settles at the bound as far as is known: that is ``measured`` then.
 
     ``quantity`` says what both numbers are. A theorem whose ``assumptions`` fail promises nothing.
-    ``proven`` is False for what the paper prints and we refute, kept for comparison.
+    ``proven`` is False for what the paper prints and we refute, kept for comparison, and for every bound where L and
+    zeta are only sampled, of a :class:`planner.gabf.kernels.UserKernel`.
     ``log10_remaining`` is log10(T_p - t) at a bound in tau: how long before T_p the law is promised to have
     settled.
     """
@@ -135,7 +136,8 @@ def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None 
     optimum = structure(net, known) if optimum is None else optimum
     facts = _facts(law, result, optimum, reachable.rows)
     settling = _fixed_time(law, facts) if isinstance(law, FixedTime | SingularityFree) else _exponential(facts)
-    return [certificate for certificate in (*_range(facts), *settling) if certificate.applies]
+    made = [certificate for certificate in (*_range(facts), *settling) if certificate.applies]
+    return [replace(certificate, proven=False) for certificate in made] if result.premises.sampled else made
 
 
 def _facts(law: Law, result: CostToGo, optimum: Structure, rows: Any) -> Facts:

@@ -92,6 +92,22 @@ def test_user_kernels_are_sampled_and_say_so():
     assert any("sampled" in a.value for c in gabf.certify(net, result.law, result) for a in c.assumptions)
 
 
+def test_a_user_kernel_is_sampled_where_its_slope_changes_and_no_bound_from_samples_is_called_proven():
+    arcs = [(1, 0, 1.0), (1, 0, 0.125), (2, 0, 82.0), (2, 1, 0.125)]
+    net = from_arcs(3, arcs, kernel=gabf.UserKernel(lambda i, a, b: a + b + 0.3 * np.tanh(a) + 0.3))
+    result = solve(net, gabf.PrescribedTime(T=1, h=1, gamma=1), solver=gabf.Splitting(0.01))
+    assert result.premises.upper > 100.0  # all of tanh lies in the first of 32 equal pieces
+    assert 1.29 < result.premises.L <= 1.3
+    certificates = gabf.certify(net, result.law, result)
+    assert certificates
+    assert all(certificate.holds and not certificate.proven for certificate in certificates)
+
+
+def test_a_user_kernel_that_jumps_has_no_small_lipschitz_constant():
+    net = chain(4, kernel=gabf.UserKernel(lambda i, a, b: a + b + (a > 1.7)))
+    assert solve(net).premises.L > 1e6
+
+
 def test_a_user_kernel_that_falls_is_refused():
     net = chain(4, kernel=gabf.UserKernel(lambda i, a, b: 20.0 - a))
     with pytest.raises(AssumptionError, match="does not increase"):
