@@ -18,7 +18,7 @@ from planner.base.errors import OptionError, SceneError, StateError
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import is_free
-from planner.collision.edge_prover import recheck, states_along
+from planner.collision.looks import Seen, recheck, states_along
 from planner.collision.world import Contact
 from planner.construction.build import build_roadmap
 from planner.kinematics.forward import tool_positions
@@ -244,18 +244,18 @@ def test_walls_are_named_whatever_floor_was_asked(scenes):
 
 def collide(monkeypatch, edges):
     """The second look finds a contact on these edges, given by the configurations of their ends."""
-    real, seen = module.first_contact_on, []
+    real, seen = module.first_seen, []
 
-    def look(checker, starts, deltas, step):
-        for row, (start, delta) in enumerate(zip(starts, deltas, strict=True)):
+    def look(checker, pieces, step):
+        for row, (start, delta) in enumerate(pieces):
             for a, b in edges:
                 for p, q in ((a, b), (b, a)):
                     if np.allclose(start, p, atol=1e-12) and np.allclose(start + delta, q, atol=1e-9):
                         seen.append((p, q))
-                        return row, Contact("link_2", "post")
-        return real(checker, starts, deltas, step)
+                        return Seen(row, 0.0, start, Contact("link_2", "post"))
+        return real(checker, pieces, step)
 
-    monkeypatch.setattr(module, "first_contact_on", look)
+    monkeypatch.setattr(module, "first_seen", look)
     return seen
 
 

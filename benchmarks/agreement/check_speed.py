@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker, is_free
-from planner.collision.edge_prover import states_along
+from planner.collision.looks import states_along
 
 ROUNDS = 5
 _SINGLES = 400

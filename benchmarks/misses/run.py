@@ -21,7 +21,8 @@ from planner.base.progress import QUIET, Progress
 from planner.batch.results import Results
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import EdgeProver, dense_states
+from planner.collision.edge_prover import EdgeProver
+from planner.collision.looks import dense_states
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.models.robot import Robot
 from planner.models.scene import Scene

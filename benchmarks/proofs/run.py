@@ -21,7 +21,8 @@ from planner.base.progress import QUIET, Progress
 from planner.batch.problems import Problem, find_problems
 from planner.batch.results import Results
 from planner.collision.checker import CollisionChecker, is_free
-from planner.collision.edge_prover import EdgeProver, recheck
+from planner.collision.edge_prover import EdgeProver
+from planner.collision.looks import recheck
 from planner.problem.request import PlanRequest
 from planner.setup.open import Query, make_query
 

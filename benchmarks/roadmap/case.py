@@ -35,7 +35,7 @@ from planner.base.errors import SceneError
 from planner.base.files import write_whole
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, is_free
-from planner.collision.edge_prover import recheck
+from planner.collision.looks import recheck
 from planner.construction.build import build_roadmap
 from planner.construction.connect_endpoints import attach
 from planner.gabf.path import paths_from

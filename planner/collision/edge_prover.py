@@ -15,19 +15,16 @@ from enum import IntEnum
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, numbers, plain_numbers, ranges
+from planner.base.arrays import Bools, Floats, Ints, numbers, plain_numbers
 from planner.base.errors import ArrayError
-from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker, configurations
-from planner.collision.world import Contact, World
+from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 
 _BATCH = 256  # pieces between two looks whether to stop
-_TOGETHER = 32  # motions that are sampled at once
-_SAME = 1e-12  # rad (m): states nearer to each other are one
 
 MotionTest = Callable[[Floats, Floats], Bools]
 """Which motions from configurations (m, dof) by joint motions (m, dof) may be taken, (m,)."""
@@ -330,49 +327,3 @@ class EdgeProver:
         inside = self.checker.inside.pairs(states)
         proofs.verdict[rows[inside >= 0]] = Verdict.COLLIDES
         proofs.pair[rows[inside >= 0]] = inside[inside >= 0]
-
-
-def states_along(start: Floats, delta: Floats, motion: float, step: float) -> Floats:
-    """Configurations along a segment, both ends included, between which no point moves further than ``step`` (m).
-
-    ``motion`` is the most that any point moves on the whole segment.
-    """
-    count = max(1, int(np.ceil(motion / step)))
-    return start + np.linspace(0.0, 1.0, count + 1)[:, None] * delta
-
-
-def first_contact_on(
-    checker: CollisionChecker, start: Floats, delta: Floats, step: float
-) -> tuple[int, Contact] | None:
-    """The first of motions (m, dof), one after the other, on which a contact is seen every ``step`` (m), and that.
-
-    Without bounds or proofs: this is the second opinion on what is proven. Where a motion begins as the one before it
-    ends, that state is looked at once.
-    """
-    goes_on = np.append(False, np.abs(start[1:] - start[:-1] - delta[:-1]).max(axis=1) < _SAME).astype(np.int64)
-    steps = np.maximum(np.ceil(checker.world.reach.motion(delta).max(axis=1, initial=0.0) / step), 1).astype(np.int64)
-    for first in range(0, len(start), _TOGETHER):
-        rows = np.arange(first, min(first + _TOGETHER, len(start)))
-        looks = steps[rows] + 1 - goes_on[rows]
-        of, number = np.repeat(rows, looks), ranges(goes_on[rows], looks)
-        states = start[of] + (number / steps[of])[:, None] * delta[of]
-        motion = product(np.abs(delta[rows]), checker.world.pair_reach.T) / steps[rows, None]
-        found = checker.first_contact_along(states, motion.max(axis=0))
-        if found is not None:
-            return int(of[found[0]]), found[1]
-    return None
-
-
-def recheck(checker: CollisionChecker, start: Floats, delta: Floats, step: float = 1e-3) -> Contact | None:
-    """The first contact on a segment sampled every ``step`` metres of motion, without bounds or proofs; else None."""
-    found = first_contact_on(checker, start[None], delta[None], step)
-    return found[1] if found else None
-
-
-def dense_states(world: World, start: Floats, delta: Floats, step: float) -> tuple[Floats, Floats]:
-    """Configurations (n, dof) along a segment, no point moving more than ``step`` (m) from one to the next.
-
-    And by how much (m) the distance of each pair changes at most from one to the next, (pairs,).
-    """
-    states = states_along(start, delta, float(world.reach.motion(delta[None]).max(initial=0.0)), step)
-    return states, product(world.pair_reach, np.abs(delta)) / (len(states) - 1)

@@ -10,7 +10,7 @@ from planner.roadmap.roadmap import Roadmap, kept_part
 from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.setup.open import Query
 
-_FEWEST_NODES = 2  # those of the first paths, and links between them that shorten them
+_FEWEST_NODES = 2  # those of the first paths, and no links: they pass no states that they need not
 
 
 def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUIET, path_only: bool = False) -> Roadmap:
@@ -19,7 +19,7 @@ def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUI
     Raises :class:`PlannerError` for a file of another world.
     """
     if request.roadmap is None:
-        from planner.construction.build import build_roadmap  # with all that grows roadmaps, and OMPL
+        from planner.construction.build import DENSITY, build_roadmap  # with all that grows roadmaps, and OMPL
 
         return build_roadmap(
             query.robot,
@@ -30,6 +30,7 @@ def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUI
             request.seed,
             progress,
             request.min_manipulability,
+            0.0 if path_only else DENSITY,
         )
     roadmap = load_roadmap(request.roadmap)
     require_same_world(roadmap, query.checker, request.roadmap)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +13,12 @@ from planner.base.polylines import cut, parts_of
 from planner.base.resolutions import CLEARANCE_ALONG_PATH, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
-from planner.collision.edge_prover import dense_states, states_along
+from planner.collision.looks import first_seen, states_along, straight
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
 
-_AT_ONCE = 4096  # states
 _STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
 
 
@@ -92,38 +91,8 @@ def path_contact(
     """
     if len(path) == 1 and (touching := checker.first_contact(path)):
         return PathContact(0, 0.0, path[0], touching[1])
-    pairs = itertools.pairwise(path)
-    segments = [(k, *dense_states(checker.world, a, b - a, step)) for k, (a, b) in enumerate(pairs)]
-    for group in _grouped(segments):
-        q, motion = np.concatenate([states for _, states, _ in group]), np.max([most for *_, most in group], axis=0)
-        touching = checker.first_contact_along(q, motion)
-        if touching is not None:
-            return _contact_in(group, *touching)
-        progress(group[-1][0] + 1)
-    return None
-
-
-_Segment = tuple[int, Floats, Floats]  # its number, states along it, how much a pair's distance changes between them
-
-
-def _grouped(segments: list[_Segment]) -> Iterator[list[_Segment]]:
-    """Some segments at a time: a library is asked many states at once."""
-    group: list[_Segment] = []
-    for segment in segments:
-        group.append(segment)
-        if sum(len(states) for _, states, _ in group) >= _AT_ONCE:
-            yield group
-            group = []
-    if group:
-        yield group
-
-
-def _contact_in(group: list[_Segment], row: int, contact: Contact) -> PathContact:
-    for number, states, _ in group:
-        if row < len(states):
-            return PathContact(number, row / (len(states) - 1), states[row], contact)
-        row -= len(states)
-    raise AssertionError("the row is of none of the segments")
+    found = first_seen(checker, straight(path[:-1], np.diff(path, axis=0)), step, progress)
+    return None if found is None else PathContact(found.piece, found.s, found.q, found.contact)
 
 
 def path_clearance(checker: CollisionChecker, path: Floats) -> tuple[Floats, Floats]:

@@ -9,7 +9,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import first_contact_on
+from planner.collision.looks import first_seen, straight
 from planner.planning.manipulability_floor import first_violation, layered_network
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
@@ -79,8 +79,8 @@ class HealingNetwork:
         start, end = (self.roadmap.nodes[list(nodes)] for nodes in zip(*edges, strict=True))
         delta, first = self.robot.difference(start, end), len(edges)
         for judge, step in self._judges.items():
-            found = first_contact_on(judge, start[:first], delta[:first], step)
-            first = first if found is None else found[0]
+            found = first_seen(judge, straight(start[:first], delta[:first]), step)
+            first = first if found is None else found.piece
         return first
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Bools, Floats
 from planner.base.products import length
 from planner.base.resolutions import PROOF, W_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver, MotionCheck
@@ -29,6 +29,17 @@ class Motions:
         looks_free = self._ends_look_free(first, delta) and self._well_conditioned(first, delta)
         return looks_free and self._is_free(first, delta)
 
+    def shortest_way(self, path: Floats) -> Floats:
+        """The states (k, dof) of a ``path`` (n, dof) of proven motions that the shortest way along it passes.
+
+        Motions that skip others are proven, and leave ``room``.
+        """
+        states = self.robot.unwound(path)
+        apart = np.sqrt(((states[:, None] - states) ** 2).sum(axis=2))
+        price = np.where(np.triu(np.ones(apart.shape, dtype=bool), 1), apart, np.inf)
+        allows = self._all_well_conditioned if self.floor > 0 else None
+        return path[self.prover.cheapest_chain(states, price, self.room, allows)]
+
     def looks_free(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""
         look = self.prover.checker.bound.look_along(step)
@@ -39,6 +50,9 @@ class Motions:
     def step(self, longest: float) -> float:
         """How far (rad) trees step, ``longest`` at most: as far as a chord keeps to what is narrow."""
         return min(longest, self.keeps.stride)
+
+    def _all_well_conditioned(self, first: Floats, delta: Floats) -> Bools:
+        return np.array([self._well_conditioned(*motion) for motion in zip(first, delta, strict=True)], dtype=bool)
 
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
         if self.floor <= 0 and not self.keeps:

@@ -183,11 +183,15 @@ class FirstPathSearch:
         return JointSpace(lower, upper, np.zeros(robot.dof, dtype=bool))
 
     def _shorten(self, path: Floats) -> Floats:
+        """The path past all states that need not be passed, before and after shortcuts between random places of it."""
+        if self._settings.shortcuts < 1:
+            return path
         roomy = Motions(self._motions.prover, self._motions.floor, EXTRA_CLEARANCE)
+        path = roomy.shortest_way(subdivided(self._robot, path, self._settings.range))
         with TreePlanners(JointSpace.of(self._robot), roomy.proven, self._rng, self._progress) as planners:
             path = planners.shorten(path, self._settings.shortcuts)
         self.checked += planners.checked
-        return path
+        return roomy.shortest_way(subdivided(self._robot, path, self._settings.range))
 
 
 def shorter_path(

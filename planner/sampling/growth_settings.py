@@ -18,6 +18,6 @@ class GrowthSettings:
 
     range: float = 0.8
     join_motions: int | None = None
-    shortcuts: int = 100
+    shortcuts: int = 50
     motions_per_node: int = 20
     floor: float = 0.0

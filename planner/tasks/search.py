@@ -20,7 +20,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import first_contact_on
+from planner.collision.looks import first_seen, straight
 from planner.native.graphs import reached
 from planner.tasks.modes import BLOCKED, NONE, OPEN, Mode, Modes
 from planner.tasks.network import TaskNetwork
@@ -151,9 +151,9 @@ class LazySearch:
         """The first of ``motions`` on which a contact is seen."""
         start, delta, owner = self.modes.motions.of(motions)
         for judge, step in {checker: RECHECK_BY_BACKEND, second_checker(checker): RECHECK}.items():
-            contact = first_contact_on(judge, start, delta, step)
-            if contact is not None:
-                return int(owner[contact[0]])
+            seen = first_seen(judge, straight(start, delta), step)
+            if seen is not None:
+                return int(owner[seen.piece])
         return None
 
     def _key(self, arc: int) -> tuple[int, int]:

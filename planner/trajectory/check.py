@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, numbers, so_far
+from planner.base.arrays import Floats, numbers
 from planner.base.errors import FileError, OptionError
 from planner.base.kinds import checks_kinds
-from planner.base.polynomials import bernstein, evaluate
-from planner.base.products import product
+from planner.base.polynomials import bernstein
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.collision.looks import first_seen
 from planner.collision.world import Contact
 from planner.constraints.keeps import Kept
 from planner.kinematics.manipulability import manipulability
@@ -33,7 +32,6 @@ from planner.trajectory.proof import MotionProof, limits_exceeded, prove_motion
 from planner.trajectory.trajectory import Trajectory
 
 _W_APART, _LOOKS = 0.01, 10_000  # s between two looks at w, and how many there are at most
-_AT_ONCE = 16384  # states
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,26 +158,12 @@ def sampled_contact(
 
     From one sample to the next, past the knots between them, no point moves further than that.
     """
-    fastest = trajectory.largest(1) * trajectory.seconds[:, None]
-    motion = judge.world.reach.motion(fastest).max(axis=1, initial=0.0)
-    moves, walked = motion > 0, so_far(motion)
-    pairs = product(fastest[moves], judge.world.pair_reach.T) / motion[moves, None]  # per metre of the fastest point
-    count = max(1, math.ceil(walked[-1] / step))
-    apart = np.max(pairs, axis=0, initial=0.0) * walked[-1] / count
-    at = walked[-1] * np.arange(count + 1) / count
-    piece = np.clip(np.searchsorted(walked, at, side="right") - 1, 0, len(motion) - 1)
-    u = np.clip((at - walked[piece]) / np.where(moves, motion, 1.0)[piece], 0.0, 1.0)
-    piece[-1], u[-1] = len(motion) - 1, 1.0
-    for first in range(0, len(u), _AT_ONCE):
-        rows = slice(first, first + _AT_ONCE)
-        states = evaluate(trajectory.coefficients[piece[rows]], u[rows])
-        found = judge.first_contact_along(states, apart)
-        if found is not None:
-            k = first + found[0]
-            t = float(trajectory.times[piece[k]] + u[k] * trajectory.seconds[piece[k]])
-            return TrajectoryContact(t, t, found[1], states[found[0]])
-        progress("contacts", int(piece[rows][-1]) + 1, len(motion))
-    return None
+    pieces = len(trajectory.coefficients)
+    found = first_seen(judge, trajectory.coefficients, step, lambda done: progress("contacts", done, pieces))
+    if found is None:
+        return None
+    t = float(trajectory.times[found.piece] + found.s * trajectory.seconds[found.piece])
+    return TrajectoryContact(t, t, found.contact, found.q)
 
 
 def _contact_in_time(trajectory: Trajectory, checker: CollisionChecker, step: float) -> TrajectoryContact | None:

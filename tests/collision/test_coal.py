@@ -11,8 +11,8 @@ import pytest
 from planner.collision import make_checker, second_checker
 from planner.collision.checker import contact_of, is_free
 from planner.collision.coal import CoalChecker
-from planner.collision.edge_prover import dense_states
 from planner.collision.fcl import FclChecker
+from planner.collision.looks import dense_states
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.models.poses import pose

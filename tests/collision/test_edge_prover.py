@@ -13,9 +13,11 @@ from planner.base.progress import QUIET, Progress
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import is_free, keeping
 from planner.collision.coal import CoalChecker
-from planner.collision.edge_prover import EdgeProver, Verdict, dense_states, first_contact_on, recheck, states_along
+from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.fcl import FclChecker
+from planner.collision.looks import first_seen, recheck, states_along
 from planner.collision.world import World
+from planner.kinematics.forward import Chain, joint_placements
 from planner.models.poses import pose
 from planner.models.robot import Robot
 from planner.models.scene import Scene
@@ -410,62 +412,6 @@ def test_a_turn_of_any_number_of_rounds_is_looked_at_all_along():
     assert prover.prove(np.zeros((1, 2)), np.array([[3.0, 0.0]])).verdict[0] == Verdict.FREE
 
 
-# looking again without proofs
-
-
-def test_states_along_keep_the_step():
-    world = checker_of("iiwa14", "paper").world
-    start, delta = edges_of(load("iiwa14"), 1, 15, 1.0)
-    motion = float(world.reach.motion(delta).max())
-    states = states_along(start[0], delta[0], motion, 1e-3)
-    np.testing.assert_allclose(states[[0, -1]], [start[0], start[0] + delta[0]])
-    assert world.reach.motion(np.diff(states, axis=0)).max() <= 1e-3 + 1e-12
-    assert len(states_along(start[0], 0 * delta[0], 0.0, 1e-3)) == 2
-
-
-def test_recheck_sees_a_wall_of_a_millimetre_and_names_it():
-    place = pose([0.6 * np.cos(0.5), 0.6 * np.sin(0.5), 0], [0, 0, 0.5])
-    checker = make_checker(load("planar_2r"), scene_of((Box((0.1, 0.001, 0.3)), place)))
-    contact = recheck(checker, np.zeros(2), np.array([1.2, 0.0]))
-    assert contact is not None
-    assert contact.second == "thing0"
-    assert recheck(checker, np.zeros(2), np.array([-1.2, 0.0])) is None
-
-
-def test_a_path_is_looked_at_once_where_its_motions_meet(paper):
-    start, delta = edges_of(load("iiwa14"), 1, 16, 0.5)
-    start, delta = start + np.linspace(0, 1, 9)[:-1, None] * delta, np.repeat(delta / 8, 8, axis=0)
-    before = paper.queries
-    assert first_contact_on(paper, start, delta, 0.1) is None
-    apart = sum(len(dense_states(paper.world, q, d, 0.1)[0]) for q, d in zip(start, delta, strict=True))
-    assert paper.queries - before == apart - 7
-
-
-def test_recheck_agrees_with_proofs(paper):
-    start, delta = edges_of(load("iiwa14"), 40, 16, 0.5)
-    proofs = EdgeProver(paper).prove(start, delta)
-    for k, verdict in enumerate(proofs.verdict):
-        seen = recheck(paper, start[k], delta[k], 2e-3) is not None
-        assert verdict != Verdict.FREE or not seen
-        assert verdict != Verdict.COLLIDES or seen or proofs.clearance[k] < 2e-3
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_motions_looked_at_together_touch_where_they_do_one_by_one(backend):
-    checker = make_checker(load("panda"), Scene.load("shelf"), backend)
-    start, delta = edges_of(checker.robot, 60, 18, 0.6)
-    alone = [recheck(checker, q, d, 5e-3) for q, d in zip(start, delta, strict=True)]
-    first = next(k for k, contact in enumerate(alone) if contact is not None)
-    assert first_contact_on(checker, start, delta, 5e-3) == (first, alone[first])
-    free = np.array([contact is None for contact in alone])
-    assert free.sum() > 35  # more than are looked at together
-    assert first_contact_on(checker, start[free], delta[free], 5e-3) is None
-    last = np.append(np.flatnonzero(free), first)
-    found = first_contact_on(checker, start[last], delta[last], 5e-3)
-    assert found is not None
-    assert found[0] == len(last) - 1
-
-
 def test_curves_are_all_free_where_each_is_proven():
     checker = checker_of("panda", "shelf")
     prover, rng = EdgeProver(checker), np.random.default_rng(19)
@@ -477,6 +423,22 @@ def test_curves_are_all_free_where_each_is_proven():
     for k, each in enumerate(free):
         assert prover.all_free(curves[k : k + 1]) == each
     assert not prover.all_free(curves)
+
+
+def test_curves_that_are_cleared_together_are_not_free_where_joints_work_against_each_other():
+    """Along one diagonal of a box of configurations a folded arm's tip may stand still; they go along another."""
+    robot, rng, some = load("planar_2r"), np.random.default_rng(5), 0
+    arm = replace(robot, bodies=(replace(robot.bodies[-1], shape=Sphere(1e-4), placement=pose([0.375, 0, 0])),))
+    for _ in range(300):
+        q, delta = rng.uniform([-1.5, 2.2], [1.5, 3.0]), rng.uniform([0.0, -0.1], [0.1, 0.0])
+        turn, shift = joint_placements(Chain.of(arm), (q + 2.0 * delta)[None])
+        end = turn[2, 0] @ np.array([0.375, 0.0, 0.0]) + shift[2, 0]
+        checker = make_checker(arm, scene_of((Sphere(1e-4), pose(end.tolist()))))
+        prover, pieces = EdgeProver(checker), np.stack([np.stack([q, delta]), np.stack([q + delta, delta])])
+        if first_seen(checker, pieces[:1], 1e-3) is None:
+            some += 1
+            assert not prover.all_free(pieces, likely=True)
+    assert some > 200
 
 
 def test_a_checker_that_keeps_more_clearance_is_made_once():

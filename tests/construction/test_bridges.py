@@ -7,7 +7,8 @@ import pytest
 
 from planner.base.progress import Progress
 from planner.collision import make_checker
-from planner.collision.edge_prover import EdgeProver, recheck
+from planner.collision.edge_prover import EdgeProver
+from planner.collision.looks import recheck
 from planner.construction.bridges import bridges
 from planner.models.poses import pose
 from planner.models.shapes import Box

@@ -10,7 +10,7 @@ from planner import gabf
 from planner.base.errors import StateError
 from planner.base.progress import Progress
 from planner.collision import make_checker
-from planner.collision.edge_prover import recheck
+from planner.collision.looks import recheck
 from planner.construction.connect_endpoints import attach
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
@@ -24,7 +24,7 @@ Q, OTHER = np.array([[-0.9, 1.2]]), np.array([[0.8, -1.1]])
 
 
 def around_the_post():
-    return post_roadmap(seed=1)  # in which nobody beyond the post sees POST_START
+    return post_roadmap(seed=2)  # in which nobody beyond the post sees POST_START
 
 
 def test_new_ends_become_linked_nodes():

@@ -8,7 +8,8 @@ import pytest
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.collision import make_checker
-from planner.collision.edge_prover import EdgeProver, recheck
+from planner.collision.edge_prover import EdgeProver
+from planner.collision.looks import recheck
 from planner.construction.build import DENSITY, build_roadmap
 from planner.construction.extend import extend
 from planner.construction.repair import measures_hold, verify

@@ -11,7 +11,8 @@ from planner.base.errors import FileError
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import is_free
-from planner.collision.edge_prover import EdgeProver, Verdict, recheck
+from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.collision.looks import recheck
 from planner.construction.repair import first_failure, measures_hold, repair, verify, within_limits
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose

@@ -39,6 +39,7 @@ from planner.native.motions import (
     stops_quickest,
 )
 from planner.native.tree_search import SearchSpace, tree_path
+from planner.native.walk import walk
 from planner.trajectory.trajectory import pieces_through
 from tests.random_shapes import random_pose
 
@@ -283,6 +284,20 @@ def of_tree_paths(rng: Rng, size: Size) -> list[Any]:
             assert world.first_near(path[1:-1]) == len(path[1:-1])
             assert floor == 0.0 or (chain.manipulability(path, dof, point, 3) >= floor).all()
         found += [np.zeros(0) if path is None else path, looked_at]
+    return found
+
+
+def of_walks(rng: Rng, size: Size) -> list[Any]:
+    _, world = a_world(rng, size)
+    found, few = [], replace(size, rows=min(size.rows, 40))
+    for degree in (0, 1, 2, 5, 16):
+        curves = np.stack([states(rng, few) * 0.02**k for k in range(degree + 1)], axis=1)
+        parts, moved, shares = walk(world, bounds_of(world), curves, 0.1)
+        assert (parts >= 1).all()
+        assert len(moved) == parts.sum()
+        assert ((moved >= 0) & (moved <= 0.1 * (1 + 1e-9))).all()
+        assert ((shares >= 0) & (shares <= 2)).all()
+        found += [parts, moved, shares]
     return found
 
 
@@ -615,8 +630,8 @@ def of_flows(rng: Rng, size: Size) -> list[Any]:
 CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
-        of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_tree_paths, of_proofs,
-        of_proofs_in_time, of_chunks, of_stops, of_gates, of_curves_of_chunks, of_choices, of_costs, of_motion_costs,
-        of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
+        of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_tree_paths, of_walks,
+        of_proofs, of_proofs_in_time, of_chunks, of_stops, of_gates, of_curves_of_chunks, of_choices, of_costs,
+        of_motion_costs, of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
     )
 }  # fmt: skip

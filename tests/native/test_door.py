@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import ArrayError
-from planner.native import dynamics, gate, graphs, library, loading, motions, tree_search
+from planner.native import dynamics, gate, graphs, library, loading, motions, tree_search, walk
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
 from planner.native.library import KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
 from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_gate, a_world, body_reach_of, bounds_of
@@ -50,7 +50,7 @@ def test_no_function_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
             asked.add(name)
             return getattr(whole, name)
 
-    for module in (gate, library, motions, tree_search):
+    for module in (gate, library, motions, tree_search, walk):
         monkeypatch.setattr(module, "_library", Noting())
     for module, name in ((graphs, "library"), (dynamics, "library")):
         monkeypatch.setattr(module, name, Noting())

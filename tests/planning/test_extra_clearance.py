@@ -11,7 +11,7 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.checker import keeping
 from planner.collision.clearance import Clearance
-from planner.collision.edge_prover import dense_states
+from planner.collision.looks import dense_states
 from planner.models.poses import pose
 from planner.models.scene import Obstacle, Scene
 from planner.models.shapes import Box

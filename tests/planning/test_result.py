@@ -79,7 +79,7 @@ def test_what_the_keys_hold(solved):
 
 
 def test_the_bound_and_the_curve():
-    solved = plan(PlanRequest(nodes=150, seed=1))  # whose first path leaves much to refine
+    solved = plan(PlanRequest(nodes=150, seed=2))  # whose first path leaves much to refine
     quality, cost = plan_record(solved)["quality"], solved.cost
     assert cost is not None
     roadmap = solved.roadmap

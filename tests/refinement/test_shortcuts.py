@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from planner import gabf
-from planner.collision.edge_prover import recheck
+from planner.collision.looks import recheck
 from planner.construction.enlarge import enlarged
 from planner.objective.motion_cost import MotionCost
 from planner.planning.network import build_network

@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from planner.base.versions import versions
-from planner.collision.edge_prover import recheck
+from planner.collision.looks import recheck
 from planner.construction.build import build_roadmap
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.measure import measure_edges

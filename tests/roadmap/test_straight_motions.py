@@ -6,7 +6,8 @@ import numpy as np
 
 from planner.collision import second_checker
 from planner.collision.checker import is_free
-from planner.collision.edge_prover import EdgeProver, recheck
+from planner.collision.edge_prover import EdgeProver
+from planner.collision.looks import recheck
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.straight_motions import Motions
 from tests.worlds import checker_of, load, make_post

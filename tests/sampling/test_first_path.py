@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from planner.base.progress import Progress
-from planner.collision.edge_prover import EdgeProver, MotionCheck, Verdict, recheck
+from planner.collision.edge_prover import EdgeProver, MotionCheck, Verdict
+from planner.collision.looks import recheck
 from planner.problem.request import PlanRequest
 from planner.roadmap.straight_motions import Motions
 from planner.sampling.first_path import FIRST_PATH, FirstPathSearch, JoinSettings

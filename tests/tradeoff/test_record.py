@@ -40,7 +40,7 @@ def kept(swept: Tradeoff, tmp_path: Path) -> Path:
 
 
 def test_another_request_is_refused(swept: Tradeoff, kept: Path) -> None:
-    refused(replace(swept.request, seed=3), kept, r"was made with --seed 0, not 3: repeat its options")
+    refused(replace(swept.request, seed=3), kept, r"was made with --seed 2, not 3: repeat its options")
     refused(replace(swept.request, roadmap=kept / "r.npz"), kept, r"was made with --roadmap None, not '.*r.npz'")
     refused(replace(swept.request, manipulability_cost="linear"), kept, r"--manipulability-cost 'log', not 'linear'")
 

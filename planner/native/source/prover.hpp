@@ -3,8 +3,9 @@
 // Where a pair of bodies is d apart, no motion that moves them against each other by less than d can make them touch.
 // A joint's motion dq moves a point no further than its distance from the joint's axis times |dq|, so every sample
 // clears an interval of the piece; when the intervals of every pair cover it, it is proven for all its configurations.
-// That distance is at most the body's reach in any configuration, and near a sample at most what it is there and what
-// the joints beyond can add to it: an arm that is folded moves its hand half as fast as one that is stretched out.
+// Where that does not reach, it is looked at how fast the bodies move at the sample and how much faster around it, see
+// speeds.hpp: joints work against each other, so that is a third of it in the mean. Of a box of configurations no
+// velocities are known: there the distance near a sample is what it is there and what the joints beyond can add to it.
 //
 // A sample is taken in the middle m of an interval of half width h. A pair that is d apart there, and whose distance
 // changes by no more than r per unit of s anywhere in the interval, is at least d - r |s - m| apart at s. If d >= r h it
@@ -18,11 +19,12 @@
 
 #include "polynomials.hpp"
 #include "refusals.hpp"
+#include "speeds.hpp"
 #include "world.hpp"
 
 namespace planner {
 
-constexpr double first_motion = 0.5;  // m: first intervals move no point further than this
+constexpr double first_motion = 0.7;  // m: first intervals move no point further than this
 constexpr double first_journey =
     32.0;  // m: of obstacles that go farther by themselves it is found out where it matters
 constexpr double longest_motion = 1e6;   // m: the first intervals of longer ones would take too much memory
@@ -47,17 +49,30 @@ struct Pieces {
             q[j] = value;
         }
     }
-    // Bounds on |dq_j / ds| over [low, high]: the largest of the derivative's Bernstein coefficients there.
-    void rates(int piece, double low, double high, double* rates) const {
+    // dq / ds at s.
+    void velocity(int piece, double s, double* velocity) const {
         const double* c = of(piece);
         for (int j = 0; j < dof; ++j) {
-            if (degree < 2) {
-                rates[j] = degree ? std::fabs(c[dof + j]) : 0.0;
+            double value = degree ? degree * c[degree * dof + j] : 0.0;
+            for (int k = degree - 1; k >= 1; --k) value = value * s + k * c[k * dof + j];
+            velocity[j] = value;
+        }
+    }
+    // Bounds on |dq_j / ds|, or with `order` 2 on the second derivative, over [low, high]: its largest Bernstein
+    // coefficient there.
+    void bounds(int order, int piece, double low, double high, double* bounds) const {
+        const double* c = of(piece);
+        const int n = degree - order;
+        for (int j = 0; j < dof; ++j) {
+            if (n < 1) {
+                bounds[j] = n < 0 ? 0.0 : order * std::fabs(c[order * dof + j]);
                 continue;
             }
-            double power[highest_degree];  // of the derivative, in t from 0 at low to 1 at high
-            const int n = degree - 1;
-            for (int k = 0; k <= n; ++k) power[k] = (k + 1) * c[(k + 1) * dof + j];
+            double power[highest_degree + 1];  // of the derivative, in t from 0 at low to 1 at high
+            for (int k = 0; k <= n; ++k) {
+                power[k] = (k + order) * c[(k + order) * dof + j];
+                if (order == 2) power[k] *= k + 1;
+            }
             for (int i = 0; i < n; ++i)
                 for (int k = n - 1; k >= i; --k) power[k] += low * power[k + 1];
             double width = 1.0;
@@ -66,7 +81,7 @@ struct Pieces {
             for (int i = 0; i <= n; ++i) size += std::fabs(power[i]);
             to_bernstein(power, n);
             for (int i = 0; i <= n; ++i) most = std::max(most, std::fabs(power[i]));
-            rates[j] = most + 1e-14 * size;
+            bounds[j] = most + 1e-14 * size;
         }
     }
 };
@@ -96,7 +111,8 @@ class Prover {
     Prover(const World& world, const double* reach, const double* body_reach, const uint8_t* is_static)
         : world_(world), reach_(reach), body_reach_(body_reach), static_(is_static), scratch_(world.scratch()),
           coarse_(world.pair_count()), enough_(world.pair_count()), joint_rate_(world.chain.dof()),
-          q_(world.chain.dof()), here_(static_cast<size_t>(world.bodies) * world.chain.dof()), is_here_(world.bodies) {
+          velocity_(world.chain.dof()), bend_(world.chain.dof()), q_(world.chain.dof()), speeds_(world, body_reach),
+          here_(static_cast<size_t>(world.bodies) * world.chain.dof()), is_here_(world.bodies) {
         for (int p = 0; p < world.pair_count(); ++p)
             if (!is_static[p] && world.pairs[p].checked) every_.push_back({p, false, {}});
         const int dof = world.chain.dof(), count = static_cast<int>(every_.size());
@@ -108,7 +124,7 @@ class Prover {
             for (int k = 0; k < count; ++k) reach_by_joint_[j * count + k] = reach[every_[k].pair * dof + j];
         gap_.resize(count), rate_.resize(count), own_rate_.resize(count), keep_.resize(count, world.margin);
         limited_rate_.resize(count), flat_rate_.resize(count), extra_.resize(count, infinity);
-        own_.resize(world.obstacles());
+        own_.resize(world.obstacles()), body_speed_.resize(world.bodies), has_speed_.resize(world.bodies);
     }
 
     // Sample until every interval is cleared, or a pair is left with less than `room` (m) of clearance. With a `span`
@@ -142,6 +158,7 @@ class Prover {
         Pieces pieces{};
         int piece = 0;
         const Span* span = nullptr;
+        bool is_box = false;  // the piece stands for all states in the box that it is a diagonal of: no signs are known
         Proof proof;
         std::vector<Interval> open;  // a heap
         std::vector<Task> tasks;
@@ -194,7 +211,7 @@ class Prover {
         world_.chain.place(q_.data(), scratch_.frames.data());
         world_.place_moving(attempt.span ? attempt.span->at(middle) : 0.0, scratch_.frames.data());
         ++attempt.proof.samples;
-        std::fill(is_here_.begin(), is_here_.end(), 0);
+        std::fill(is_here_.begin(), is_here_.end(), 0), has_speeds_ = false;
         if (here.last == 0) {
             tasks_ = every_;
             rates_of_all(attempt, here.low, here.high);
@@ -216,7 +233,7 @@ class Prover {
     // Look closer where it pays, and open what is left of an interval for the pairs that do not cover it.
     void finish(Attempt& attempt, Interval here, double middle, double need, double room) {
         Proof& proof = attempt.proof;
-        const int limit = look_closer(need);
+        const int limit = look_closer(attempt, middle, need);
         const double reach = limit < 0 ? infinity : covered(limit), clear = std::min(reach, need);
         const int first = static_cast<int>(attempt.tasks.size());
         for (size_t k = 0; k < tasks_.size(); ++k) {
@@ -249,10 +266,10 @@ class Prover {
     }
 
     // Make bounds better that do not cover `need`, where that is likely to pay: the task that covers least, or -1.
-    int look_closer(double need) {
+    int look_closer(const Attempt& attempt, double middle, double need) {
         short_.clear();
         for (int k = 0; k < static_cast<int>(tasks_.size()); ++k) {
-            if (!(gap_[k] >= needed(k, need))) rate_here(k, need);
+            if (!(gap_[k] >= needed(k, need))) rate_here(attempt, k, middle, need);
             if (!(gap_[k] >= needed(k, need) && gap_[k] > 0.0)) short_.push_back({covered(k), k});
         }
         std::sort(short_.begin(), short_.end());
@@ -281,7 +298,7 @@ class Prover {
 
     // Metres by which each pair's distance can change per unit of s in [low, high], of all tasks that there are.
     void rates_of_all(const Attempt& attempt, double low, double high) {
-        attempt.pieces.rates(attempt.piece, low, high, joint_rate_.data());
+        attempt.pieces.bounds(1, attempt.piece, low, high, joint_rate_.data());
         const int count = static_cast<int>(every_.size());
         std::fill(rate_.begin(), rate_.end(), 0.0);
         for (int j = 0; j < attempt.pieces.dof; ++j) {
@@ -293,7 +310,7 @@ class Prover {
 
     // The same, of the tasks at hand.
     void rates_of_tasks(const Attempt& attempt, double low, double high) {
-        attempt.pieces.rates(attempt.piece, low, high, joint_rate_.data());
+        attempt.pieces.bounds(1, attempt.piece, low, high, joint_rate_.data());
         for (size_t k = 0; k < tasks_.size(); ++k) {
             const double* reach = reach_ + static_cast<size_t>(tasks_[k].pair) * attempt.pieces.dof;
             rate_[k] = 0.0;
@@ -349,20 +366,48 @@ class Prover {
         return own;
     }
 
-    // The rate of task k within `need` (in s) of the sample.
-    void rate_here(int k, double need) {
+    // Make the rate of task k better within `need` (in s) of the sample at `middle`.
+    void rate_here(const Attempt& attempt, int k, double middle, double need) {
         const Pair& pair = world_.pairs[tasks_[k].pair];
+        const bool is_scene = pair.second >= world_.bodies;
+        if (!attempt.is_box) {
+            take_speeds(attempt, middle, need);
+            const Speed speed = is_scene ? body_speed(pair.first) : speeds_.between(pair.first, pair.second);
+            lower_rate(k, speed.anywhere(0.5 * need));
+            if (speed.at < infinity) return;
+        }
         const int dof = world_.chain.dof();
         const double* anywhere = reach_ + static_cast<size_t>(tasks_[k].pair) * dof;
         const double* first = reach_here(pair.first, need);
-        const double* second = pair.second < world_.bodies ? reach_here(pair.second, need) : nullptr;
-        double rate = own_rate_[k], flat = limited_rate_[k];
+        const double* second = is_scene ? nullptr : reach_here(pair.second, need);
+        double rate = 0.0;
         for (int j = 0; j < dof; ++j) {
             double reach = std::min(anywhere[j], first[j]);
             if (second) reach = std::min(reach, second[j]);
-            rate += reach * joint_rate_[j], flat += reach * joint_rate_[j];
+            rate += reach * joint_rate_[j];
         }
-        rate_[k] = std::min(rate_[k], rate), flat_rate_[k] = std::min(flat_rate_[k], flat);
+        lower_rate(k, rate);
+    }
+
+    // That the arm moves the two of task k against each other by no more than `rate` (m per unit of s).
+    void lower_rate(int k, double rate) {
+        rate_[k] = std::min(rate_[k], rate + own_rate_[k]);
+        flat_rate_[k] = std::min(flat_rate_[k], rate + limited_rate_[k]);
+    }
+
+    // How fast bodies move at the sample, and on the interval around it, where that is not known yet.
+    void take_speeds(const Attempt& attempt, double middle, double need) {
+        if (has_speeds_) return;
+        has_speeds_ = true;
+        attempt.pieces.velocity(attempt.piece, middle, velocity_.data());
+        attempt.pieces.bounds(2, attempt.piece, middle - need, middle + need, bend_.data());
+        speeds_.at(scratch_, velocity_.data(), joint_rate_.data(), bend_.data());
+        std::fill(has_speed_.begin(), has_speed_.end(), 0);
+    }
+
+    const Speed& body_speed(int body) {
+        if (!has_speed_[body]) body_speed_[body] = speeds_.of(body), has_speed_[body] = 1;
+        return body_speed_[body];
     }
 
     // How far a body's points are from the axes of the joints that carry it, on average over an interval of `need` from
@@ -407,7 +452,11 @@ class Prover {
     std::vector<double> limited_rate_, flat_rate_, extra_;  // per task, see needed(); limited_rate_: of speed limits
     std::vector<Own> own_;                                  // (obstacles,)
     int64_t intervals_ = 0;
-    std::vector<double> joint_rate_, q_;
+    std::vector<double> joint_rate_, velocity_, bend_, q_;
+    Speeds speeds_;
+    bool has_speeds_ = false;
+    std::vector<Speed> body_speed_;  // of those that has_speed_
+    std::vector<char> has_speed_;
     std::vector<double> here_;  // (bodies, dof) reach_here, of those that is_here_
     std::vector<char> is_here_;
     std::vector<std::pair<double, int>> short_;

@@ -84,6 +84,7 @@ class Together {
         const Span all{begin, end - begin, 0.0};
         Prover::Attempt attempt;
         attempt.pieces = {diagonal.data(), 1, 1, dof}, attempt.span = spans_ ? &all : nullptr;
+        attempt.is_box = true;
         if (left) attempt.tasks = *left;
         const int known = static_cast<int>(attempt.tasks.size());
         attempt.open.push_back({0.0, 1.0, 0.0, 0, known});

@@ -5,6 +5,7 @@
 #include "../glance.hpp"
 #include "../sharing.hpp"
 #include "../tree_search.hpp"
+#include "../walk.hpp"
 #include "robot.hpp"
 
 namespace planner {
@@ -317,6 +318,33 @@ int world_cheapest_chain(const World* world, const double* reach, const double* 
             rows[k] = found[k], clearance[k] = proof ? proof->clearance : 0.0, samples[k] = proof ? proof->samples : -1;
         }
         return static_cast<int>(found.size());
+    });
+}
+
+// How far an arm moves along pieces (count, degree + 1, dof). Where `moved` is null into how many parts each is cut that
+// no joint moves anything farther on than `longest` (m), parts (count,). Else by how many metres, moved (all parts,), no
+// point is moved farther on each part, and in `shares` (pairs,), of which none is made smaller, by how much the distances
+// of pairs change at most, of that. How many parts there are.
+int world_walk(const World* world, const double* reach, const double* body_reach, const double* coefficients, int count,
+               int degree, double longest, int64_t* parts, double* moved, double* shares) {
+    return answered([&] {
+        require(degree >= 0 && degree <= highest_degree, "the pieces are of a higher degree than is supported");
+        require(longest > 0.0, "a part is longer than nothing");
+        const Pieces pieces{coefficients, count, degree, world->chain.dof()};
+        require(within(coefficients, static_cast<size_t>(count) * (degree + 1) * pieces.dof, farthest),
+                "a coefficient is no finite number");
+        Walk walk(*world, reach, body_reach, pieces);
+        int64_t all = 0;
+        for (int k = 0; k < count; ++k, heed()) {
+            const double cut = walk.parts(k, longest);
+            require(cut + all <= INT32_MAX / 8, "a motion is too long to be walked along in such short parts");
+            if (!moved)
+                parts[k] = static_cast<int64_t>(cut);
+            else
+                for (int i = 0; i < cut; ++i) *moved++ = walk.part(k, i / cut, (i + 1) / cut, shares);
+            all += static_cast<int64_t>(cut);
+        }
+        return static_cast<int>(all);
     });
 }
 

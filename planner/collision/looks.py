@@ -1,0 +1,117 @@
+"""Second looks at motions: states along them between which no point moves farther than a step. No proofs, no bounds.
+
+How far points move is bounded by :func:`planner.native.walk.walk`, part by part, from how bodies turn and slide there.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints, so_far
+from planner.base.polynomials import evaluate
+from planner.base.products import product
+from planner.collision.checker import CollisionChecker
+from planner.collision.world import Contact, World
+from planner.native.walk import walk
+
+_LONGEST = 0.05  # m that joints alone could move a point on a part, over which its motion is bounded
+_AT_ONCE = 16384  # states
+_SAME = 1e-12  # rad (m): states nearer to each other are one
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A ``contact`` that was seen on a ``piece`` at s in [0, 1], in configuration ``q`` (dof,)."""
+
+    piece: int
+    s: float
+    q: Floats
+    contact: Contact
+
+
+@dataclass(frozen=True, eq=False)
+class Looks:
+    """Where to look: at ``s`` (n,) on ``piece`` (n,). A pair's distance changes by no more than ``apart`` (pairs,) m
+    from one look to the next."""
+
+    piece: Ints
+    s: Floats
+    apart: Floats
+
+
+def looks_along(checker: CollisionChecker, coefficients: Floats, step: float) -> Looks:
+    """Looks at pieces (m, degree + 1, dof), each of which begins where the last one ends; at both ends too."""
+    bound = checker.bound
+    parts, moved, shares = walk(bound.native, bound.of_all, coefficients, _LONGEST)
+    walked = so_far(moved)
+    count = max(1, math.ceil(walked[-1] / step))
+    at = walked[-1] * np.arange(count + 1) / count
+    part = np.clip(np.searchsorted(walked, at, side="right") - 1, 0, len(moved) - 1)
+    on_part = np.clip((at - walked[part]) / np.where(moved > 0, moved, 1.0)[part], 0.0, 1.0)
+    piece = np.repeat(np.arange(len(parts)), parts)[part]
+    s = (part - so_far(parts)[piece] + on_part) / parts[piece]
+    piece[-1], s[-1] = len(parts) - 1, 1.0
+    return Looks(piece, s, shares * walked[-1] / count)
+
+
+def first_seen(
+    checker: CollisionChecker, coefficients: Floats, step: float, progress: Callable[[int], None] = lambda done: None
+) -> Seen | None:
+    """The first contact on pieces (m, degree + 1, dof), one after the other, that is seen every ``step`` (m).
+
+    The second opinion on what is proven. Where a piece begins as the one before it ends, that state is looked at once.
+    ``progress`` is called with the number of pieces that have been looked at.
+    """
+    for rows in _joined(coefficients):
+        looks = looks_along(checker, coefficients[rows], step)
+        for first in range(0, len(looks.s), _AT_ONCE):
+            piece, s = looks.piece[first : first + _AT_ONCE] + rows.start, looks.s[first : first + _AT_ONCE]
+            states = evaluate(coefficients[piece], s)
+            found = checker.first_contact_along(states, looks.apart)
+            if found is not None:
+                k = found[0]
+                return Seen(int(piece[k]), float(s[k]), states[k], found[1])
+            progress(int(piece[-1]) + 1)
+    return None
+
+
+def _joined(coefficients: Floats) -> Iterator[slice]:
+    """Rows of pieces of which each begins where the one before it ends."""
+    jumps = np.abs(coefficients[1:, 0] - coefficients[:-1].sum(axis=1)).max(axis=1, initial=0.0) > _SAME
+    ends = [0, *(np.flatnonzero(jumps) + 1).tolist(), len(coefficients)]
+    return (slice(a, b) for a, b in itertools.pairwise(ends) if b > a)
+
+
+def straight(start: Floats, delta: Floats) -> Floats:
+    """Straight motions from ``start`` by ``delta`` (m, dof) as pieces (m, 2, dof)."""
+    return np.stack([start, delta], axis=1)
+
+
+def recheck(checker: CollisionChecker, start: Floats, delta: Floats, step: float = 1e-3) -> Contact | None:
+    """The first contact that is seen on a segment every ``step`` (m), without bounds or proofs; else None."""
+    found = first_seen(checker, straight(start[None], delta[None]), step)
+    return found.contact if found else None
+
+
+def states_along(start: Floats, delta: Floats, motion: float, step: float) -> Floats:
+    """Configurations along a segment, both ends included, between which no point moves further than ``step`` (m).
+
+    ``motion`` is the most that any point moves on the whole segment.
+    """
+    count = max(1, int(np.ceil(motion / step)))
+    return start + np.linspace(0.0, 1.0, count + 1)[:, None] * delta
+
+
+def dense_states(world: World, start: Floats, delta: Floats, step: float) -> tuple[Floats, Floats]:
+    """Configurations (n, dof) along a segment, no point moving more than ``step`` (m) from one to the next.
+
+    By what joints move at most in any configuration. And by how much (m) the distance of each pair changes at most
+    from one to the next, (pairs,).
+    """
+    states = states_along(start, delta, float(world.reach.motion(delta[None]).max(initial=0.0)), step)
+    return states, product(world.pair_reach, np.abs(delta)) / (len(states) - 1)

@@ -1,0 +1,93 @@
+// How fast the bodies of an arm move along a joint path: at a state exactly, and how much faster around it at most.
+//
+// A point p of a body moves at dp/ds = sum_j q'_j dp/dq_j, its body's turn and slide at the state, which is less than the
+// sum of what each joint moves it: joints work against each other. Where joint j carries joint k, dp/dq_k turns with
+// joint j, so that |d2p / dq_j dq_k| is at most the reach R_k from the axis of joint k, and 0 where joint j slides. So
+// |d2p/ds2| <= sum_k |q''_k| R_k + sum_jk |q'_j| |q'_k| R_k, k the one of the two that is farther out.
+#pragma once
+
+#include "world.hpp"
+
+namespace planner {
+
+// Of a body's points, per unit of s: no point is faster than `at` at the state, nor by more than `change` times |s|
+// elsewhere. Nothing is known where `at` is infinite.
+struct Speed {
+    double at = infinity, change = 0.0;
+
+    // What no point exceeds as long as s is no farther than `x` from the state.
+    double anywhere(double x) const { return at + change * x; }
+    // Metres that a point moves at most from the state to `x` away from it in s.
+    double moved(double x) const { return (at + 0.5 * change * x) * x; }
+    // How far in s from the state no point has moved by `distance` (m), which is no less than 0.
+    double within(double distance) const {
+        return distance > 0.0 ? 2.0 * distance / (at + std::sqrt(at * at + 2.0 * change * distance)) : 0.0;
+    }
+};
+
+class Speeds {
+   public:
+    // `body_reach` (bodies, dof) holds in every configuration.
+    Speeds(const World& world, const double* body_reach)
+        : world_(world), body_reach_(body_reach), turns_(world.chain.dof() + 1), slides_(world.chain.dof() + 1) {}
+
+    // At joints that are placed in `scratch`, spheres too, and move at `velocities` (dof,) there; on an interval around
+    // the state, in which the velocity of none is larger than `rates` (dof,), nor its change than `bends` (dof,).
+    void at(const Scratch& scratch, const double* velocities, const double* rates, const double* bends) {
+        scratch_ = &scratch, rates_ = rates, bends_ = bends;
+        for (int j = 1; j <= world_.chain.dof(); ++j) {
+            const Joint& joint = world_.chain.joints[j - 1];
+            const Frame& frame = scratch.frames[j];
+            const Vec along = velocities[j - 1] * (frame.turn * joint.axis);
+            turns_[j] = turns_[joint.parent], slides_[j] = slides_[joint.parent];
+            if (joint.prismatic)
+                slides_[j] = slides_[j] + along;
+            else
+                turns_[j] = turns_[j] + along, slides_[j] = slides_[j] + cross(frame.shift, along);
+        }
+    }
+
+    // Of a body, seen from the base.
+    Speed of(int body) const { return seen_from(0, body); }
+
+    // Of one of two bodies, seen from the other; unknown where neither's joint carries the other.
+    Speed between(int first, int second) const {
+        const int a = world_.items[first].joint, b = world_.items[second].joint;
+        return carries(a, b) ? seen_from(a, second) : carries(b, a) ? seen_from(b, first) : Speed();
+    }
+
+   private:
+    bool carries(int joint, int other) const {
+        while (other > joint) other = world_.chain.joints[other - 1].parent;
+        return other == joint;
+    }
+
+    Speed seen_from(int joint, int body) const {
+        const Item& item = world_.items[body];
+        if (item.spheres == 0) return {};
+        const double* reach = body_reach_ + static_cast<size_t>(body) * world_.chain.dof();
+        Speed speed{0.0, 0.0};
+        double beyond = 0.0;  // by the joints that are farther out
+        for (int j = item.joint; j != joint; j = world_.chain.joints[j - 1].parent) {
+            const double own = rates_[j - 1] * reach[j - 1];
+            if (!world_.chain.joints[j - 1].prismatic) speed.change += rates_[j - 1] * (own + 2.0 * beyond);
+            speed.change += bends_[j - 1] * reach[j - 1];
+            beyond += own;
+        }
+        const Vec turn = turns_[item.joint] - turns_[joint], slide = slides_[item.joint] - slides_[joint];
+        const double around = length(turn);
+        for (int k = item.first_sphere; k < item.first_sphere + item.spheres; ++k) {
+            const Vec middle{scratch_->x[k], scratch_->y[k], scratch_->z[k]};
+            speed.at = std::max(speed.at, length(slide + cross(turn, middle)) + around * world_.radii[k]);
+        }
+        return speed;
+    }
+
+    const World& world_;
+    const double* body_reach_;
+    std::vector<Vec> turns_, slides_;  // of each joint's frame: what is at the room's origin slides so
+    const Scratch* scratch_ = nullptr;
+    const double *rates_ = nullptr, *bends_ = nullptr;
+};
+
+}  // namespace planner

@@ -1,0 +1,70 @@
+// How far an arm's bodies move along joint paths, part by part, so that looks at them can be evenly spread.
+#pragma once
+
+#include "prover.hpp"
+#include "speeds.hpp"
+
+namespace planner {
+
+class Walk {
+   public:
+    Walk(const World& world, const double* reach, const double* body_reach, const Pieces& pieces)
+        : world_(world), reach_(reach), body_reach_(body_reach), pieces_(pieces), dof_(pieces.dof),
+          speeds_(world, body_reach), scratch_(world.scratch()), q_(dof_), velocity_(dof_), rates_(dof_), bends_(dof_),
+          fastest_(world.bodies) {}
+
+    // Into how many parts of one length in s a piece is cut, so that joints alone could move no point farther than
+    // `longest` (m) on one; infinite numbers for what is none.
+    double parts(int piece, double longest) {
+        pieces_.bounds(1, piece, 0.0, 1.0, rates_.data());
+        double motion = 0.0;
+        for (int b = 0; b < world_.bodies; ++b) motion = std::max(motion, sum(body_reach_, b));
+        return motion <= longest ? 1.0 : std::ceil(motion / longest);
+    }
+
+    // Metres that no point exceeds on a part, from `low` to `high`. `shares` (pairs,) are made as large as what each
+    // pair's distance can change by, of that.
+    double part(int piece, double low, double high, double* shares) {
+        const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
+        pieces_.at(piece, middle, q_.data());
+        pieces_.velocity(piece, middle, velocity_.data());
+        pieces_.bounds(1, piece, low, high, rates_.data());
+        pieces_.bounds(2, piece, low, high, bends_.data());
+        world_.chain.place(q_.data(), scratch_.frames.data());
+        world_.place_spheres(scratch_.frames.data(), scratch_);
+        speeds_.at(scratch_, velocity_.data(), rates_.data(), bends_.data());
+        double fastest = 0.0;
+        for (int b = 0; b < world_.bodies; ++b) {
+            fastest_[b] = std::min(sum(body_reach_, b), speeds_.of(b).anywhere(half));
+            fastest = std::max(fastest, fastest_[b]);
+        }
+        if (fastest == 0.0) return 0.0;
+        const auto keep = [&](int pair, double speed) { shares[pair] = std::max(shares[pair], speed / fastest); };
+        const int obstacles = world_.obstacles(), scene = world_.bodies * obstacles;
+        for (int pair = 0; pair < scene; ++pair) keep(pair, fastest_[pair / obstacles]);
+        for (int pair = scene; pair < world_.pair_count(); ++pair) {
+            const int first = world_.pairs[pair].first, second = world_.pairs[pair].second;
+            const double apart = std::min(sum(reach_, pair), speeds_.between(first, second).anywhere(half));
+            keep(pair, std::min(apart, fastest_[first] + fastest_[second]));
+        }
+        return fastest * (high - low);
+    }
+
+   private:
+    // What the joints move a row of some reach by at most, per unit of s.
+    double sum(const double* reach, int row) const {
+        double sum = 0.0;
+        for (int j = 0; j < dof_; ++j) sum += reach[static_cast<size_t>(row) * dof_ + j] * rates_[j];
+        return sum;
+    }
+
+    const World& world_;
+    const double *reach_, *body_reach_;
+    const Pieces pieces_;
+    const int dof_;
+    Speeds speeds_;
+    Scratch scratch_;
+    std::vector<double> q_, velocity_, rates_, bends_, fastest_;
+};
+
+}  // namespace planner

@@ -1,0 +1,28 @@
+"""The compiled walk along joint paths: how far nothing moves on each part of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.native.library import NativeBounds, NativeWorld
+from planner.native.loading import address as _at
+from planner.native.loading import floats as _floats
+from planner.native.loading import library as _library
+
+
+def walk(world: NativeWorld, bounds: NativeBounds, coefficients: Floats, longest: float) -> tuple[Ints, Floats, Floats]:
+    """Into how many parts of one length in s each of m pieces is cut, (m,), and how far no point moves on each part.
+
+    ``coefficients`` (m, degree + 1, dof) of q(s), s in [0, 1]. Parts are so short that the joints alone could move
+    nothing farther than ``longest`` (m). The metres (all parts,) hold for a part of a part in proportion. With them
+    shares (pairs,): by how much at most a pair's distance changes meanwhile, of what the fastest point moves.
+    """
+    m = len(coefficients)
+    coefficients = _floats(coefficients, m, coefficients.shape[1], world.dof)
+    parts, shares = np.empty(m, dtype=np.int64), np.zeros(world.pairs)
+    reach, body_reach, _ = bounds.addresses
+    known = world.handle, reach, body_reach, _at(coefficients), m, coefficients.shape[1] - 1, longest
+    moved = np.empty(_library.world_walk(*known, _at(parts), None, None))
+    _library.world_walk(*known, None, _at(moved), _at(shares))
+    return parts, moved, shares

@@ -1,0 +1,220 @@
+"""Second looks: nothing moves farther between two of them than was asked, by forward kinematics of bodies' corners."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from planner.base.polynomials import evaluate
+from planner.collision import BACKENDS, make_checker, second_checker
+from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.collision.looks import first_seen, looks_along, recheck, states_along, straight
+from planner.kinematics.forward import joint_placements
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Box, corners
+from planner.native.walk import walk
+from tests.collision.test_edge_prover import edges_of
+from tests.worlds import checker_of, joint_xml, link_xml, load, scene_of
+
+BRANCHED = (
+    link_xml("base", '<box size="0.2 0.2 0.2"/>')
+    + link_xml("a", '<box size="0.1 0.6 0.1"/>', '<origin xyz="0 0.4 0"/>')
+    + link_xml("b", '<cylinder radius="0.05" length="0.4"/>', '<origin xyz="0.1 0 0.3"/>')
+    + link_xml("c", '<sphere radius="0.07"/>', '<origin xyz="0.3 0 0"/>')
+    + link_xml("left", '<box size="0.05 0.05 0.2"/>', '<origin xyz="0.1 0 0.1"/>')
+    + link_xml("right", '<box size="0.05 0.05 0.2"/>', '<origin xyz="-0.1 0 0.1"/>')
+    + joint_xml("turn", "base", "a", xyz="0 0 0.3", limit="-2 2")
+    + joint_xml("slide", "a", "b", "prismatic", "0.6 0 0.8", xyz="0 0.8 0", limit="-0.4 0.4")
+    + joint_xml("swing", "b", "c", axis="0 1 0", xyz="0 0 0.5", limit="-2 2")
+    + joint_xml("open", "c", "left", "prismatic", "1 0 0", xyz="0.4 0 0", limit="-0.2 0.2")
+    + joint_xml("turn_right", "c", "right", axis="1 0 0", xyz="0.4 0 0", limit="-1 1")
+)
+ARMS = ["panda", "ur5", "kinova", "planar_2r", "branched"]
+
+
+@pytest.fixture(params=ARMS)
+def checker(request: pytest.FixtureRequest, urdf_file) -> CollisionChecker:
+    if request.param != "branched":
+        return checker_of(request.param, "table") if request.param != "planar_2r" else checker_of("planar_2r", "paper")
+    robot = Robot.load(urdf_file(BRANCHED), tool="left")
+    return make_checker(robot, scene_of((Box((0.2, 0.2, 0.2)), pose([3.0, 0, 0]))))
+
+
+def curves(robot: Robot, degree: int, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Pieces within limits, each of which begins where the last one ends: their Bernstein coefficients are within."""
+    points = rng.uniform(robot.lower, robot.upper, (count * degree + 1, robot.dof)).clip(-3, 3)
+    points = points[0] + 0.3 * (points - points[0])
+    bezier = np.stack([points[k * degree : (k + 1) * degree + 1] for k in range(count)])
+    return np.stack([of_bezier(each) for each in bezier])
+
+
+def of_bezier(points: np.ndarray) -> np.ndarray:
+    """The coefficients of s^0, s^1, ... of a Bézier curve of one, two or four spans."""
+    n, found = len(points) - 1, []
+    differences, binomial = points, 1.0
+    for k in range(n + 1):
+        found.append(binomial * differences[0])
+        differences, binomial = np.diff(differences, axis=0), binomial * (n - k) / (k + 1)
+    return np.array(found)
+
+
+def corners_in_joints(checker: CollisionChecker) -> list[tuple[int, np.ndarray]]:
+    """Of every body its joint, and some of its points (k, 3) in that joint's frame."""
+    return [
+        (body.joint, corners(body.shape)[0] @ body.placement[:3, :3].T + body.placement[:3, 3])
+        for body in checker.world.bodies
+    ]
+
+
+def moved_by(checker: CollisionChecker, states: np.ndarray) -> np.ndarray:
+    """How far points of each body get from one state to the next, (n - 1, bodies)."""
+    turn, shift = joint_placements(checker.chain, states)
+    placed = (
+        np.einsum("nij,kj->nki", turn[joint], local) + shift[joint][:, None]
+        for joint, local in corners_in_joints(checker)
+    )
+    return np.stack([np.linalg.norm(np.diff(each, axis=0), axis=2).max(axis=1) for each in placed], axis=1)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 5])
+@pytest.mark.parametrize("step", [0.2, 0.02])
+def test_no_point_moves_farther_between_looks_nor_pair_changes_more(checker, degree: int, step: float) -> None:
+    pieces = curves(checker.robot, degree, 4, np.random.default_rng(degree))
+    looks = looks_along(checker, pieces, step)
+    states = evaluate(pieces[looks.piece], looks.s)
+    np.testing.assert_allclose(states[[0, -1]], [pieces[0, 0], pieces[-1].sum(axis=0)], rtol=0, atol=1e-12)
+    moved = moved_by(checker, states)
+    assert moved.max() <= step * (1 + 1e-9)
+    world = checker.world
+    scene = looks.apart[: world.checked.size].reshape(world.checked.shape)
+    assert (moved <= scene.min(axis=1, initial=np.inf) * (1 + 1e-9) + 1e-12).all()
+    assert scene.max() <= step * (1 + 1e-9)
+
+
+def test_no_distance_of_two_bodies_changes_more_between_looks(checker) -> None:
+    """By coal, whose distances are off by a hundredth of a millimetre at most."""
+    pieces = curves(checker.robot, 1, 2, np.random.default_rng(4))
+    looks, judge = looks_along(checker, pieces, 0.2), second_checker(checker)
+    pairs = checker.world.checked.size + np.arange(len(checker.world.self_pairs))
+    gaps = np.array([judge.gaps(q, pairs) for q in evaluate(pieces[looks.piece], looks.s)])
+    assert (np.abs(np.diff(gaps.clip(0), axis=0)) <= looks.apart[pairs] + 2e-5).all()
+
+
+def test_looks_are_not_many_more_than_needed(checker) -> None:
+    """What is farthest moves at least by half of the step between most of them."""
+    pieces = curves(checker.robot, 1, 4, np.random.default_rng(9))
+    looks = looks_along(checker, pieces, 0.01)
+    moved = moved_by(checker, evaluate(pieces[looks.piece], looks.s))
+    assert np.mean(moved.max(axis=1)) > 0.5 * 0.01
+
+
+@pytest.mark.parametrize("checker", ["panda", "branched"], indirect=True)
+@pytest.mark.parametrize("degree", [1, 3])
+def test_no_curve_that_an_optimiser_finds_moves_a_point_farther(checker, degree: int) -> None:
+    """By the way of each body's fastest points between the first two looks, in short steps."""
+    robot, step = checker.robot, 0.3
+    centre = 0.5 * (robot.lower + robot.upper).clip(-3, 3)
+    within = (0.5 * (robot.upper - robot.lower)).clip(0, 1) / (degree + 1)  # limits, in which reaches hold
+
+    def excess(given: np.ndarray) -> float:
+        piece = within * np.tanh(given).reshape(1, degree + 1, robot.dof)
+        piece[:, 0] += centre
+        looks = looks_along(checker, piece, step)
+        fine = np.linspace(looks.s[0], looks.s[1], 5)
+        moved = moved_by(checker, evaluate(np.repeat(piece, 5, axis=0), fine))
+        return -float(moved.sum(axis=0).max()) / step
+
+    rng = np.random.default_rng(degree)
+    for _ in range(2):
+        found = minimize(excess, rng.normal(size=(degree + 1) * robot.dof), method="Powell", options={"maxfev": 100})
+        assert -found.fun <= 1 + 1e-6
+
+
+@pytest.mark.parametrize("checker", ["panda", "planar_2r", "branched"], indirect=True)
+@pytest.mark.parametrize("degree", [1, 3])
+def test_no_point_is_faster_anywhere_on_a_long_part(checker, degree: int) -> None:
+    """Pieces in one part each: an optimiser looks for the fastest point in short steps."""
+    robot, bound = checker.robot, checker.bound
+    centre, fine = 0.5 * (robot.lower + robot.upper).clip(-3, 3), np.linspace(0.0, 1.0, 17)
+    within = (0.5 * (robot.upper - robot.lower)).clip(0, 1) / (degree + 1)  # limits, in which reaches hold
+
+    def excess(given: np.ndarray) -> float:
+        piece = within * np.tanh(given).reshape(1, degree + 1, robot.dof)
+        piece[:, 0] += centre
+        parts, moved, _ = walk(bound.native, bound.of_all, piece, 1e3)
+        assert parts == [1]
+        return -16.0 * float(moved_by(checker, evaluate(np.repeat(piece, 17, axis=0), fine)).max()) / moved[0]
+
+    rng = np.random.default_rng(degree)
+    for _ in range(2):
+        found = minimize(excess, rng.normal(size=(degree + 1) * robot.dof), method="Powell", options={"maxfev": 100})
+        assert 0.1 < -found.fun <= 1 + 1e-6
+
+
+def test_a_motion_without_length_is_looked_at_in_both_ends() -> None:
+    checker = checker_of("panda", "shelf")
+    q = 0.5 * (checker.robot.lower + checker.robot.upper)
+    looks = looks_along(checker, straight(q[None], 0 * q[None]), 1e-3)
+    np.testing.assert_array_equal(looks.s, [0.0, 1.0])
+    assert (looks.apart == 0.0).all()
+
+
+def test_states_along_keep_the_step() -> None:
+    world = checker_of("iiwa14", "paper").world
+    start, delta = edges_of(load("iiwa14"), 1, 15, 1.0)
+    motion = float(world.reach.motion(delta).max())
+    states = states_along(start[0], delta[0], motion, 1e-3)
+    np.testing.assert_allclose(states[[0, -1]], [start[0], start[0] + delta[0]])
+    assert world.reach.motion(np.diff(states, axis=0)).max() <= 1e-3 + 1e-12
+    assert len(states_along(start[0], 0 * delta[0], 0.0, 1e-3)) == 2
+
+
+def test_recheck_sees_a_wall_of_a_millimetre_and_names_it() -> None:
+    place = pose([0.6 * np.cos(0.5), 0.6 * np.sin(0.5), 0], [0, 0, 0.5])
+    checker = make_checker(load("planar_2r"), scene_of((Box((0.1, 0.001, 0.3)), place)))
+    contact = recheck(checker, np.zeros(2), np.array([1.2, 0.0]))
+    assert contact is not None
+    assert contact.second == "thing0"
+    assert recheck(checker, np.zeros(2), np.array([-1.2, 0.0])) is None
+
+
+def test_a_path_is_looked_at_once_where_its_motions_meet() -> None:
+    paper = checker_of("iiwa14", "paper")
+    start, delta = edges_of(load("iiwa14"), 1, 16, 0.5)
+    start, delta = start + np.linspace(0, 1, 9)[:-1, None] * delta, np.repeat(delta / 8, 8, axis=0)
+    before = paper.queries
+    assert first_seen(paper, straight(start, delta), 0.1) is None
+    assert paper.queries - before == len(looks_along(paper, straight(start, delta), 0.1).s)
+
+
+def test_recheck_agrees_with_proofs() -> None:
+    paper = checker_of("iiwa14", "paper")
+    start, delta = edges_of(load("iiwa14"), 40, 16, 0.5)
+    proofs = EdgeProver(paper).prove(start, delta)
+    for k, verdict in enumerate(proofs.verdict):
+        seen = recheck(paper, start[k], delta[k], 2e-3) is not None
+        assert verdict != Verdict.FREE or not seen
+        assert verdict != Verdict.COLLIDES or seen or proofs.clearance[k] < 2e-3
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_motions_that_do_not_meet_touch_where_they_do_one_by_one(backend: str) -> None:
+    checker = make_checker(load("panda"), Scene.load("shelf"), backend)
+    start, delta = edges_of(checker.robot, 60, 18, 0.6)
+    alone = [recheck(checker, q, d, 5e-3) for q, d in zip(start, delta, strict=True)]
+    first = next(k for k, contact in enumerate(alone) if contact is not None)
+    found = first_seen(checker, straight(start, delta), 5e-3)
+    assert found is not None
+    assert (found.piece, found.contact) == (first, alone[first])
+    np.testing.assert_allclose(found.q, start[first] + found.s * delta[first], rtol=0, atol=1e-12)
+    free = np.array([contact is None for contact in alone])
+    assert free.sum() > 35
+    assert first_seen(checker, straight(start[free], delta[free]), 5e-3) is None
+    last = np.append(np.flatnonzero(free), first)
+    found = first_seen(checker, straight(start[last], delta[last]), 5e-3)
+    assert found is not None
+    assert found.piece == len(last) - 1
