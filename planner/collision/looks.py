@@ -1,4 +1,4 @@
-"""Second looks at motions: states along them between which no point moves farther than a step. No proofs, no bounds.
+"""Second looks at motions: states along them between which no point moves farther than a step. No proofs.
 
 How far points move is bounded by :func:`planner.native.walk.walk`, part by part, from how bodies turn and slide there.
 """

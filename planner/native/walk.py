@@ -1,4 +1,4 @@
-"""The compiled walk along joint paths: how far nothing moves on each part of them."""
+"""The compiled walk along joint paths: how far points move at most on each part of them."""
 
 from __future__ import annotations
 

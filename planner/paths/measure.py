@@ -13,7 +13,7 @@ from planner.base.polylines import cut, parts_of
 from planner.base.resolutions import CLEARANCE_ALONG_PATH, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
-from planner.collision.looks import first_seen, states_along, straight
+from planner.collision.looks import dense_states, first_seen, straight
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
@@ -97,11 +97,6 @@ def path_contact(
 
 def path_clearance(checker: CollisionChecker, path: Floats) -> tuple[Floats, Floats]:
     """Configurations (n, dof) along a joint path, ``CLEARANCE_ALONG_PATH`` apart, and the clearance (n,) m at each."""
-    rows = [path[:1], *(_states(checker, a, b, CLEARANCE_ALONG_PATH)[1:] for a, b in itertools.pairwise(path))]
-    q = np.concatenate(rows)
+    along = (dense_states(checker.world, a, b - a, CLEARANCE_ALONG_PATH)[0] for a, b in itertools.pairwise(path))
+    q = np.concatenate([path[:1], *(states[1:] for states in along)])
     return q, Clearance(checker)(q)
-
-
-def _states(checker: CollisionChecker, a: Floats, b: Floats, step: float) -> Floats:
-    motion = float(checker.world.reach.motion((b - a)[None]).max(initial=0.0))
-    return states_along(a, b - a, motion, step)
