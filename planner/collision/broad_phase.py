@@ -61,6 +61,8 @@ class BroadPhase:
         margins = world.margin + world.rounding + (0.0 if extra is None else extra)
         for view in self._views:
             free = np.flatnonzero(~touching)
+            if not len(free):
+                break
             touching[free] = view.touching(world, q[free], margins)
         return touching
 
@@ -190,7 +192,7 @@ class Pool:
     @cached_property
     def _of_one(self) -> tuple[pin.Data, pin.GeometryData]:
         data = pin.GeometryData(self.models[0])
-        _settle([data], self._margins)
+        _settle(_requests([data]), self._margins)
         return self._robot.createData(), data
 
 
@@ -201,37 +203,42 @@ class _Managers:
         self._threads, self._margins = threads, margins
         self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(robot, geometry, threads)
         self.models = [manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers()]
-        _settle(self._pool.getGeometryDatas(), margins)
+        self._requests = _requests(self._pool.getGeometryDatas())
+        _settle(self._requests, margins)
 
     def touching(self, q: Floats, margins: Floats) -> Bools:
         """See :meth:`Pool.touching`."""
         if not np.array_equal(margins, self._margins):
-            _keep(self._pool.getGeometryDatas(), margins)
+            _keep(self._requests, margins)
             self._margins = margins
         hits = pin.computeCollisionsInParallel(self._threads, self._pool, np.asfortranarray(q.T), True, False)
         return np.asarray(hits).ravel().astype(bool)
 
 
-def _keep(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
+def _requests(geometries: Iterable[pin.GeometryData]) -> list[list[Any]]:
+    """What coal is asked about every pair, once for each geometry; valid as long as that is there."""
+    return [list(data.collisionRequests) for data in geometries]
+
+
+def _keep(requests: Sequence[Sequence[Any]], margins: Floats) -> None:
     """Let pairs that come closer than their ``margins`` (pairs,) m count as a contact."""
-    for data in geometries:
-        for request, margin in zip(data.collisionRequests, margins.tolist(), strict=True):
+    for of_pairs in requests:
+        for request, margin in zip(of_pairs, margins.tolist(), strict=True):
             request.security_margin = margin
 
 
-def _settle(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
+def _settle(requests: Sequence[Sequence[Any]], margins: Floats) -> None:
     """Settings without which a verdict could be wrong, or depend on earlier questions.
 
     Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
     within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
     contact the verdict then depends on earlier questions.
     """
-    geometries = list(geometries)
-    _keep(geometries, margins)
+    _keep(requests, margins)
     with PROCESS, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
-        for data in geometries:
-            for request in data.collisionRequests:
+        for of_pairs in requests:
+            for request in of_pairs:
                 request.enable_contact = True
                 request.enable_cached_gjk_guess = False
 

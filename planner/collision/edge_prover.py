@@ -23,6 +23,7 @@ from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
+from planner.native.motions import Ramp, curve_next_ramp
 
 _BATCH = 256  # pieces between two looks whether to stop
 
@@ -276,29 +277,53 @@ class EdgeProver:
         self._find_inside(proofs, coefficients[free, 0], free)
         return proofs
 
-    def all_free(self, coefficients: Floats, room: float = PROOF, likely: bool = False) -> bool:
+    def all_free(self, coefficients: Floats, room: float = PROOF) -> bool:
         """Whether all polynomial pieces (m, degree + 1, dof) are proven, as :meth:`prove_curves` has it.
 
-        A proof goes no further once another piece is refused. Where all are ``likely`` free, and each lies near the
-        ones before and behind it, that is found in half of the time.
+        No more is proven once a piece is refused. Where each lies near the ones before and behind it, that is found in
+        half of the time.
         """
         coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", self.robot.dof), most=_LARGEST)
-        if self.static_contact is not None or not self._all_clear(coefficients, room, likely):
+        if self.static_contact is not None:
             return False
+        for first in range(0, len(coefficients), _BATCH):
+            batch = coefficients[first : first + _BATCH]
+            if self.progress.stopped or self._native.prove_together(self._bounds, batch, room)[0].any():
+                return False
+        return self._kept(coefficients)
+
+    def next_ramp(
+        self,
+        curve: Floats,
+        phases: Floats,
+        moments: Floats,
+        shares: Floats,
+        limits: tuple[Floats, Floats],
+        positions: tuple[Floats, Floats],
+        room: float = PROOF,
+    ) -> Ramp | None:
+        """The first of pairs of ``moments`` (n, 2) s of a motion along a curve that a proven parabolic ramp joins.
+
+        See :func:`planner.native.motions.curve_next_ramp`.
+        """
+        tried = 0
+        while self.static_contact is None:
+            found = curve_next_ramp(
+                self._native, self._bounds, room, curve, phases, moments[tried:], shares, limits, positions
+            )
+            if found is None:
+                break
+            number, start, end, ramp = found
+            tried += number + 1
+            if self._kept(ramp):
+                return tried - 1, start, end, ramp
+        return None
+
+    def _kept(self, coefficients: Floats) -> bool:
+        """Of pieces that cross no surface, whether none begins inside something, and all keep what motions keep."""
         if (self.checker.inside.pairs(coefficients[:, 0]) >= 0).any():
             return False
         return bool(self.world.keeps.proven(coefficients).all())
-
-    def _all_clear(self, coefficients: Floats, room: float, likely: bool) -> bool:
-        if likely:
-            batches = (coefficients[first : first + _BATCH] for first in range(0, len(coefficients), _BATCH))
-            return all(
-                not self.progress.stopped and not self._native.prove_together(self._bounds, batch, room)[0].any()
-                for batch in batches
-            )
-        once = np.ones(1, dtype=np.int64)
-        count = len(coefficients) * once
-        return self._native.first_proven(self._bounds, coefficients, count, once, 0 * once, room)[0][0] >= 0
 
     def _prove_batch(self, coefficients: Floats, room: float) -> tuple[Proofs, Floats]:
         """The proofs, and where those stopped that are undecided."""

@@ -22,7 +22,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 29  # of the functions' arguments: what planner_version() says
+_VERSION = 30  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -118,9 +118,11 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "curve_knots": (_int, (_int, _int, *2 * [_Pointer], _int, _Pointer, _double, _long, _long, *4 * [_Pointer])),
     "motion_mean": (_int, (_int, _int, *3 * [_Pointer], _long, _long, *4 * [_Pointer])),
     "ramp_quickest": (_int, (_int, *4 * [_Pointer], _int, *4 * [_Pointer])),
-    "curve_next_ramp": (
+    "motion_shares": (_int, (_int, _int, *6 * [_Pointer])),
+    "curve_chords": (_int, (_int, _int, _Pointer, _int, _double, *2 * [_Pointer])),
+    "world_next_ramp": (
         _int,
-        (_int, _int, _Pointer, _int, _Pointer, _int, _Pointer, _int, *8 * [_Pointer]),
+        (*4 * [_Pointer], _double, *3 * [_int, _Pointer], _int, *8 * [_Pointer]),
     ),
     "world_first_near": (_int, (_Pointer, _int, _Pointer)),
     "glance_new": (_Pointer, (_Pointer,)),

@@ -9,11 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.native.library import NativeBounds, NativeWorld
 from planner.native.loading import address as _at
 from planner.native.loading import flags as _bytes
 from planner.native.loading import floats as _floats
 from planner.native.loading import ints as _ints
 from planner.native.loading import library as _library
+
+Place = tuple[int, float]  # a piece of a curve, and s on it
+Ramp = tuple[int, Place, Place, Floats]  # its number among those tried, both ends on the curve, pieces (m, 3, dof)
 
 
 def polynomial_extrema(coefficients: Floats) -> tuple[Floats, Floats]:
@@ -108,27 +112,55 @@ def ramp_quickest(
     return pieces[:count]
 
 
+def motion_shares(clock: Ints, q: Floats, qd: Floats, qdd: Floats, limits: Floats) -> Floats:
+    """The largest shares (3,) of ``limits`` (3, dof) on velocity, acceleration and jerk that a motion has.
+
+    Of quintics through positions, velocities and accelerations (k, dof) at ``clock`` (k,) ns. Those up to 1 may come
+    out smaller.
+    """
+    k, dof = q.shape
+    clock, columns = _ints(clock, k), [_floats(column, k, dof) for column in (q, qd, qdd)]
+    limits, shares = _floats(limits, 3, dof), np.empty(3)
+    _library.motion_shares(k, dof, _at(clock), *map(_at, columns), _at(limits), _at(shares))
+    return shares
+
+
+def curve_chords(curve: Floats, each: int, chord: float) -> tuple[Floats, Floats]:
+    """Points (k, dof) of a curve (m, 3, dof), about ``chord`` apart or farther, from its beginning to its end.
+
+    With what is walked (k - 1,) from one to the next, along ``each`` chords a piece.
+    """
+    m, dof = len(curve), curve.shape[2]
+    curve = _floats(curve, m, 3, dof)
+    points, walked = np.empty((m * each + 1, dof)), np.empty(m * each)
+    count = _library.curve_chords(dof, m, _at(curve), each, chord, _at(points), _at(walked))
+    return points[:count], walked[: count - 1]
+
+
 def curve_next_ramp(
+    world: NativeWorld,
+    bounds: NativeBounds,
+    room: float,
     curve: Floats,
     phases: Floats,
     moments: Floats,
     shares: Floats,
     limits: tuple[Floats, Floats],
     positions: tuple[Floats, Floats],
-) -> tuple[int, tuple[int, float], tuple[int, float], Floats] | None:
-    """The first of pairs of ``moments`` (n, 2) s of a motion through ``phases`` (p, 5) that a ramp joins, or None.
+) -> Ramp | None:
+    """The first of pairs of ``moments`` (n, 2) s of a motion through ``phases`` (p, 5) that a proven ramp joins.
 
     In the first of ``shares`` (k,), ascending, of the time between them, within ``limits`` on velocities and
     accelerations (dof,), and on ``positions``, lowest and highest (dof,). Its number, the piece of the ``curve``
-    (m, 3, dof) and s there of both ends, and the ramp.
+    (m, 3, dof) and s there of both ends, and the ramp; None where there is none, or a stop is asked for.
     """
-    m, p, n, dof = len(curve), len(phases), len(moments), curve.shape[2]
+    m, p, n, dof = len(curve), len(phases), len(moments), world.dof
     curve, phases, moments = _floats(curve, m, 3, dof), _floats(phases, p, 5), _floats(moments, n, 2)
-    shares, bounds = _floats(shares, len(shares)), [_floats(array, dof) for array in (*limits, *positions)]
+    shares, allowed = _floats(shares, len(shares)), [_floats(array, dof) for array in (*limits, *positions)]
     found, s, pieces = np.empty(3, dtype=np.int64), np.empty(2), np.empty((2 * dof + 1, 3, dof))
-    count = _library.curve_next_ramp(
-        dof, m, _at(curve), p, _at(phases), n, _at(moments), len(shares), _at(shares), *map(_at, bounds),
-        *map(_at, (found, s, pieces)),
+    count = _library.world_next_ramp(
+        world.handle, *bounds.addresses, room, m, _at(curve), p, _at(phases), n, _at(moments), len(shares), _at(shares),
+        *map(_at, (*allowed, found, s, pieces)),
     )  # fmt: skip
     if not count:
         return None

@@ -9,11 +9,10 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.polynomials import part
+from planner.native.motions import Place
 
 _SHORTEST = 1e-6  # rad (m): a segment shorter than this is no motion
 _REST = 1e-6  # of a piece: what is left of it is left out
-
-Place = tuple[int, float]  # a piece of a curve, and s on it
 
 
 @dataclass(frozen=True, eq=False)

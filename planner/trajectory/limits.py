@@ -83,6 +83,11 @@ class MotionLimits:
             raise OptionError(f"there is no {kind!r} limit: give one of {choices(KINDS)}.")
         return not self.source[kind].startswith("assumed")
 
+    @property
+    def rows(self) -> Floats:
+        """(3, dof), one row of each of the ``KINDS``."""
+        return np.stack([self.velocity, self.acceleration, self.jerk])
+
     def times(self, share: float) -> MotionLimits:
         """A share of all of them."""
         return replace(self, **{kind: frozen(share * getattr(self, kind)) for kind in KINDS})

@@ -125,7 +125,7 @@ def prove_motion(
 
 
 def _free(trajectory: Trajectory, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:
-    if prover.all_free(trajectory.coefficients, room, likely=True):
+    if prover.all_free(trajectory.coefficients, room):
         count = len(trajectory.coefficients)
         return np.full(count, int(Verdict.FREE)), np.full(count, -1)
     proofs = prover.prove_curves(trajectory.coefficients, room)

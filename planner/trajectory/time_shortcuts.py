@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, so_far
+from planner.base.arrays import Floats
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.native.motions import curve_next_ramp
+from planner.native.motions import Place, Ramp, curve_chords
 from planner.setup.resolve import position_bounds
-from planner.trajectory.curve import Curve, Place, between, spliced
+from planner.trajectory.curve import Curve, between, spliced
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.time_optimal import Phases, quickest
 
@@ -31,7 +31,6 @@ _LEAST = 1e-12  # rad (m)
 _STILL = 1e-9  # of the velocity at a ramp's other end: rest
 
 Cost = Callable[[Floats, Floats], Floats]
-Ramp = tuple[int, Place, Place, Floats]  # its number among those tried, both ends on the curve, pieces (m, 3, dof)
 
 
 def joint_motion(a: Floats, b: Floats) -> Floats:
@@ -41,16 +40,9 @@ def joint_motion(a: Floats, b: Floats) -> Floats:
 
 def curve_cost(pieces: Floats, cost: Cost) -> float:
     """What pieces (m, 3, dof) cost: along chords, each as much more as the curve is longer there."""
-    s = np.arange(_POINTS)[:, None] / _POINTS
-    c0, c1, c2 = np.moveaxis(pieces[:, :, None], 1, 0)
-    points = (c0 + (c1 + c2 * s) * s).reshape(-1, pieces.shape[2])
-    points = np.concatenate([points, pieces[-1:].sum(axis=1)])
-    walked = so_far(joint_motion(points[:-1], points[1:]))
-    count = max(1, int(walked[-1] / _CHORD))
-    kept = np.unique(np.searchsorted(walked, walked[-1] * np.arange(count) / count))
-    kept = np.append(kept, len(points) - 1)
-    start, end, along = points[kept[:-1]], points[kept[1:]], np.diff(walked[kept])
-    return float((cost(start, end) * along / np.maximum(joint_motion(start, end), _LEAST)).sum())
+    points, walked = curve_chords(pieces, _POINTS, _CHORD)
+    start, end = points[:-1], points[1:]
+    return float((cost(start, end) * walked / np.maximum(joint_motion(start, end), _LEAST)).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,17 +78,15 @@ class Shortcuts:
         return quickest(curve, self.limits.velocity, self.limits.acceleration)
 
     def _next_ramp(self, curve: Curve, phases: Phases, spans: Floats, draws: Floats) -> Ramp | None:
-        """The next ramp between two moments of the motion, ``spans`` (k,) of it apart, that takes less time."""
+        """The next proven ramp between two moments of the motion, ``spans`` (k,) of it apart, that takes less time."""
         spans = phases.duration * spans
         early = draws * (phases.duration - spans)
-        moments, robot = np.stack([early, early + spans], axis=1), self.prover.robot
-        limits, positions = (self.limits.velocity, self.limits.acceleration), position_bounds(robot)
-        return curve_next_ramp(curve.coefficients, phases.rows, moments, _SHARES, limits, positions)
+        moments, positions = np.stack([early, early + spans], axis=1), position_bounds(self.prover.robot)
+        limits = self.limits.velocity, self.limits.acceleration
+        return self.prover.next_ramp(curve.coefficients, phases.rows, moments, _SHARES, limits, positions)
 
     def _with_ramp(self, curve: Curve, start: Place, ramp: Floats, end: Place, spare: float) -> Curve | None:
-        """The curve with a ramp between two places, where that is proven and costs no more than ``spare``."""
-        if not self.prover.all_free(ramp):
-            return None
+        """The curve with a ramp between two places, where that costs no more than ``spare`` and keeps to the floor."""
         if curve_cost(ramp, self.cost) - curve_cost(between(curve, start, end), self.cost) > spare:
             return None
         if self.floor > 0 and not prove_floor(self.prover.robot, ramp, self.floor).holds.all():

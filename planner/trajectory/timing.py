@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -14,9 +15,10 @@ from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
+from planner.native.motions import motion_shares
 from planner.problem.request import DEFAULT_TIME_LAW, TimeLaw, require_timing
 from planner.trajectory.curve import Curve, blends, rounded, straight, without_standstill
-from planner.trajectory.limits import KINDS, USED, MotionLimits
+from planner.trajectory.limits import USED, MotionLimits
 from planner.trajectory.proof import MotionProof, prove_motion
 from planner.trajectory.smoothing import Spacing, Timed, knots_of, smoothed, standstill
 from planner.trajectory.time_optimal import Phases, quickest
@@ -59,6 +61,11 @@ class _Asked:
     @property
     def dof(self) -> int:
         return self.prover.robot.dof
+
+    @cached_property
+    def used(self) -> MotionLimits:
+        """The limits that motions are made for: a little less than those they are judged by."""
+        return self.limits.times(USED)
 
     def inside(self, coefficients: Floats, begin: Floats, end: Floats) -> Bools:
         """Which curves keep to the guide; all where there is none."""
@@ -142,7 +149,7 @@ def timed_curve(
     rules = None
     if law == "shortcuts" and len(asked.path) > 1 and guide is None:
         most = (1.0 + extra_cost) * curve_cost(straight(asked.path), cost)
-        rules = Shortcuts(asked.prover, limits.times(USED), floor, cost, most)
+        rules = Shortcuts(asked.prover, asked.used, floor, cost, most)
     found, shortcuts = _proven_motion(asked, law, rules)
     record = found.proof.to_dict(checker.world.margin, checker.name)
     record |= {"corners": len(found.widths), "corners_blended": int((found.widths > 0).sum()), "shortcuts": shortcuts}
@@ -215,7 +222,7 @@ def _levels(asked: _Asked) -> Floats:
 
 def _motion(asked: _Asked, curve: Curve) -> _Motion:
     """The smoothed motion along a curve, as slow as it takes to be within limits exactly."""
-    limits = asked.limits.times(USED)
+    limits = asked.used
     spacing = Spacing.of(limits, asked.path[:, : asked.dof])
     if len(asked.path) == 1:
         return _Motion(curve, *_apart(standstill(asked.path[0], spacing.window), asked.dof))
@@ -230,8 +237,7 @@ def _motion(asked: _Asked, curve: Curve) -> _Motion:
 
 def _quickest(asked: _Asked, curve: Curve) -> Phases:
     """The quickest motion along a curve, before it is smoothed."""
-    limits = asked.limits.times(USED)
-    velocity, acceleration = limits.velocity, limits.acceleration
+    velocity, acceleration = asked.used.velocity, asked.used.acceleration
     if asked.guide is not None:
         velocity, acceleration = np.append(velocity, asked.guide.fastest), np.append(acceleration, _FREELY)
     return quickest(curve, velocity, acceleration)
@@ -247,9 +253,9 @@ def _apart(timed: Timed, dof: int) -> tuple[Timed, Floats]:
 
 def _stretch_needed(timed: Timed, limits: MotionLimits) -> float:
     """By how much the motion would have to be slower to keep all limits: 1 or less where it does."""
-    trajectory = timed.trajectory(limits.joints, "")
-    shares = [trajectory.worst(order, getattr(limits, kind), 1.0)[0] for order, kind in enumerate(KINDS, start=1)]
-    return float(max(share ** (1.0 / order) for order, share in enumerate(shares, start=1)))
+    assert timed.qdd is not None  # it is smoothed
+    shares = motion_shares(timed.nanoseconds, timed.q, timed.qd, timed.qdd, limits.rows)
+    return float(max(share ** (1.0 / order) for order, share in enumerate(shares.tolist(), start=1)))
 
 
 def _narrowed(motion: _Proven) -> Floats | None:

@@ -29,10 +29,12 @@ from planner.native.library import (
 )
 from planner.native.motions import (
     chunk_curves,
+    curve_chords,
     curve_knots,
     curve_next_ramp,
     curve_phases,
     motion_mean,
+    motion_shares,
     polynomial_extrema,
     polynomial_worst,
     ramp_quickest,
@@ -564,10 +566,21 @@ def of_curves(rng: Rng, size: Size) -> list[Any]:
     assert mean[0][-1] == clock[-1] + 20_000_000
     moments = np.sort(rng.uniform(0, duration, (8, 2)), axis=1)
     limits, positions = (velocity, acceleration), (np.full(dof, -9.0), np.full(dof, 9.0))
-    found = curve_next_ramp(pieces, phases, moments, np.array([0.6, 0.9, 40.0]), limits, positions)
+    _, world = a_world(rng, size)
+    bounds, shares = bounds_of(world), np.array([0.6, 0.9, 40.0])
+    found = curve_next_ramp(world, bounds, 1e-3, pieces, phases, moments, shares, limits, positions)
+    assert found is None or not world.prove(bounds, found[3], 1e-3)[0].any()
+    most, seconds = rng.uniform(0.1, 2.0, (3, dof)), np.diff(mean[0]) / 1e9
+    shares, quintics = motion_shares(*mean, most), pieces_through(seconds[:, None], *mean[1:])
+    exact = [polynomial_worst(quintics, seconds, k, most[k - 1], 1.0)[0] for k in (1, 2, 3)]
+    np.testing.assert_allclose(shares, exact, rtol=1e-9)
+    points, walked = curve_chords(pieces, 16, 0.1)
+    np.testing.assert_allclose(points[[0, -1]], [pieces[0, 0], pieces[-1].sum(axis=0)])
+    assert (walked >= np.linalg.norm(np.diff(points, axis=0), axis=1) - 1e-9).all()
     ramp = ramp_quickest((q[0], qd[0]), (q[-1], qd[-1]), np.array([1.0, 30.0, 1e3]), velocity, acceleration)
     assert not len(ramp) or np.array_equal(ramp[0, 0], q[0])
-    return [phases, clock, q, qd, piece, *mean, ramp, *(() if found is None else (np.array(found[:1]), found[3]))]
+    ramps = [ramp] if found is None else [ramp, np.array(found[:1]), found[3]]
+    return [phases, clock, q, qd, piece, *mean, shares, points, walked, *ramps]
 
 
 def of_graphs(rng: Rng, size: Size) -> list[Any]:

@@ -164,6 +164,7 @@ def motion_costs(**other: Any) -> object:
 
 
 ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
+CURVE, AXES = np.ones((1, 3, 3)), np.ones(3)
 LINE, PHASE = np.ones((1, 3, 2)), np.array([[0.0, 0.0, 1.0, 0.0, 1.0]])
 LIMITS = np.ones(2), np.ones(2)
 STATES, BETWEEN = np.zeros((4, 3, 2)), (-np.ones(2), np.ones(2))
@@ -332,9 +333,19 @@ WRONG: dict[str, Callable[[], object]] = {
     "mean: velocities": lambda: motions.motion_mean([0, 9], np.ones((2, 2)), np.ones((2, 1)), 10, 10),
     "ramp: states": lambda: motions.ramp_quickest((ONE, ONE), (ONE, np.ones(2)), ONE, ONE, ONE),
     "ramp: a limit of 0": lambda: motions.ramp_quickest((ONE, ONE), (ONE, ONE), ONE, 0 * ONE, ONE),
-    "next ramp: piece": lambda: motions.curve_next_ramp(LINE, PHASE + 1, np.ones((1, 2)), ONE, LIMITS, LIMITS),
-    "next ramp: bounds": lambda: motions.curve_next_ramp(LINE, PHASE, np.ones((1, 2)), ONE, LIMITS, np.ones((2, 1))),
-    "next ramp: a NaN": lambda: motions.curve_next_ramp(LINE, PHASE, [[NAN, 1.0]], ONE, LIMITS, LIMITS),
+    "next ramp: piece": lambda: next_ramp(PHASE + 1),
+    "next ramp: positions": lambda: next_ramp(positions=np.ones((2, 1))),
+    "next ramp: a NaN": lambda: next_ramp(moments=[[NAN, 1.0]]),
+    "next ramp: joints": lambda: next_ramp(curve=LINE),
+    "next ramp: no room": lambda: next_ramp(room=0.0),
+    "next ramp: reach": lambda: next_ramp(bounds=_of_no_number()),
+    "chords: none a piece": lambda: motions.curve_chords(LINE, 0, 0.1),
+    "chords: no length": lambda: motions.curve_chords(LINE, 9, 0.0),
+    "chords: a NaN": lambda: motions.curve_chords(NAN * LINE, 9, 0.1),
+    "shares: one point": lambda: motions.motion_shares([0], *np.ones((4, 1, 1, 2))[:3, 0], np.ones((3, 2))),
+    "shares: times": lambda: motions.motion_shares([9, 9], *np.ones((3, 2, 2)), np.ones((3, 2))),
+    "shares: a limit of 0": lambda: motions.motion_shares([0, 9], *np.ones((3, 2, 2)), np.zeros((3, 2))),
+    "shares: a NaN": lambda: motions.motion_shares([0, 9], *np.full((3, 2, 2), NAN), np.ones((3, 2))),
     "ramp: a NaN": lambda: motions.ramp_quickest((ONE, NAN * ONE), (ONE, ONE), ONE, ONE, ONE),
     "mean: a NaN": lambda: motions.motion_mean([0, 9], NAN * np.ones((2, 2)), np.ones((2, 2)), 10, 10),
     "worst: no time": lambda: motions.polynomial_worst(LINE, 0 * ONE, 1, np.ones(2), 0.0),
@@ -382,6 +393,17 @@ def _without_spheres() -> NativeWorld:
     world = NativeWorld(CHAIN, 0.0)
     world.add_hull(1, np.zeros((1, 3)), 0.1)
     return world
+
+
+def next_ramp(
+    phases: object = PHASE,
+    moments: object = ((0.0, 1.0),),
+    curve: object = CURVE,
+    positions: object = (-9 * AXES, 9 * AXES),
+    room: float = 1e-3,
+    bounds: library.NativeBounds = BOUNDS,
+) -> object:
+    return motions.curve_next_ramp(WORLD, bounds, room, curve, phases, moments, ONE, (AXES, AXES), positions)
 
 
 def _of_no_number() -> library.NativeBounds:

@@ -18,7 +18,14 @@ import pytest
 from planner.base.progress import StopRequest
 from planner.native import graphs
 from planner.native.library import KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
-from planner.native.motions import curve_next_ramp, curve_phases, motion_mean, polynomial_extrema
+from planner.native.motions import (
+    curve_chords,
+    curve_next_ramp,
+    curve_phases,
+    motion_mean,
+    motion_shares,
+    polynomial_extrema,
+)
 
 SOON = 1.0  # s
 TURNS = np.eye(3)
@@ -96,6 +103,11 @@ def phases(count: int) -> np.ndarray:
     return np.tile([0.0, 0.0, 1.0, 0.0, 1.0], (count, 1))
 
 
+def ramps() -> tuple[object, ...]:
+    moments, bound = np.zeros((MANY, 2)), (ONE, ONE)
+    return WORLD, BOUNDS, 1e-4, curve()[:, :, :1], phases(1), moments, np.ones(1000), bound, bound
+
+
 def points() -> tuple[object, ...]:
     return 1000 * np.arange(MANY), *np.zeros((2, MANY, 9)), 1_000_000, 100
 
@@ -155,12 +167,11 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         WORLD.cheapest_chain,
         lambda: (BOUNDS, np.array([[-9e4], [0], [9e4]]), np.triu(np.ones((3, 3))), 1e-4),
     ),
+    "curve_chords": (curve_chords, lambda: (curve(), 3 * MANY, 0.1)),
+    "motion_shares": (motion_shares, lambda: (*points()[:3], points()[2], np.ones((3, 9)))),
     "curve_phases": (curve_phases, lambda: (curve(), ONE, 1_000_000 * ONE, *LIMITS)),
     "motion_mean": (motion_mean, points),
-    "curve_next_ramp": (
-        curve_next_ramp,
-        lambda: (curve(), phases(1), np.zeros((MANY, 2)), np.ones(1000), LIMITS, LIMITS),
-    ),
+    "curve_next_ramp": (curve_next_ramp, ramps),
     "polynomial_extrema": (polynomial_extrema, lambda: (np.random.default_rng(0).normal(size=(MANY // 4, 6, 9)),)),
     "cheapest_costs": (graphs.cheapest_costs, lambda: circle(4, ZERO, ZERO)),
     "cheapest_nodes": (graphs.cheapest_nodes, lambda: circle(6, HALF, ZERO)),

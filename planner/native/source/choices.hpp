@@ -25,22 +25,25 @@ inline int first_refused(Prover& prover, const std::vector<Prover::Attempt*>& at
     }
 }
 
+// Whether all pieces from `first` to `last` are proven; then with their `proofs`.
+inline bool all_proven(Prover& prover, const Pieces& pieces, int64_t first, int64_t last, double room, Proof* proofs) {
+    std::vector<Prover::Attempt> attempts(last - first);
+    std::vector<Prover::Attempt*> all;
+    for (int64_t piece = first; piece < last; ++piece) {
+        prover.begin(attempts[piece - first], pieces, static_cast<int>(piece));
+        all.push_back(&attempts[piece - first]);
+    }
+    if (first_refused(prover, all, room) >= 0) return false;
+    for (int64_t piece = first; piece < last; ++piece) proofs[piece] = attempts[piece - first].proof;
+    return true;
+}
+
 // The first alternative from `begin` to `end` all of whose motions are proven, or -1. The motions of alternative k are
 // the pieces from ends[k] to ends[k + 1]; `proofs` are those of the pieces.
 inline int first_proven(Prover& prover, const Pieces& pieces, int begin, int end, const int64_t* ends, double room,
                         Proof* proofs) {
-    for (int k = begin; k < end; ++k) {
-        const int64_t first = ends[k], last = ends[k + 1];
-        std::vector<Prover::Attempt> attempts(last - first);
-        std::vector<Prover::Attempt*> all;
-        for (int64_t piece = first; piece < last; ++piece) {
-            prover.begin(attempts[piece - first], pieces, static_cast<int>(piece));
-            all.push_back(&attempts[piece - first]);
-        }
-        if (first_refused(prover, all, room) >= 0) continue;
-        for (int64_t piece = first; piece < last; ++piece) proofs[piece] = attempts[piece - first].proof;
-        return k;
-    }
+    for (int k = begin; k < end; ++k)
+        if (all_proven(prover, pieces, ends[k], ends[k + 1], room, proofs)) return k;
     return -1;
 }
 

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "interrupts.hpp"
 #include "vector.hpp"
 
 namespace planner {
@@ -96,6 +98,57 @@ inline void extrema_of(const double* c, int degree, double& least, double& large
     for (int k = 0; k < count; ++k) {
         const double value = value_of(c, degree, turns[k]);
         least = std::min(least, value), largest = std::max(largest, value);
+    }
+}
+
+// The largest share that the `order`-th derivative by time of polynomials c (n, degree + 1, dof), which take `seconds` (n,),
+// has of limits `most` (dof,), and in `where` (2,) on which piece and for which joint. Shares up to `beyond` may come out
+// smaller.
+inline double worst_share(int64_t n, int degree, int dof, int order, const double* c, const double* seconds,
+                          const double* most, double beyond, int64_t* where) {
+    const int left = std::max(degree - order, 0);  // the degree of the derivatives
+    const size_t block = (degree + size_t{1}) * dof, slope_block = (left + size_t{1}) * dof;
+    std::vector<double> slopes(n * slope_block), own(block), most_here(dof), units(n, 1.0);
+    double worst = -1.0;
+    const auto take = [&](double value, int64_t k, int j) {
+        if (!(value > worst * (units[k] * most[j]))) return;
+        worst = value / units[k] / most[j], where[0] = k, where[1] = j;
+    };
+    where[0] = where[1] = 0;
+    for (int64_t k = 0; k < n; ++k) {  // at the ends of the pieces
+        heed_at(k);
+        for (int i = 0; i < order; ++i) units[k] *= seconds[k];
+        derive(c + k * block, degree, order, own.data(), dof);
+        std::copy(own.begin(), own.begin() + slope_block, slopes.begin() + k * slope_block);
+        largest_at_ends(own.data(), left, dof, most_here.data());
+        for (int j = 0; j < dof; ++j) take(most_here[j], k, j);
+    }
+    for (int64_t k = 0; k < n; ++k) {  // and inside, where that may be more
+        heed_at(k);
+        const double* slope = &slopes[k * slope_block];
+        std::copy(slope, slope + slope_block, own.begin());
+        largest_coefficients(own.data(), left, dof, most_here.data());
+        for (int j = 0; j < dof; ++j) {
+            if (!(most_here[j] > std::max(worst, beyond) * (units[k] * most[j]))) continue;
+            double low = 0.0, high = 0.0, alone[highest_degree + 1];
+            for (int i = 0; i <= left; ++i) alone[i] = slope[i * dof + j];
+            extrema_of(alone, left, low, high);
+            take(std::max(std::fabs(low), std::fabs(high)), k, j);
+        }
+    }
+    return worst;
+}
+
+// Hermite's quintic (6, dof) in u on [0, 1] of a piece that takes `h` s, from positions, velocities and accelerations
+// (dof,) at its beginning to those a row of dof behind them.
+INLINED void hermite_quintic(const double* q, const double* v, const double* a, double h, int dof, double* c) {
+    for (int j = 0; j < dof; ++j) {
+        const double start = v[j] * h, end = v[dof + j] * h, bend = a[j] * (h * h), bent = a[dof + j] * (h * h);
+        const double rest = q[dof + j] - q[j] - start - 0.5 * bend, slope = end - start - bend, curve = bent - bend;
+        c[j] = q[j], c[dof + j] = start, c[2 * dof + j] = 0.5 * bend;
+        c[3 * dof + j] = 10.0 * rest - 4.0 * slope + 0.5 * curve;
+        c[4 * dof + j] = -15.0 * rest + 7.0 * slope - curve;
+        c[5 * dof + j] = 6.0 * rest - 3.0 * slope + 0.5 * curve;
     }
 }
 

@@ -1,6 +1,7 @@
 // What Python asks of curves and of motions along them; see ../../motions.py for shapes and units.
 #pragma once
 
+#include "../choices.hpp"
 #include "../polynomials.hpp"
 #include "../ramps.hpp"
 #include "../refusals.hpp"
@@ -61,37 +62,7 @@ double polynomials_worst(int64_t n, int degree, int dof, int order, const double
         require(within(seconds, n, most_number) && within(most, dof, most_number), "a time or a limit is no number");
         require(std::all_of(seconds, seconds + n, [](double one) { return one > 0.0; }), "a piece takes no time");
         require(std::all_of(most, most + dof, [](double one) { return one > 0.0; }), "a limit is not above 0");
-        const int left = std::max(degree - order, 0);  // the degree of the derivatives
-        const size_t block = (degree + size_t{1}) * dof, slope_block = (left + size_t{1}) * dof;
-        std::vector<double> slopes(n * slope_block), own(block), most_here(dof), units(n, 1.0);
-        double worst = -1.0;
-        const auto take = [&](double value, int64_t k, int j) {
-            if (!(value > worst * (units[k] * most[j]))) return;
-            worst = value / units[k] / most[j], where[0] = k, where[1] = j;
-        };
-        where[0] = where[1] = 0;
-        for (int64_t k = 0; k < n; ++k) {  // at the ends of the pieces
-            heed_at(k);
-            for (int i = 0; i < order; ++i) units[k] *= seconds[k];
-            derive(c + k * block, degree, order, own.data(), dof);
-            std::copy(own.begin(), own.begin() + slope_block, slopes.begin() + k * slope_block);
-            largest_at_ends(own.data(), left, dof, most_here.data());
-            for (int j = 0; j < dof; ++j) take(most_here[j], k, j);
-        }
-        for (int64_t k = 0; k < n; ++k) {  // and inside, where that may be more
-            heed_at(k);
-            const double* slope = &slopes[k * slope_block];
-            std::copy(slope, slope + slope_block, own.begin());
-            largest_coefficients(own.data(), left, dof, most_here.data());
-            for (int j = 0; j < dof; ++j) {
-                if (!(most_here[j] > std::max(worst, beyond) * (units[k] * most[j]))) continue;
-                double low = 0.0, high = 0.0, alone[highest_degree + 1];
-                for (int i = 0; i <= left; ++i) alone[i] = slope[i * dof + j];
-                extrema_of(alone, left, low, high);
-                take(std::max(std::fabs(low), std::fabs(high)), k, j);
-            }
-        }
-        return worst;
+        return worst_share(n, degree, dof, order, c, seconds, most, beyond, where);
     });
 }
 
@@ -161,31 +132,103 @@ int ramp_quickest(int dof, const double* q0, const double* v0, const double* q1,
     });
 }
 
+// The largest shares (3,) of `limits` (3, dof) that the quintics through positions, velocities and accelerations
+// (k, dof) at `clock` (k,) ns have; those up to 1 may come out smaller.
+int motion_shares(int k, int dof, const int64_t* clock, const double* q, const double* v, const double* a,
+                  const double* limits, double* shares) {
+    return answered([&] {
+        require(k >= 2 && dof >= 1, "a motion has two points or more, and a joint");
+        for (const double* points : {q, v, a})
+            require(within(points, static_cast<size_t>(k) * dof, most_number), "a point holds no finite number");
+        require(within(limits, 3 * static_cast<size_t>(dof), most_number), "a limit is no number");
+        require(std::all_of(limits, limits + 3 * dof, [](double one) { return one > 0.0; }), "a limit is not above 0");
+        std::vector<double> pieces(6 * static_cast<size_t>(k - 1) * dof), seconds(k - 1);
+        for (int i = 0; i + 1 < k; ++i) {
+            require(clock[i] < clock[i + 1], "the times of a motion do not increase");
+            seconds[i] = static_cast<double>(clock[i + 1] - clock[i]) / 1e9;
+            const size_t row = static_cast<size_t>(i) * dof;
+            hermite_quintic(q + row, v + row, a + row, seconds[i], dof, &pieces[6 * row]);
+        }
+        int64_t where[2];
+        for (int order = 1; order <= 3; ++order)
+            shares[order - 1] = worst_share(k - 1, 5, dof, order, pieces.data(), seconds.data(),
+                                            limits + static_cast<size_t>(order - 1) * dof, 1.0, where);
+    });
+}
+
+// Points (k, dof) of a curve (m, 3, dof), about `chord` apart or farther, from its beginning to its end, and what is
+// `walked` (k - 1,) from one to the next. It is walked along `each` chords a piece: there is room for the ends of them
+// all. How many points.
+int curve_chords(int dof, int m, const double* coefficients, int each, double chord, double* points, double* walked) {
+    return answered([&] {
+        const Curve curve = curve_of(dof, m, coefficients, nullptr);
+        require(each >= 1 && chord > 0.0, "a chord is longer than nothing, and a piece has one");
+        const size_t last = static_cast<size_t>(m) * each;
+        std::vector<double> all((last + 1) * dof), so_far(last + 1, 0.0);
+        for (size_t k = 0; k <= last; ++k) {
+            heed_at(static_cast<int64_t>(k));
+            const int piece = static_cast<int>(std::min(k / each, static_cast<size_t>(m - 1)));
+            const double s = static_cast<double>(k - static_cast<size_t>(piece) * each) / each;
+            double square = 0.0;
+            for (int j = 0; j < dof; ++j) {
+                all[k * dof + j] = curve.at(piece, s, j);
+                const double by = k ? all[k * dof + j] - all[(k - 1) * dof + j] : 0.0;
+                square += by * by;
+            }
+            if (k) so_far[k] = so_far[k - 1] + std::sqrt(square);
+        }
+        const double total = so_far[last], parts = std::max(1.0, std::floor(total / chord));
+        int count = 0;
+        size_t before = 0;
+        const auto keep = [&](size_t k) {
+            if (count) walked[count - 1] = so_far[k] - so_far[before];
+            std::copy(&all[k * dof], &all[k * dof] + dof, points + static_cast<size_t>(count++) * dof);
+            before = k;
+        };
+        double next = 0.0;
+        for (size_t k = 0; k < last; ++k) {
+            if (!(so_far[k] >= next)) continue;
+            keep(k);
+            if (!(total > 0.0)) break;
+            next = (std::floor(so_far[k] / total * parts) + 1.0) / parts * total;
+        }
+        keep(last);
+        return count;
+    });
+}
+
 // The first of n pairs of moments (n, 2) s of a motion through phases along a curve between which there is a ramp, in
-// one of `count` shares of the time between them, that stays between `lower` and `upper`: its number and the pieces
-// `found` (3,) of the curve at both ends, s there (2,), and the ramp (m, 3, dof); m, or 0.
-int curve_next_ramp(int dof, int m, const double* coefficients, int p, const double* phases, int n,
+// one of `shares` (count,) of the time between them, that stays between `lower` and `upper` and is proven free: its
+// number and the pieces `found` (3,) of the curve at both ends, s there (2,), and the ramp (r, 3, dof); r, or 0.
+int world_next_ramp(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
+                    double room, int m, const double* coefficients, int p, const double* phases, int n,
                     const double* moments, int count, const double* shares, const double* velocity,
                     const double* acceleration, const double* lower, const double* upper, int64_t* found, double* s,
                     double* pieces) {
     return answered([&] {
+        const int dof = world->chain.dof();
         const Curve curve = curve_of(dof, m, coefficients, nullptr);
         require_limits(dof, velocity, acceleration);
         require(not_negative(moments, 2 * static_cast<size_t>(n), most_number) && not_negative(shares, count, farthest),
                 "a moment or a share of time is below 0, or no finite number");
+        require(room >= rounding, "the room is below what distances are rounded by");
+        Prover prover(*world, reach, body_reach, is_static);
         const MotionOnCurve motion(curve, phases_of(p, m, phases), p);
         std::vector<double> durations(count);
+        std::vector<Proof> proofs;
         State states[2];
-        for (int k = 0; k < n; ++k) {
-            heed_at(k);
+        for (int k = 0; k < n && heed() != Told::finish; ++k) {
             for (int end = 0; end < 2; ++end) motion.at(moments[2 * k + end], found[1 + end], s[end], states[end]);
             for (int i = 0; i < count; ++i) durations[i] = shares[i] * (moments[2 * k + 1] - moments[2 * k]);
             const std::vector<double> ramp =
                 quickest_ramp(states[0], states[1], durations.data(), count, velocity, acceleration);
             if (ramp.empty() || !stay_between(ramp, dof, lower, upper)) continue;
+            const int rows = static_cast<int>(ramp.size()) / (3 * dof);
+            proofs.resize(rows);
+            if (!all_proven(prover, {ramp.data(), rows, 2, dof}, 0, rows, room, proofs.data())) continue;
             found[0] = k;
             std::copy(ramp.begin(), ramp.end(), pieces);
-            return static_cast<int>(ramp.size()) / (3 * dof);
+            return rows;
         }
         return 0;
     });
