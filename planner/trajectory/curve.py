@@ -80,15 +80,6 @@ def rounded(path: Floats, widths: Floats) -> Curve:
     return Curve(frozen(pieces), frozen(corner, np.int64), frozen(stop, np.bool_))
 
 
-def between(curve: Curve, start: Place, end: Place) -> Floats:
-    """The pieces (m, 3, dof) of the curve between two places."""
-    (first, low), (last, high) = start, end
-    made = curve.coefficients[first : last + 1].copy()
-    made[-1:] = part(made[-1:], np.zeros(1), np.array([high]))
-    made[:1] = part(made[:1], np.array([low if last > first else low / max(high, low, _REST)]), np.ones(1))
-    return made
-
-
 def spliced(curve: Curve, start: Place, pieces: Floats, end: Place) -> Curve:
     """The curve with ``pieces`` (m, 3, dof) in place of what lies between two places.
 

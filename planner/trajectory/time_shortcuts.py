@@ -16,9 +16,9 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.native.motions import Place, Ramp, curve_chords
+from planner.native.motions import Ramp, curve_chords
 from planner.setup.resolve import position_bounds
-from planner.trajectory.curve import Curve, between, spliced
+from planner.trajectory.curve import Curve, spliced
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.time_optimal import Phases, quickest
 
@@ -68,8 +68,9 @@ class Shortcuts:
         while (next_ := self._next_ramp(curve, phases, spans[tried:], draws[tried:, 1])) is not None:
             number, start, end, ramp = next_
             tried += number + 1
-            shorter = self._with_ramp(curve, start, ramp, end, max(self.most - spent, 0.0))
-            if shorter is not None and (costs := curve_cost(shorter.coefficients, self.cost)) <= max(self.most, spent):
+            shorter = spliced(curve, start, _without_rest(ramp), end)
+            costs = curve_cost(shorter.coefficients, self.cost)
+            if costs <= max(self.most, spent) and self._above_floor(ramp):
                 curve, spent, found = shorter, costs, found + 1
                 phases = self._quickest(curve)
         return curve, found
@@ -85,13 +86,8 @@ class Shortcuts:
         limits = self.limits.velocity, self.limits.acceleration
         return self.prover.next_ramp(curve.coefficients, phases.rows, moments, _SHARES, limits, positions)
 
-    def _with_ramp(self, curve: Curve, start: Place, ramp: Floats, end: Place, spare: float) -> Curve | None:
-        """The curve with a ramp between two places, where that costs no more than ``spare`` and keeps to the floor."""
-        if curve_cost(ramp, self.cost) - curve_cost(between(curve, start, end), self.cost) > spare:
-            return None
-        if self.floor > 0 and not prove_floor(self.prover.robot, ramp, self.floor).holds.all():
-            return None
-        return spliced(curve, start, _without_rest(ramp), end)
+    def _above_floor(self, ramp: Floats) -> bool:
+        return self.floor <= 0 or bool(prove_floor(self.prover.robot, ramp, self.floor).holds.all())
 
 
 def _without_rest(ramp: Floats) -> Floats:
