@@ -147,6 +147,8 @@ class Keeps:
 
     def proven(self, coefficients: Floats) -> Bools:
         """(m,) on which curves sum_k c_k s^k, s in [0, 1], (m, degree + 1, dof), all are proven to be kept."""
+        if not self:
+            return np.ones(len(coefficients), dtype=bool)
         return self._native.proven(coefficients, self._bounds, FORGIVEN, _FINEST)
 
     @cached_property

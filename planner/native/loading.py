@@ -28,6 +28,7 @@ _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
 
 # arguments of every function; these return nothing
+_CHARGE = (_Pointer, _int, _Pointer, _int, _Pointer, *3 * [_int], _Pointer, _int)  # a chain, what it charges, threads
 _ARGUMENTS: dict[str, Sequence[Any]] = {
     "chain_placements": (_Pointer, _int, *3 * [_Pointer]),
     "chain_points": (_Pointer, _int, _Pointer, _int, *2 * [_Pointer]),
@@ -45,19 +46,14 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
         *2 * [_Pointer],
     ),
     "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
-    "chain_motion_costs": (
-        _Pointer,
-        _int,
-        *3 * [_Pointer],
-        _int,
-        _Pointer,
-        _int,
-        _Pointer,
-        *3 * [_int],
-        _Pointer,
-        _int,
-        _Pointer,
+    "chain_motion_costs": (*_CHARGE, _int, *3 * [_Pointer]),
+    "chain_waypoint_moves": (
+        *_CHARGE,
+        *(_int, _Pointer, _int, _double, _double, _Pointer, _Pointer),
+        *2 * [_int, _Pointer],
+        *(_int, _Pointer, _Pointer),
     ),
+    "chain_even_stretches": (*_CHARGE, *2 * [_int, _Pointer], *4 * [_Pointer]),
     "keeping_slack": (_Pointer, _int, _int, *3 * [_Pointer]),
     "keeping_project": (_Pointer, _int, *2 * [_Pointer], _double, _int, _int, _Pointer),
     "keeping_prove": (_Pointer, _int, _int, *6 * [_Pointer], *2 * [_double], _int, _Pointer),

@@ -9,11 +9,11 @@ from typing import Protocol
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.resolutions import W_IN_COST, W_STATES_PER_EDGE
-from planner.kinematics.forward import Chain, tool_path_lengths
+from planner.base.resolutions import TOOL_ALONG_EDGE, W_IN_COST, W_STATES_PER_EDGE
+from planner.kinematics.forward import Chain
 from planner.kinematics.manipulability import measured_tool
 from planner.models.robot import Robot
-from planner.native.library import MotionPrices
+from planner.native.library import MotionPrices, NativeChain
 from planner.objective.scale import CostScale, cost_number, length_cost, manipulability_cost
 from planner.problem.objective import Objective
 
@@ -57,20 +57,30 @@ class MotionCost:
 
     def __call__(self, a: Floats, b: Floats) -> Floats:
         """(k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
-        tool = tool_path_lengths(self.robot, a, b - a) if self.objective.metric == "workspace" else None
-        return Chain.of(self.robot).native.motion_costs(a, b, tool, self._prices, *measured_tool(self.robot))
+        return self.chain.motion_costs(a, b, self.prices)
+
+    @property
+    def chain(self) -> NativeChain:
+        """Whose motions the compiled library charges by :attr:`prices`."""
+        return Chain.of(self.robot).native
 
     @cached_property
-    def _prices(self) -> MotionPrices:
+    def prices(self) -> MotionPrices:
+        """The same for the compiled library."""
         scale, objective = self.scale, self.objective
-        unit = scale.joint_length if objective.metric == "joint" else scale.tool_length
+        by_joints = objective.metric == "joint"
+        unit, chord = (scale.joint_length, 0.0) if by_joints else (scale.tool_length, TOOL_ALONG_EDGE)
         numbers = (scale.w_low, scale.w_high, scale.zeta, unit, objective.beta, objective.floor)
+        joint, point, rows = measured_tool(self.robot)
         return MotionPrices(
-            numbers=frozen([*numbers, self.longest, W_IN_COST], np.float64),
+            numbers=frozen([*numbers, self.longest, W_IN_COST, chord], np.float64),
             kind=cost_number(objective.manipulability_cost),
             at_end=objective.charge == "nodes",
             fewest=self.states,
             wraps=self.robot.continuous,
+            joint=joint,
+            point=point,
+            rows=rows,
         )
 
     def of_edges(self, edges: MeasuredEdges) -> Floats:

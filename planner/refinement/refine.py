@@ -29,13 +29,11 @@ _SHORT, _LONG = 0.5, 1.0  # rad: the pieces that shortcuts are taken among, and 
 _STRETCHES, _PROVEN_STRETCHES = 12, 2  # per try of partial shortcuts
 _SWEEPS = 12  # of descent; each moves every second waypoint
 _FIRST_STEP, _LEAST_STEP = 0.3, 0.02  # rad
-_STEPS = (1.0, 0.5, 0.25, 0.1)  # downhill, in step sizes
-_TOWARDS_MIDDLE = (1.0, 0.5)  # and towards the middle of the neighbours, which is downhill in length
-_BOTH = ((0.5, 0.5), (0.5, 0.25))
+# how much of a step downhill, and of the way to the middle of the neighbours, which is downhill in length
+_MIXES = np.array([[1.0, 0], [0.5, 0], [0.25, 0], [0.1, 0], [0, 1.0], [0, 0.5], [0.5, 0.5], [0.25, 0.5]])
 _RANDOM, _SPREAD = 6, 1.4  # random directions per waypoint; length of what is added to the downhill one, of length 1
 _PROVEN_PER_WAYPOINT = 3  # of its candidates, the best ones are proven
 _STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
-_EPS = 1e-3  # rad, finite differences
 
 
 @dataclass(eq=False)
@@ -148,103 +146,68 @@ class PathRefiner:
 
     def _partial_shortcuts(self, path: Floats) -> Floats:
         """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
-        path = path.copy()
-        along, lengths = self._measured(path)
+        path, total = path.copy(), self.total(path)
         for _ in range(self.tries if len(path) > 2 else 0):
             if self.progress.stopped:
                 break
-            stretches = [self._stretch(path, lengths) for _ in range(_STRETCHES)]
-            ends = np.cumsum([len(q) - 1 for _, q in stretches])[:-1]
-            price = self.cost(*_motions([q for _, q in stretches]))
-            now = np.array([along[i + len(q) - 1] - along[i] for i, q in stretches])
-            gain = now - np.array([part.sum() for part in np.split(price, ends)])
+            ends, joints, shares = self._stretches(*path.shape)
+            stretches, gain = self.cost.chain.even_stretches(self.cost.prices, path, ends, joints, shares)
             best = np.argsort(-gain, kind="stable")[:_PROVEN_STRETCHES]
-            best = best[gain[best] > _LEAST_GAIN * along[-1]]
+            best = best[gain[best] > _LEAST_GAIN * total]
             if not len(best):
                 continue
-            chosen = [stretches[row] for row in best]
-            motions = np.array([len(q) - 1 for _, q in chosen])
-            first = self.first_allowed(*_motions([q for _, q in chosen]), motions, np.array([len(chosen)]))[0]
+            motions = np.diff(ends[best], axis=1).ravel()
+            chosen = [stretches[row, : count + 1] for row, count in zip(best, motions, strict=True)]
+            first = self.first_allowed(*_motions(chosen), motions, np.array([len(chosen)]))[0]
             if first >= 0:
-                i, q = chosen[first]
-                path[i : i + len(q)] = q
-                along, lengths = self._measured(path)
+                path[ends[best[first], 0] : ends[best[first], 1] + 1] = chosen[first]
+                total -= gain[best[first]]
         return path
 
-    def _measured(self, path: Floats) -> tuple[Floats, Floats]:
-        """What a path (k, dof) has cost up to each of its rows (k,), and the lengths (k - 1,) of its segments."""
-        return so_far(self.cost(path[:-1], path[1:])), polylines.lengths_of(path)
+    def _stretches(self, count: int, dof: int) -> tuple[Ints, Bools, Floats]:
+        """Random stretches of a path of ``count`` rows: their ends (k, 2), which joints (k, dof) move evenly on each.
 
-    def _stretch(self, path: Floats, lengths: Floats) -> tuple[int, Floats]:
-        """A random stretch of the path, by its first row, after some joints were brought nearer to moving evenly.
-
-        ``lengths`` (k - 1,) of the path's segments.
+        And the share (k,) of the way that they are brought to that.
         """
-        first = int(self._rng.integers(0, len(path) - 2))
-        last = int(self._rng.integers(first + 2, len(path)))
-        q = path[first : last + 1].copy()
-        joints = self._rng.random(q.shape[1]) < self._rng.uniform(0.1, 0.6)
-        joints[self._rng.integers(len(joints))] = True
-        share = so_far(lengths[first:last])
-        even = q[0] + (share / max(share[-1], 1e-300))[:, None] * (q[-1] - q[0])
-        whole = 1.0 if self._rng.random() < 2.0 / 3.0 else 0.5
-        q[1:-1, joints] += whole * (even - q)[1:-1, joints]
-        return first, q
+        rng, each = self._rng, np.arange(_STRETCHES)
+        first = rng.integers(0, count - 2, size=_STRETCHES)
+        ends = np.stack([first, rng.integers(first + 2, count)], axis=1)
+        joints = rng.random((_STRETCHES, dof)) < rng.uniform(0.1, 0.6, size=(_STRETCHES, 1))
+        joints[each, rng.integers(dof, size=_STRETCHES)] = True
+        return ends, joints, np.where(rng.random(_STRETCHES) < 2.0 / 3.0, 1.0, 0.5)
 
     def descend(self, path: Floats) -> Floats:
         """The path after its waypoints moved downhill; steps shrink where few of them gain."""
         path, size = path.copy(), _FIRST_STEP
         for sweep in range(_SWEEPS):
-            inner = np.arange(1 + sweep % 2, len(path) - 1, 2)
             if size < _LEAST_STEP or self.progress.stopped:
                 break
-            if len(inner) and self._move(path, inner, size).mean() < 0.3:
+            moved = self._move(path, 1 + sweep % 2, size)
+            if len(moved) and moved.mean() < 0.3:
                 size *= 0.7
         return path
 
-    def _move(self, path: Floats, inner: Ints, size: float) -> Bools:
-        """Move waypoints ``inner``, no two of them neighbours, where that is cheaper and proven; changes ``path``."""
-        before, here, after = path[inner - 1], path[inner], path[inner + 1]
-        now, downhill = self._slope(before, here, after)
-        candidates = self._candidates(before, here, after, downhill, size)
-        k, count, dof = candidates.shape
-        flat = candidates.reshape(-1, dof)
-        price = self._through(np.repeat(before, count, axis=0), flat, np.repeat(after, count, axis=0)).reshape(k, count)
-        order = np.argsort(price, axis=1, kind="stable")[:, :_PROVEN_PER_WAYPOINT]  # the cheapest first
-        gains = np.take_along_axis(price, order, axis=1) < now[:, None] * (1.0 - _LEAST_GAIN)
-        item, rank = np.nonzero(gains)
-        there = candidates[item, order[item, rank]]
-        start = np.stack([before[item], there], axis=1).reshape(-1, dof)
-        end = np.stack([there, after[item]], axis=1).reshape(-1, dof)
-        chosen = self.first_allowed(start, end, np.full(len(item), 2), gains.sum(axis=1))
+    def _move(self, path: Floats, first: int, size: float) -> Bools:
+        """Move every second waypoint from ``first`` on where that is cheaper and proven; changes ``path``.
+
+        Which were moved (k,).
+        """
+        inner = np.arange(first, len(path) - 1, 2)
+        k, dof = len(inner), path.shape[1]
+        aside = _SPREAD * self._rng.normal(size=(k, _RANDOM, dof)) / np.sqrt(dof)
+        draws = np.concatenate([aside, self._rng.uniform(0.2, 1.0, size=(k, _RANDOM, 1))], axis=2)
+        robot, cost = self.prover.robot, self.cost
+        places, count = cost.chain.waypoint_moves(
+            cost.prices, path, first, size, _LEAST_GAIN, (robot.lower, robot.upper), _MIXES, draws, _PROVEN_PER_WAYPOINT
+        )
+        item, rank = np.nonzero(np.arange(_PROVEN_PER_WAYPOINT) < count[:, None])
+        at, there = inner[item], places[item, rank]
+        start, end = np.stack([path[at - 1], there], axis=1), np.stack([there, path[at + 1]], axis=1)
+        motions = np.full(len(item), 2)
+        chosen = self.first_allowed(start.reshape(-1, dof), end.reshape(-1, dof), motions, count)
         moved = chosen >= 0
-        path[inner[moved]] = candidates[moved, order[moved, chosen[moved]]]
+        path[inner[moved]] = places[moved, chosen[moved]]
         return moved
-
-    def _through(self, before: Floats, here: Floats, after: Floats) -> Floats:
-        return self.cost(before, here) + self.cost(here, after)
-
-    def _slope(self, before: Floats, here: Floats, after: Floats) -> tuple[Floats, Floats]:
-        """The cost (k,) of the motions at each waypoint, and the unit direction (k, dof) in which it falls fastest."""
-        k, dof = here.shape
-        probes = np.concatenate([here[:, None], here[:, None] + _EPS * np.eye(dof)], axis=1).reshape(-1, dof)
-        price = self._through(np.repeat(before, dof + 1, axis=0), probes, np.repeat(after, dof + 1, axis=0))
-        price = price.reshape(k, dof + 1)
-        with np.errstate(invalid="ignore"):  # beside the floor a slope may be infinite: only the rest is tried there
-            slope = price[:, 1:] - price[:, :1]
-        slope = np.where(np.isfinite(slope), slope, 0.0)
-        return price[:, 0], -slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-300)
-
-    def _candidates(self, before: Floats, here: Floats, after: Floats, downhill: Floats, size: float) -> Floats:
-        """Where each waypoint might go, (k, candidates, dof), within joint limits."""
-        robot, middle, step = self.prover.robot, 0.5 * (before + after) - here, size * downhill
-        moves = [share * step for share in _STEPS] + [share * middle for share in _TOWARDS_MIDDLE]
-        moves += [share * middle + other * step for share, other in _BOTH]
-        for _ in range(_RANDOM):
-            aside = _SPREAD * self._rng.normal(size=here.shape) / np.sqrt(here.shape[1])
-            moves.append(self._rng.uniform(0.2, 1.0) * size * (downhill + aside))
-        places = here[:, None] + np.stack(moves, axis=1)
-        return np.where(robot.continuous, places, np.clip(places, robot.lower, robot.upper))
 
 
 def cut(path: Floats, piece: float, most: int | None = None) -> Floats:

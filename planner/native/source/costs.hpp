@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kinematics.hpp"
+#include "refusals.hpp"
 
 namespace planner {
 
@@ -37,13 +38,35 @@ struct Tool {
     int rows;
 };
 
+// The length of the path that a tool takes while q goes straight from `from` by `by` (dof,): chords between `pieces` + 1
+// evenly spaced states.
+inline double path_length(const Chain& chain, int last, const Vec& point, const double* from, const double* by,
+                          int64_t pieces, FourScratch& scratch) {
+    double sum = 0.0;
+    Vec before, here[4];
+    for (int64_t first = 0; first <= pieces; first += 4) {
+        heed_at(first);
+        for (int l = 0; l < 4; ++l) {
+            const double s = static_cast<double>(first + l) / static_cast<double>(pieces);
+            for (int j = 0; j < chain.dof(); ++j) scratch.q[j][l] = from[j] + s * by[j];
+        }
+        points_of_four(chain, last, point, scratch, here);
+        for (int64_t piece = first; piece <= std::min(first + 3, pieces); ++piece) {
+            if (piece > 0) sum += length(here[piece - first] - before);
+            before = here[piece - first];
+        }
+    }
+    return sum;
+}
+
 // What motions are charged; see MotionCost in Python.
 struct Prices {
     Omega omega;
     double unit;  // what lengths are divided by
     double beta, floor, longest, spacing;
-    int fewest;   // states that w is looked at along a motion
-    bool at_end;  // omega is charged for the last of them, not for their mean
+    double chord;  // along the tool's path, whose length counts; 0 where that of the joints' does
+    int fewest;    // states that w is looked at along a motion
+    bool at_end;   // omega is charged for the last of them, not for their mean
     const uint8_t* wraps;
 
     bool asks_w() const { return beta < 1.0 || floor > 0.0; }
@@ -57,8 +80,8 @@ class Pricing {
     Pricing(const Chain& chain, const Tool& tool, const Prices& prices)
         : chain_(chain), tool_(tool), prices_(prices), scratch_(chain.dof()) {}
 
-    // Costs (count,) of motions from start to end (count, dof); lengths (count,) in the place of theirs, or null.
-    void price(int count, const double* start, const double* end, const double* lengths, double* costs) {
+    // Costs (count,) of motions from start to end (count, dof).
+    void price(int count, const double* start, const double* end, double* costs) {
         const int dof = chain_.dof();
         asked_.clear(), states_.clear();
         for (int k = 0; k < count; ++k) {
@@ -72,7 +95,7 @@ class Pricing {
             }
             const double length = std::sqrt(square);
             allowed = allowed && !(prices_.beta < 1.0 && length > prices_.longest);
-            const double distance = (lengths ? lengths[k] : length) / prices_.unit;
+            const double distance = (allowed && prices_.chord > 0.0 ? tool_path(a, b) : length) / prices_.unit;
             costs[k] = allowed ? std::max(distance, prices_.omega.zeta) : HUGE_VAL;
             if (allowed && prices_.asks_w()) ask(k, a, b, length);
         }
@@ -89,6 +112,15 @@ class Pricing {
         const double *from, *to;
         double share;
     };
+
+    double tool_path(const double* a, const double* b) {
+        double turned = 0.0;
+        delta_.resize(chain_.dof());
+        for (int j = 0; j < chain_.dof(); ++j) turned += std::fabs(delta_[j] = b[j] - a[j]);
+        const double pieces = std::max(1.0, std::ceil(turned / prices_.chord));
+        require(pieces < INT32_MAX, "a motion is too long to be measured in such short chords");
+        return path_length(chain_, tool_.last, tool_.point, a, delta_.data(), static_cast<int64_t>(pieces), scratch_);
+    }
 
     void ask(int motion, const double* a, const double* b, double length) {
         int intervals = prices_.fewest - 1;
@@ -150,7 +182,7 @@ class Pricing {
     FourScratch scratch_;
     std::vector<Asked> asked_;
     std::vector<State> states_;
-    std::vector<double> w_, omega_;
+    std::vector<double> w_, omega_, delta_;
 };
 
 }  // namespace planner

@@ -5,6 +5,7 @@
 #include "../inverse.hpp"
 #include "../keeping.hpp"
 #include "../keeping_proof.hpp"
+#include "../refinement.hpp"
 #include "../refusals.hpp"
 #include "../sharing.hpp"
 
@@ -20,6 +21,18 @@ Mat mat_at(const double* p) {
 
 void require_joint(const Chain& chain, int joint) {
     require(joint >= 0 && joint <= chain.dof(), "there is no such joint");
+}
+
+Tool tool_of(const Chain& chain, int last, const double* point, int rows) {
+    require_joint(chain, last);
+    require(rows >= 1 && rows <= 6, "a Jacobian has from one to six rows");
+    return {last, vec_at(point), rows};
+}
+
+Prices prices_of(const double* k, int kind, int at_end, int fewest, const uint8_t* wraps) {
+    require(kind >= 0 && kind <= 2, "there is no such kind of cost");
+    require(fewest >= 3 && fewest < 1000 && fewest % 2, "Simpson's rule takes an odd number of states");
+    return {{k[0], k[1], k[2], kind}, k[3], k[4], k[5], k[6], k[7], k[8], fewest, at_end != 0, wraps};
 }
 
 }  // namespace
@@ -131,21 +144,7 @@ int chain_path_lengths(const Chain* chain, int n, const double* start, const dou
             n, threads, 64, [&] { return FourScratch(dof); },
             [&](int k, FourScratch& scratch) {
                 const double *from = start + static_cast<size_t>(k) * dof, *by = delta + static_cast<size_t>(k) * dof;
-                double sum = 0.0;
-                Vec before, here[4];
-                for (int64_t first = 0; first <= pieces[k]; first += 4) {
-                    heed_at(first);
-                    for (int l = 0; l < 4; ++l) {
-                        const double s = static_cast<double>(first + l) / static_cast<double>(pieces[k]);
-                        for (int j = 0; j < dof; ++j) scratch.q[j][l] = from[j] + s * by[j];
-                    }
-                    points_of_four(*chain, last, vec_at(point), scratch, here);
-                    for (int64_t piece = first; piece <= std::min(first + 3, pieces[k]); ++piece) {
-                        if (piece > 0) sum += length(here[piece - first] - before);
-                        before = here[piece - first];
-                    }
-                }
-                lengths[k] = sum;
+                lengths[k] = path_length(*chain, last, vec_at(point), from, by, pieces[k], scratch);
             });
     });
 }
@@ -180,28 +179,77 @@ int chain_manipulability(const Chain* chain, int n, const double* start, const d
     });
 }
 
-// What motions from start to end (n, dof) cost (n,), see Prices; lengths (n,) in the place of theirs, or null. `numbers`:
-// low, high, zeta of omega, unit, beta, floor, longest, spacing.
-int chain_motion_costs(const Chain* chain, int n, const double* start, const double* end, const double* lengths,
-                       int last, const double* point, int rows, const double* numbers, int kind, int at_end, int fewest,
-                       const uint8_t* wraps, int threads, double* costs) {
+// What motions from start to end (n, dof) cost (n,), see Prices; `numbers`: low, high, zeta of omega, unit, beta, floor,
+// longest, spacing, chord.
+int chain_motion_costs(const Chain* chain, int last, const double* point, int rows, const double* numbers, int kind,
+                       int at_end, int fewest, const uint8_t* wraps, int threads, int n, const double* start,
+                       const double* end, double* costs) {
     return answered([&] {
-        require_joint(*chain, last);
-        require(rows >= 1 && rows <= 6, "a Jacobian has from one to six rows");
-        require(kind >= 0 && kind <= 2, "there is no such kind of cost");
-        require(fewest >= 3 && fewest < 1000 && fewest % 2, "Simpson's rule takes an odd number of states");
-        const double* k = numbers;
-        const Prices prices{{k[0], k[1], k[2], kind}, k[3], k[4], k[5], k[6], k[7], fewest, at_end != 0, wraps};
+        const Tool tool = tool_of(*chain, last, point, rows);
+        const Prices prices = prices_of(numbers, kind, at_end, fewest, wraps);
         constexpr int at_a_time = 16;
         const size_t dof = chain->dof();
-        share_out((n + at_a_time - 1) / at_a_time, threads, 2,
-                  [&] { return Pricing(*chain, {last, vec_at(point), rows}, prices); },
+        share_out((n + at_a_time - 1) / at_a_time, threads, 2, [&] { return Pricing(*chain, tool, prices); },
                   [&](int part, Pricing& pricing) {
                       const size_t first = static_cast<size_t>(part) * at_a_time;
                       const int count = std::min(at_a_time, n - static_cast<int>(first));
-                      const double* own = lengths ? lengths + first : nullptr;
-                      pricing.price(count, start + first * dof, end + first * dof, own, costs + first);
+                      pricing.price(count, start + first * dof, end + first * dof, costs + first);
                   });
+    });
+}
+
+// Places (waypoints, most, dof), the cheapest first, to which every second waypoint of a path (n, dof) may go from `first`
+// on, and how many they are of each, counts (waypoints,); see WaypointMoves. `mixes` (mix_count, 2) of steps of `size`
+// downhill and of the way to the middle; draws (waypoints, draw_count, dof + 1) of directions and of shares of `size`.
+int chain_waypoint_moves(const Chain* chain, int last, const double* point, int rows, const double* numbers, int kind,
+                         int at_end, int fewest, const uint8_t* wraps, int threads, int n, const double* path,
+                         int first, double size, double gain, const double* lower, const double* upper, int mix_count,
+                         const double* mixes, int draw_count, const double* draws, int most, double* places,
+                         int64_t* counts) {
+    return answered([&] {
+        const Tool tool = tool_of(*chain, last, point, rows);
+        const Prices prices = prices_of(numbers, kind, at_end, fewest, wraps);
+        const int dof = chain->dof(), waypoints = n - 1 > first ? (n - first) / 2 : 0;
+        require(within(path, static_cast<size_t>(n) * dof, farthest), "the path holds no finite number");
+        require(first >= 1 && most >= 0 && mix_count >= 0 && draw_count >= 0, "a number is below 0, or moves an end");
+        const MoveRules rules{size, gain, lower, upper, mixes, mix_count, draw_count, most};
+        share_out(
+            waypoints, threads, 2, [&] { return WaypointMoves(*chain, tool, prices, rules); },
+            [&](int k, WaypointMoves& moves) {
+                const double* here = path + (static_cast<size_t>(first) + 2 * static_cast<size_t>(k)) * dof;
+                const double* own = draws + static_cast<size_t>(k) * draw_count * (dof + 1);
+                counts[k] = moves.find(here, own, places + static_cast<size_t>(k) * most * dof);
+            });
+    });
+}
+
+// Stretches (count, n, dof) of a path (n, dof), between its rows `ends` (count, 2), after `joints` (count, dof) went a
+// `share` (count,) of the way to moving evenly there; and by how much each is cheaper than before, gains (count,).
+int chain_even_stretches(const Chain* chain, int last, const double* point, int rows, const double* numbers, int kind,
+                         int at_end, int fewest, const uint8_t* wraps, int threads, int n, const double* path,
+                         int count, const int64_t* ends, const uint8_t* joints, const double* share, double* stretches,
+                         double* gains) {
+    return answered([&] {
+        const Tool tool = tool_of(*chain, last, point, rows);
+        const Prices prices = prices_of(numbers, kind, at_end, fewest, wraps);
+        const size_t dof = chain->dof();
+        require(within(path, n * dof, farthest), "the path holds no finite number");
+        require(between(ends, 2 * static_cast<size_t>(count), 0, n), "a stretch ends at no row of the path");
+        for (int k = 0; k < count; ++k) require(ends[2 * k] < ends[2 * k + 1], "a stretch ends before it begins");
+        std::vector<double> now(std::max(n - 1, 0));
+        if (n > 1) Pricing(*chain, tool, prices).price(n - 1, path, path + dof, now.data());
+        share_out(
+            count, threads, 3, [&] { return Pricing(*chain, tool, prices); },
+            [&](int k, Pricing& pricing) {
+                const int64_t from = ends[2 * k];
+                const int length = static_cast<int>(ends[2 * k + 1] - from);
+                double* own = stretches + static_cast<size_t>(k) * n * dof;
+                even_stretch(path + from * dof, length, static_cast<int>(dof), joints + k * dof, share[k], own);
+                std::vector<double> costs(length);
+                pricing.price(length, own, own + dof, costs.data());
+                gains[k] = 0.0;
+                for (int i = 0; i < length; ++i) gains[k] += now[from + i] - costs[i];
+            });
     });
 }
 

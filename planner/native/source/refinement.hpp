@@ -1,0 +1,129 @@
+// What the refinement of a path tries: places to which its waypoints may go, and stretches on which some joints move
+// evenly. Nothing is proven here.
+#pragma once
+
+#include <numeric>
+
+#include "costs.hpp"
+
+namespace planner {
+
+struct MoveRules {
+    double size;                  // rad: of a step downhill
+    double gain;                  // relative: what is no cheaper than by this is no place to go
+    const double *lower, *upper;  // (dof,) of joints that do not wrap
+    const double* mixes;          // (mixes, 2) shares of a step downhill, and of the way to the middle
+    int mix_count, draw_count, most;
+};
+
+// Where a waypoint may go between its neighbours: downhill in cost by finite differences, towards the middle between them,
+// and at random near downhill.
+class WaypointMoves {
+   public:
+    WaypointMoves(const Chain& chain, const Tool& tool, const Prices& prices, const MoveRules& rules)
+        : dof_(chain.dof()), pricing_(chain, tool, prices), wraps_(prices.wraps), rules_(rules), downhill_(dof_) {}
+
+    // Up to `most` places (most, dof), the cheapest first, for the waypoint `here` of a path; how many. `draws`
+    // (draws, dof + 1): what is added to the direction downhill, of length 1, and which share of a step is made.
+    int find(const double* here, const double* draws, double* places) {
+        const double now = slope(here);
+        rows_.clear();
+        for (int k = 0; k < rules_.mix_count; ++k) {
+            const double step = rules_.mixes[2 * k] * rules_.size, middle = rules_.mixes[2 * k + 1];
+            add(here, [&](int j) { return step * downhill_[j] + middle * to_middle(here, j); });
+        }
+        for (int k = 0; k < rules_.draw_count; ++k) {
+            const double* own = draws + static_cast<size_t>(k) * (dof_ + 1);
+            add(here, [&](int j) { return own[dof_] * rules_.size * (downhill_[j] + own[j]); });
+        }
+        const int count = rules_.mix_count + rules_.draw_count;
+        price(here, count);
+        order_.resize(count);
+        std::iota(order_.begin(), order_.end(), 0);
+        std::stable_sort(order_.begin(), order_.end(), [&](int a, int b) { return costs_[a] < costs_[b]; });
+        int found = 0;
+        for (const int k : order_) {
+            if (found == rules_.most || !(costs_[k] < now * (1.0 - rules_.gain))) break;
+            std::copy(&rows_[k * static_cast<size_t>(dof_)], &rows_[k * static_cast<size_t>(dof_)] + dof_,
+                      places + static_cast<size_t>(found++) * dof_);
+        }
+        return found;
+    }
+
+   private:
+    double to_middle(const double* here, int j) const { return 0.5 * (here[j - dof_] + here[j + dof_]) - here[j]; }
+
+    template <class Move>
+    void add(const double* here, Move move) {
+        for (int j = 0; j < dof_; ++j) {
+            const double to = here[j] + move(j);
+            rows_.push_back(wraps_[j] ? to : std::min(std::max(to, rules_.lower[j]), rules_.upper[j]));
+        }
+    }
+
+    // The costs of the motions by way of each of the `count` rows.
+    void price(const double* here, int count) {
+        const size_t width = dof_;
+        start_.resize(2 * count * width), end_.resize(2 * count * width), both_.resize(2 * count), costs_.resize(count);
+        for (int k = 0; k < count; ++k) {
+            const double* row = &rows_[k * width];
+            std::copy(here - width, here, &start_[2 * k * width]);
+            std::copy(row, row + width, &end_[2 * k * width]);
+            std::copy(row, row + width, &start_[(2 * k + 1) * width]);
+            std::copy(here + width, here + 2 * width, &end_[(2 * k + 1) * width]);
+        }
+        pricing_.price(2 * count, start_.data(), end_.data(), both_.data());
+        for (int k = 0; k < count; ++k) costs_[k] = both_[2 * k] + both_[2 * k + 1];
+    }
+
+    // What the motions cost now; `downhill_` is the unit vector in which that falls fastest. Beside a floor a slope may be
+    // infinite: only the rest is followed there.
+    double slope(const double* here) {
+        constexpr double far = 1e-3;  // rad
+        rows_.assign(here, here + dof_);
+        for (int k = 0; k < dof_; ++k)
+            for (int j = 0; j < dof_; ++j) rows_.push_back(here[j] + (j == k ? far : 0.0));
+        price(here, dof_ + 1);
+        double square = 0.0;
+        for (int j = 0; j < dof_; ++j) {
+            const double rise = costs_[1 + j] - costs_[0];
+            downhill_[j] = std::isfinite(rise) ? -rise : 0.0;
+            square += downhill_[j] * downhill_[j];
+        }
+        const double norm = std::max(std::sqrt(square), 1e-300);
+        for (double& value : downhill_) value /= norm;
+        return costs_[0];
+    }
+
+    int dof_;
+    Pricing pricing_;
+    const uint8_t* wraps_;
+    const MoveRules rules_;
+    std::vector<double> downhill_, rows_, start_, end_, both_, costs_;
+    std::vector<int> order_;
+};
+
+// A stretch (length + 1, dof) of a path after `joints` (dof,) went a `share` of the way to moving evenly on it, by how
+// far it has come in all joints.
+inline void even_stretch(const double* path, int length, int dof, const uint8_t* joints, double share, double* found) {
+    const size_t width = dof;
+    std::vector<double> along(length + 1, 0.0);
+    for (int k = 1; k <= length; ++k) {
+        double square = 0.0;
+        for (int j = 0; j < dof; ++j) {
+            const double by = path[k * width + j] - path[(k - 1) * width + j];
+            square += by * by;
+        }
+        along[k] = along[k - 1] + std::sqrt(square);
+    }
+    const double whole = std::max(along[length], 1e-300);
+    std::copy(path, path + (length + 1) * width, found);
+    for (int k = 1; k < length; ++k)
+        for (int j = 0; j < dof; ++j) {
+            if (!joints[j]) continue;
+            const double even = path[j] + along[k] / whole * (path[length * width + j] - path[j]);
+            found[k * width + j] += share * (even - found[k * width + j]);
+        }
+}
+
+}  // namespace planner
