@@ -146,11 +146,12 @@ class PathRefiner:
 
     def _partial_shortcuts(self, path: Floats) -> Floats:
         """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
+        if len(path) < 3:
+            return path
         path, total = path.copy(), self.total(path)
-        for _ in range(self.tries if len(path) > 2 else 0):
+        for ends, joints, shares in zip(*self._stretches(*path.shape), strict=True):
             if self.progress.stopped:
                 break
-            ends, joints, shares = self._stretches(*path.shape)
             stretches, gain = self.cost.chain.even_stretches(self.cost.prices, path, ends, joints, shares)
             best = np.argsort(-gain, kind="stable")[:_PROVEN_STRETCHES]
             best = best[gain[best] > _LEAST_GAIN * total]
@@ -165,16 +166,16 @@ class PathRefiner:
         return path
 
     def _stretches(self, count: int, dof: int) -> tuple[Ints, Bools, Floats]:
-        """Random stretches of a path of ``count`` rows: their ends (k, 2), which joints (k, dof) move evenly on each.
+        """Random stretches of a path of ``count`` rows, k for each try, by their ends (tries, k, 2).
 
-        And the share (k,) of the way that they are brought to that.
+        Which joints move evenly on each (tries, k, dof), and the share (tries, k) of the way they are brought to that.
         """
-        rng, each = self._rng, np.arange(_STRETCHES)
-        first = rng.integers(0, count - 2, size=_STRETCHES)
-        ends = np.stack([first, rng.integers(first + 2, count)], axis=1)
-        joints = rng.random((_STRETCHES, dof)) < rng.uniform(0.1, 0.6, size=(_STRETCHES, 1))
-        joints[each, rng.integers(dof, size=_STRETCHES)] = True
-        return ends, joints, np.where(rng.random(_STRETCHES) < 2.0 / 3.0, 1.0, 0.5)
+        rng, shape = self._rng, (self.tries, _STRETCHES)
+        first = rng.integers(0, count - 2, size=shape)
+        ends = np.stack([first, rng.integers(first + 2, count)], axis=2)
+        joints = rng.random((*shape, dof)) < rng.uniform(0.1, 0.6, size=(*shape, 1))
+        joints |= rng.integers(dof, size=(*shape, 1)) == np.arange(dof)
+        return ends, joints, np.where(rng.random(shape) < 2.0 / 3.0, 1.0, 0.5)
 
     def descend(self, path: Floats) -> Floats:
         """The path after its waypoints moved downhill; steps shrink where few of them gain."""

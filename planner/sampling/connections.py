@@ -16,7 +16,7 @@ from planner.native.loading import threads
 NEIGHBOURS = 20
 _BATCH = 256  # candidates proven at a time
 _MEASURED = 8 * _BATCH  # candidates whose detour is measured before: with fewer the longest ones go unseen
-_FEW_PAIRS = 1_000  # of nodes and queries: all are measured in less time than SciPy takes to load
+_FEW_PAIRS = 10_000  # of nodes and queries: all are measured in less time than a tree of them takes
 _LONGEST = 8.0  # times the direct distance: detours that are longer are all as good, and cost more to measure
 
 
