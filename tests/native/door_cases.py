@@ -93,15 +93,56 @@ def states(rng: Rng, size: Size) -> np.ndarray:
     return rng.uniform(-2, 2, (size.rows, size.joints))
 
 
+def prices_of(rng: Rng, size: Size, kind: int, chord: float = 0.0) -> MotionPrices:
+    numbers, wraps = np.array([0.1, 0.8, 0.01, 2.0, 0.4, 0.02, 3.0, 0.1, chord]), rng.random(size.joints) < 0.3
+    return MotionPrices(numbers, kind, kind == 2, 3 + 2 * kind, wraps, size.joints, np.ones(3), 3)
+
+
 def of_motion_costs(rng: Rng, size: Size) -> list[Any]:
     chain, q, found = a_chain(rng, size.joints), states(rng, size), []
-    end, wraps, tool = q + 2.0 * states(rng, size), rng.random(size.joints) < 0.3, rng.uniform(0, 1, len(q))
-    numbers = np.array([0.1, 0.8, 0.01, 2.0, 0.4, 0.02, 3.0, 0.1])
-    for kind, lengths in ((0, None), (1, tool), (2, None)):
-        prices = MotionPrices(numbers, kind, kind == 2, 3 + 2 * kind, wraps)
-        costs = chain.motion_costs(q, end, lengths, prices, size.joints, np.ones(3), 3)
+    end = q + 2.0 * states(rng, size)
+    for kind, chord in ((0, 0.0), (1, 0.3), (2, 0.0)):
+        costs = chain.motion_costs(q, end, prices_of(rng, size, kind, chord))
         assert (costs >= 0.4 * 0.01).all()  # beta of the least distance
         found.append(costs)
+    plain = prices_of(rng, size, 0, 0.3)._replace(numbers=np.array([0.1, 0.8, 0.0, 2.0, 1.0, 0.0, 9.0, 0.1, 0.3]))
+    near = q + 0.1 * states(rng, size)
+    pieces = np.maximum(1, np.ceil(np.abs(near - q).sum(axis=1) / 0.3)).astype(int)
+    lengths = chain.path_lengths(q, near - q, pieces, size.joints, np.ones(3))
+    np.testing.assert_allclose(chain.motion_costs(q, near, plain), lengths / 2.0)
+    return found
+
+
+def of_refinement(rng: Rng, size: Size) -> list[Any]:
+    """Places to go to are as much cheaper as is asked for, the cheapest first; stretches gain what they say."""
+    size = replace(size, rows=min(size.rows + 2, 30))
+    chain, path, dof = a_chain(rng, size.joints), np.cumsum(0.1 * states(rng, size), axis=0), size.joints
+    mixes, limits, found = rng.random((4, 2)), (np.full(dof, -1.0), np.full(dof, 1.0)), []
+    for kind, first in ((0, 1), (1, 2), (2, 1)):
+        prices, inner = prices_of(rng, size, kind), np.arange(first, len(path) - 1, 2)
+        draws = rng.normal(size=(len(inner), 3, dof + 1))
+        places, count = chain.waypoint_moves(prices, path, first, 0.3, 0.05, limits, mixes, draws, 4)
+        for row, ways, known in zip(inner, places, count, strict=True):
+            through = [ways[:known], path[row : row + 1]]
+            costs = [
+                chain.motion_costs(0 * q + path[row - 1], q, prices)
+                + chain.motion_costs(q, 0 * q + path[row + 1], prices)
+                for q in through
+            ]
+            assert (costs[0] < 0.95 * costs[1]).all() and (np.diff(costs[0]) >= 0).all()  # noqa: PT018
+            assert (prices.wraps | (np.abs(ways[:known]) <= 1.0)).all()
+            found.append(ways[:known])
+        ends = np.sort(rng.permuted(np.tile(np.arange(len(path)), (5, 1)), axis=1)[:, :2], axis=1)
+        joints, shares = rng.random((5, dof)) < 0.5, rng.uniform(0.5, 1.0, 5)
+        stretches, gains = chain.even_stretches(prices, path, ends, joints, shares)
+        for (low, high), q, moving, gain in zip(ends, stretches, joints, gains, strict=True):
+            q, here = q[: high - low + 1], path[low : high + 1]
+            assert np.array_equal(q[[0, -1]], here[[0, -1]])
+            assert np.array_equal(q[:, ~moving], here[:, ~moving])
+            now, then = (chain.motion_costs(rows[:-1], rows[1:], prices).sum() for rows in (here, q))
+            assert not np.isfinite(now + then) or np.isclose(gain, now - then, rtol=1e-9)
+            found.append(q)
+        found += [count, gains]
     return found
 
 
@@ -645,6 +686,6 @@ CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     for case in (
         of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_tree_paths, of_walks,
         of_proofs, of_proofs_in_time, of_chunks, of_stops, of_gates, of_curves_of_chunks, of_choices, of_costs,
-        of_motion_costs, of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
+        of_motion_costs, of_refinement, of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
     )
 }  # fmt: skip

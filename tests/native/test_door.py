@@ -155,12 +155,22 @@ def keeping_proves(curves: np.ndarray, forgiven: float = 0.0, finest: float = 1e
     return keeping_with()().proven(curves, given._replace(**other), forgiven, finest)
 
 
-PRICES = MotionPrices(np.ones(8), 0, False, 9, np.zeros(3))
+PRICES = MotionPrices(np.ones(9), 0, False, 9, np.zeros(3), 0, np.zeros(3), 6)
 
 
-def motion_costs(**other: Any) -> object:
-    given = {"start": Q, "end": Q, "tool_lengths": None, "prices": PRICES, "joint": 0, "point": np.zeros(3), "rows": 6}
-    return CHAIN.motion_costs(**(given | other))
+def motion_costs(start: np.ndarray = Q, end: np.ndarray = Q, **other: Any) -> object:
+    return CHAIN.motion_costs(start, end, PRICES._replace(**other))
+
+
+def waypoint_moves(**other: Any) -> object:
+    given = {"prices": PRICES, "path": Q, "first": 1, "size": 0.3, "gain": 0.0, "limits": (-AXES, AXES)}
+    given |= {"mixes": np.ones((2, 2)), "draws": np.ones((1, 2, 4)), "most": 3}
+    return CHAIN.waypoint_moves(**(given | other))
+
+
+def even_stretches(**other: Any) -> object:
+    given = {"prices": PRICES, "path": Q, "ends": [[0, 3]], "joints": np.ones((1, 3)), "shares": ONE}
+    return CHAIN.even_stretches(**(given | other))
 
 
 ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
@@ -187,14 +197,28 @@ WRONG: dict[str, Callable[[], object]] = {
     "manipulability: rows": lambda: CHAIN.manipulability(Q, 0, np.zeros(3), 7),
     "motion costs: columns": lambda: motion_costs(start=Q[:, :2]),
     "motion costs: ends": lambda: motion_costs(end=Q[:1]),
-    "motion costs: lengths": lambda: motion_costs(tool_lengths=np.ones(1)),
     "motion costs: joint": lambda: motion_costs(joint=5),
     "motion costs: rows": lambda: motion_costs(rows=7),
-    "motion costs: numbers": lambda: motion_costs(prices=PRICES._replace(numbers=np.ones(7))),
-    "motion costs: kind": lambda: motion_costs(prices=PRICES._replace(kind=3)),
-    "motion costs: even states": lambda: motion_costs(prices=PRICES._replace(fewest=4)),
-    "motion costs: one state": lambda: motion_costs(prices=PRICES._replace(fewest=1)),
-    "motion costs: wraps": lambda: motion_costs(prices=PRICES._replace(wraps=np.ones(1))),
+    "motion costs: numbers": lambda: motion_costs(numbers=np.ones(8)),
+    "motion costs: kind": lambda: motion_costs(kind=3),
+    "motion costs: even states": lambda: motion_costs(fewest=4),
+    "motion costs: one state": lambda: motion_costs(fewest=1),
+    "motion costs: wraps": lambda: motion_costs(wraps=np.ones(1)),
+    "motion costs: point": lambda: motion_costs(point=np.ones(2)),
+    "motion costs: too long": lambda: motion_costs(end=Q + 9e9),
+    "moves: path": lambda: waypoint_moves(path=Q[:, :2]),
+    "moves: a NaN": lambda: waypoint_moves(path=NAN * Q),
+    "moves: an end": lambda: waypoint_moves(first=0, draws=np.ones((2, 2, 4))),
+    "moves: draws": lambda: waypoint_moves(draws=np.ones((2, 2, 4))),
+    "moves: mixes": lambda: waypoint_moves(mixes=np.ones((2, 3))),
+    "moves: limits": lambda: waypoint_moves(limits=(ONE, ONE)),
+    "moves: prices": lambda: waypoint_moves(prices=PRICES._replace(kind=-1)),
+    "stretches: a NaN": lambda: even_stretches(path=NAN * Q),
+    "stretches: row": lambda: even_stretches(ends=[[0, 4]]),
+    "stretches: backwards": lambda: even_stretches(ends=[[2, 2]]),
+    "stretches: joints": lambda: even_stretches(joints=np.ones((1, 2))),
+    "stretches: shares": lambda: even_stretches(shares=np.ones(2)),
+    "stretches: joint": lambda: even_stretches(prices=PRICES._replace(joint=4)),
     "inverse: columns": lambda: CHAIN.inverse(Q[:, :2], 0, EYE, EYE, True, FREE, 5),
     "inverse: tool": lambda: CHAIN.inverse(Q, 0, EYE[:3], EYE, True, FREE, 5),
     "inverse: targets": lambda: CHAIN.inverse(Q, 0, EYE, np.zeros((len(Q) + 1, 4, 4)), True, FREE, 5),

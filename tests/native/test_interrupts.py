@@ -120,6 +120,13 @@ def circle(ways: int, *ends: object) -> tuple[object, ...]:
     return MANY, arcs, rng.uniform(1, 2, len(arcs)), *ends
 
 
+def zigzag() -> np.ndarray:
+    return np.tile([[0.0], [1.0]], (MANY // 20 + 1, 1))[: MANY // 10 + 1]
+
+
+PRICES = MotionPrices(
+    np.array([0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1, 0.0]), 1, False, 9, np.zeros(1), 1, POINT, 6
+)  # fmt: skip
 ZERO, HALF = np.zeros(1), np.full(1, MANY // 2)
 # what is called, and with what
 LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] = {
@@ -131,17 +138,14 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         CHAIN.manipulability_along,
         lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, 6),
     ),
-    "motion_costs": (
-        CHAIN.motion_costs,
-        lambda: (
-            np.zeros((2**20, 1)),
-            np.ones((2**20, 1)),
-            None,
-            MotionPrices(np.array([0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1]), 1, False, 9, np.zeros(1)),
-            1,
-            POINT,
-            6,
-        ),
+    "motion_costs": (CHAIN.motion_costs, lambda: (np.zeros((2**20, 1)), np.ones((2**20, 1)), PRICES)),
+    "waypoint_moves": (
+        CHAIN.waypoint_moves,
+        lambda: (PRICES, zigzag(), 1, 0.1, 0.0, (-ONE, ONE), np.ones((9, 2)), np.zeros((MANY // 20, 9, 2)), 1),
+    ),
+    "even_stretches": (
+        CHAIN.even_stretches,
+        lambda: (PRICES, zigzag(), np.array([[0, MANY // 10]] * 20), np.ones((20, 1)), np.ones(20)),
     ),
     "inverse": (CHAIN.inverse, far_away),
     "keeping": (KEEPING.projected, lambda: (np.zeros((MANY, 1)), np.ones(MANY), 0.0, 1000)),
