@@ -11,7 +11,7 @@ class Walk {
     Walk(const World& world, const double* reach, const double* body_reach, const Pieces& pieces)
         : world_(world), reach_(reach), body_reach_(body_reach), pieces_(pieces), dof_(pieces.dof),
           speeds_(world, body_reach), scratch_(world.scratch()), q_(dof_), velocity_(dof_), rates_(dof_), bends_(dof_),
-          fastest_(world.bodies) {}
+          fastest_(world.bodies), of_body_(world.bodies, 0.0) {}
 
     // Into how many parts of one length in s a piece is cut, so that joints alone could move no point farther than
     // `longest` (m) on one; infinite numbers for what is none.
@@ -22,8 +22,8 @@ class Walk {
         return motion <= longest ? 1.0 : std::ceil(motion / longest);
     }
 
-    // Metres that no point exceeds on a part, from `low` to `high`. `shares` (pairs,) are made as large as what each
-    // pair's distance can change by, of that.
+    // Metres that no point exceeds on a part, from `low` to `high`. `shares` (pairs,) of pairs of bodies are made as large
+    // as what their distance can change by, of that.
     double part(int piece, double low, double high, double* shares) {
         const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
         pieces_.at(piece, middle, q_.data());
@@ -39,15 +39,20 @@ class Walk {
             fastest = std::max(fastest, fastest_[b]);
         }
         if (fastest == 0.0) return 0.0;
-        const auto keep = [&](int pair, double speed) { shares[pair] = std::max(shares[pair], speed / fastest); };
-        const int obstacles = world_.obstacles(), scene = world_.bodies * obstacles;
-        for (int pair = 0; pair < scene; ++pair) keep(pair, fastest_[pair / obstacles]);
-        for (int pair = scene; pair < world_.pair_count(); ++pair) {
+        for (int b = 0; b < world_.bodies; ++b) of_body_[b] = std::max(of_body_[b], fastest_[b] / fastest);
+        for (int pair = world_.bodies * world_.obstacles(); pair < world_.pair_count(); ++pair) {
             const int first = world_.pairs[pair].first, second = world_.pairs[pair].second;
-            const double apart = std::min(sum(reach_, pair), speeds_.between(first, second).anywhere(half));
-            keep(pair, std::min(apart, fastest_[first] + fastest_[second]));
+            double apart = std::min(sum(reach_, pair), fastest_[first] + fastest_[second]);
+            if (apart > shares[pair] * fastest) apart = std::min(apart, speeds_.between(first, second).anywhere(half));
+            shares[pair] = std::max(shares[pair], apart / fastest);
         }
         return fastest * (high - low);
+    }
+
+    // The shares (pairs,) of bodies and obstacles, once all parts are there.
+    void finish(double* shares) const {
+        const int obstacles = world_.obstacles();
+        for (int b = 0; b < world_.bodies; ++b) std::fill_n(shares + b * obstacles, obstacles, of_body_[b]);
     }
 
    private:
@@ -64,7 +69,7 @@ class Walk {
     const int dof_;
     Speeds speeds_;
     Scratch scratch_;
-    std::vector<double> q_, velocity_, rates_, bends_, fastest_;
+    std::vector<double> q_, velocity_, rates_, bends_, fastest_, of_body_;
 };
 
 }  // namespace planner

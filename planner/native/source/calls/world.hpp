@@ -323,8 +323,8 @@ int world_cheapest_chain(const World* world, const double* reach, const double* 
 
 // How far an arm moves along pieces (count, degree + 1, dof). Where `moved` is null into how many parts each is cut that
 // no joint moves anything farther on than `longest` (m), parts (count,). Else by how many metres, moved (all parts,), no
-// point is moved farther on each part, and in `shares` (pairs,), of which none is made smaller, by how much the distances
-// of pairs change at most, of that. How many parts there are.
+// point is moved farther on each part, and in `shares` (pairs,), all 0 before, by how much the distances of pairs change
+// at most, of that. How many parts there are.
 int world_walk(const World* world, const double* reach, const double* body_reach, const double* coefficients, int count,
                int degree, double longest, int64_t* parts, double* moved, double* shares) {
     return answered([&] {
@@ -344,6 +344,7 @@ int world_walk(const World* world, const double* reach, const double* body_reach
                 for (int i = 0; i < cut; ++i) *moved++ = walk.part(k, i / cut, (i + 1) / cut, shares);
             all += static_cast<int64_t>(cut);
         }
+        if (moved) walk.finish(shares);
         return static_cast<int>(all);
     });
 }
