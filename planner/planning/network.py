@@ -80,15 +80,20 @@ def build_network(
 
 def at_beta(network: gabf.Network, beta: float) -> gabf.Network:
     """The same network at another beta, whatever its kernel charges omega to."""
+    return replace(network, kernel=_kernel_at(network, beta))
+
+
+def _kernel_at(network: gabf.Network, beta: float) -> gabf.Kernel:
     if not isinstance(network.kernel, gabf.TradeOff | gabf.EdgeIntegral):
         raise AssumptionError(f"{type(network.kernel).__name__} has no beta: take TradeOff or EdgeIntegral.")
-    return replace(network, kernel=replace(network.kernel, beta=beta))
+    return replace(network.kernel, beta=beta)
 
 
 def arc_costs(network: gabf.Network) -> Floats:
     """(n_arcs, 2) what an arc adds to a path's Omega and D: the cost at beta 0 and at beta 1, for any kernel."""
-    nothing = np.zeros(network.n_arcs)
-    return np.column_stack([at_beta(network, beta).arcs(nothing) for beta in (0.0, 1.0)])
+    nothing, kernels = np.zeros(network.n_arcs), [_kernel_at(network, beta) for beta in (0.0, 1.0)]
+    bound = [kernel.bind(network) for kernel in kernels]  # pyright: ignore[reportArgumentType]  (as for Network.arcs)
+    return np.column_stack([arcs(nothing) for arcs in bound])
 
 
 def path_cost(network: gabf.Network, nodes: Ints) -> PathCost:

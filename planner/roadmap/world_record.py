@@ -55,7 +55,7 @@ def record_of(world: World) -> WorldRecord:
     """The record of the world that a roadmap is being proven in."""
     chain, robot = Chain.of(world.robot), world.robot
     return WorldRecord(
-        kinematics=content_hash(_rounded(getattr(chain, item.name)) for item in fields(chain)),
+        kinematics=_kinematics(chain),
         lower=tuple(robot.lower.tolist()),
         upper=tuple(robot.upper.tolist()),
         held=dict(robot.fixed_joints),
@@ -71,6 +71,11 @@ def record_of(world: World) -> WorldRecord:
             for item, row in zip(world.obstacles, world.checked.T, strict=True)
         ),
     )
+
+
+@lru_cache(maxsize=16)
+def _kinematics(chain: Chain) -> str:
+    return content_hash(_rounded(getattr(chain, item.name)) for item in fields(chain))
 
 
 @lru_cache(maxsize=256)
