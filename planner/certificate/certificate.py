@@ -18,7 +18,6 @@ from planner.certificate.witnesses import Search
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
-from planner.trajectory.limits import KINDS
 from planner.trajectory.trajectory import Trajectory
 
 PROOF_NAME = "proof.npz"
@@ -94,7 +93,7 @@ def _curves(path: Floats, motion: Trajectory | None) -> Arrays:
         none = {"clock": np.zeros(0, dtype=np.int64), "knots": np.zeros((0, 0, dof)), "limits": np.zeros((0, dof))}
         return {"path": path, **none}
     assert motion.limits is not None
-    limits = np.array([getattr(motion.limits, kind) for kind in KINDS])
+    limits = motion.limits.rows
     return {"path": path, "clock": motion.nanoseconds, "knots": np.array(motion.columns), "limits": limits}
 
 
