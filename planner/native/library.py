@@ -601,7 +601,7 @@ class NativeWorld:
         points, price = _floats(points, k, self.dof), _floats(price, k, k).copy()
         rows, clearance, samples = np.empty(k, dtype=np.int64), np.empty(k), np.empty(k, dtype=np.int64)
         count = _library.world_cheapest_chain(
-            self.handle, *bounds.addresses, k, _at(points), _at(price), room,
+            self.handle, *bounds.addresses, k, _at(points), _at(price), room, threads(),
             *(_at(array) for array in (rows, clearance, samples)),
         )  # fmt: skip
         return rows[:count], clearance[1:count], samples[1:count]

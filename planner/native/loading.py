@@ -22,7 +22,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 30  # of the functions' arguments: what planner_version() says
+_VERSION = 31  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -128,7 +128,7 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
         (*6 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _Pointer, _int, _Pointer, _long, _int, *2 * [_Pointer]),
     ),
     "world_walk": (_int, (*4 * [_Pointer], _int, _int, _double, *3 * [_Pointer])),
-    "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, *3 * [_Pointer])),
+    "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, _int, *3 * [_Pointer])),
 }
 
 

@@ -4,7 +4,10 @@
 // refused: most of what is tried is refused after two samples, and what is free takes a dozen.
 #pragma once
 
+#include <atomic>
 #include <deque>
+#include <mutex>
+#include <thread>
 
 #include "prover.hpp"
 
@@ -66,32 +69,39 @@ inline std::vector<int> cheapest_chain(const double* price, int k) {
 //
 // Motions from one point to the next are proven already; others are once a cheapest chain has them, which is the lazy
 // search of Bohlin and Kavraki (Path planning using lazy PRM, 2000). Those that are refused get an infinite price. Where
-// no chain has a finite one, all points are it.
+// no chain has a finite one, all points are it. Any number of threads may work at it, each with a prover of its own, one
+// motion each: which motions are refused when may differ, and what is found is the same.
 class ChainSearch {
    public:
-    ChainSearch(Prover& prover, int count, int dof, const double* points, double* price)
-        : prover_(prover), count_(count), dof_(dof), points_(points), price_(price),
-          numbers_(static_cast<size_t>(count) * count, -1) {}
+    ChainSearch(int count, int dof, const double* points, double* price)
+        : count_(count), dof_(dof), points_(points), price_(price), numbers_(static_cast<size_t>(count) * count, -1) {}
 
-    std::vector<int> search(double room) {
+    // Work until the chain is found.
+    void work(Prover& prover, double room) {
         for (;;) {
-            std::vector<int> rows = cheapest_chain(price_, count_);
-            if (!finite(rows) || heed() == Told::finish) {
-                rows.resize(count_);
-                std::iota(rows.begin(), rows.end(), 0);
-                return rows;
+            Motion* motion = nullptr;
+            {
+                const std::lock_guard<Turn> lock(turn_);
+                if (!found_ && heed() == Told::finish) take_all();
+                if (!found_) motion = next(prover);
+                if (found_) return;
+                if (motion) motion->busy = true;
             }
-            std::vector<Prover::Attempt*> attempts;
-            std::vector<int> tails;
-            for (size_t k = 1; k < rows.size(); ++k) {
-                if (rows[k] == rows[k - 1] + 1) continue;
-                attempts.push_back(attempt(rows[k - 1], rows[k])), tails.push_back(static_cast<int>(k));
+            if (!motion) {
+                std::this_thread::yield();  // for others to come to the end of a sample
+                continue;
             }
-            const int refused = first_refused(prover_, attempts, room);
-            if (refused < 0) return rows;
-            price_[at(rows[tails[refused] - 1], rows[tails[refused]])] = infinity;
+            prover.go_on(motion->attempt, room);
+            const std::lock_guard<Turn> lock(turn_);
+            motion->busy = false;
+            if (motion->attempt.proof.verdict == proven_free) continue;
+            price_[motion->place] = infinity;
+            if (!found_) rows_.clear();
         }
     }
+
+    // The rows of the chain that was found.
+    const std::vector<int>& rows() const { return rows_; }
 
     // The proof of a motion of the chain; of none that was proven before.
     const Proof* proof(int from, int to) const {
@@ -101,39 +111,84 @@ class ChainSearch {
 
    private:
     struct Motion {
+        size_t place;                      // of its price
         std::vector<double> coefficients;  // (2, dof)
         Prover::Attempt attempt;
+        bool busy = false;
     };
 
-    bool finite(const std::vector<int>& rows) const {
-        for (size_t k = 1; k < rows.size(); ++k)
-            if (!(price_[at(rows[k - 1], rows[k])] < infinity)) return false;
+    // Whose turn it is: held for less time than it takes to sleep and wake.
+    class Turn {
+       public:
+        void lock() {
+            while (taken_.test_and_set(std::memory_order_acquire)) std::this_thread::yield();
+        }
+        void unlock() { taken_.clear(std::memory_order_release); }
+
+       private:
+        std::atomic_flag taken_ = ATOMIC_FLAG_INIT;
+    };
+
+    // The motion of the cheapest chain to go on with; none while others are busy with what is left, or if it is found.
+    Motion* next(Prover& prover) {
+        while (rows_.empty()) {
+            rows_ = cheapest_chain(price_, count_), chain_.clear();
+            if (!finite()) return take_all(), nullptr;
+            for (size_t k = 1; k < rows_.size(); ++k)
+                if (rows_[k] != rows_[k - 1] + 1) chain_.push_back(motion(prover, rows_[k - 1], rows_[k]));
+            for (const Motion* motion : chain_)
+                if (motion->attempt.proof.verdict != proven_free) price_[motion->place] = infinity, rows_.clear();
+        }
+        Motion* best = nullptr;
+        found_ = true;
+        for (Motion* motion : chain_) {
+            if (motion->busy) found_ = false;
+            if (motion->busy || motion->attempt.done()) continue;
+            found_ = false;
+            if (!best || motion->attempt.next_gap() < best->attempt.next_gap()) best = motion;
+        }
+        return best;
+    }
+
+    void take_all() {
+        rows_.resize(count_);
+        std::iota(rows_.begin(), rows_.end(), 0);
+        found_ = true;
+    }
+
+    bool finite() const {
+        for (size_t k = 1; k < rows_.size(); ++k)
+            if (!(price_[at(rows_[k - 1], rows_[k])] < infinity)) return false;
         return true;
     }
 
     size_t at(int from, int to) const { return static_cast<size_t>(from) * count_ + to; }
 
-    Prover::Attempt* attempt(int from, int to) {
+    Motion* motion(Prover& prover, int from, int to) {
         int& number = numbers_[at(from, to)];
         if (number < 0) {
             number = static_cast<int>(motions_.size());
             motions_.emplace_back();
             Motion& motion = motions_.back();
+            motion.place = at(from, to);
             motion.coefficients.resize(2 * dof_);
             for (int j = 0; j < dof_; ++j) {
                 const double start = points_[from * dof_ + j];
                 motion.coefficients[j] = start, motion.coefficients[dof_ + j] = points_[to * dof_ + j] - start;
             }
-            prover_.begin(motion.attempt, {motion.coefficients.data(), 1, 1, dof_}, 0);
+            prover.begin(motion.attempt, {motion.coefficients.data(), 1, 1, dof_}, 0);
         }
-        return &motions_[number].attempt;
+        return &motions_[number];
     }
 
-    Prover& prover_;
     int count_, dof_;
     const double* points_;
     double* price_;
-    std::vector<int> numbers_;  // of motions, by their ends
+    Turn turn_;
+    bool found_ = false;
+    std::vector<int> rows_;       // of the cheapest chain; none once one of its motions is refused
+    std::vector<Motion*> chain_;  // its motions that were not proven before
+    std::vector<int> numbers_;    // of motions, by their ends
     std::deque<Motion> motions_;
 };
 

@@ -305,14 +305,16 @@ int world_first_proven(const World* world, const double* reach, const double* bo
 // price (count, count), in which refused ones become infinite: its rows, their number, and clearance and samples of the
 // motions to rows[1], rows[2] and so on, -1 samples of those that were proven before.
 int world_cheapest_chain(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
-                         int count, const double* points, double* price, double room, int64_t* rows, double* clearance,
-                         int64_t* samples) {
+                         int count, const double* points, double* price, double room, int threads, int64_t* rows,
+                         double* clearance, int64_t* samples) {
     return answered([&] {
         require(count >= 1, "a chain has at least one point");
         require(room >= rounding, "the room is below what distances are rounded by");
-        Prover prover(*world, reach, body_reach, is_static);
-        ChainSearch search(prover, count, world->chain.dof(), points, price);
-        const std::vector<int> found = search.search(room);
+        ChainSearch search(count, world->chain.dof(), points, price);
+        share_out(
+            threads, threads, 1, [&] { return Prover(*world, reach, body_reach, is_static); },
+            [&](int, Prover& prover) { search.work(prover, room); });
+        const std::vector<int>& found = search.rows();
         for (size_t k = 0; k < found.size(); ++k) {
             const Proof* proof = k > 0 ? search.proof(found[k - 1], found[k]) : nullptr;
             rows[k] = found[k], clearance[k] = proof ? proof->clearance : 0.0, samples[k] = proof ? proof->samples : -1;
