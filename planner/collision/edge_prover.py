@@ -12,6 +12,7 @@ import copy
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from enum import IntEnum
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -23,9 +24,12 @@ from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
+from planner.native.library import Charge
 from planner.native.motions import Ramp, curve_next_ramp
+from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
 
 _BATCH = 256  # pieces between two looks whether to stop
+_NONE_LEFT = 2**30  # more alternatives than there are
 
 MotionTest = Callable[[Floats, Floats], Bools]
 """Which motions from configurations (m, dof) by joint motions (m, dof) may be taken, (m,)."""
@@ -33,6 +37,9 @@ MotionTest = Callable[[Floats, Floats], Bools]
 
 MotionCheck = Callable[[Floats, Floats], bool]
 """Whether the straight motion from a configuration (dof,) by a difference (dof,) is taken for free."""
+
+
+Chosen = TypeVar("Chosen")
 
 
 class Verdict(IntEnum):
@@ -71,6 +78,20 @@ class Proofs:
         """``count`` segments of one verdict, of which nothing else is known."""
         nothing = np.zeros(count, dtype=np.int64)
         return Proofs(nothing + int(verdict), nothing - 1, nothing, np.full(count, np.inf))
+
+
+class _Motions(NamedTuple):
+    """Straight motions from ``start`` by ``delta`` (m, dof) that are proven, and the ``item`` (m,) that each serves."""
+
+    item: Ints
+    start: Floats
+    delta: Floats
+    clearance: Floats
+    samples: Ints
+
+
+_NOTHING, _NO_ROWS = np.zeros(0), np.zeros(0, dtype=np.int64)
+_NO_MOTIONS = _Motions(_NO_ROWS, _NOTHING, _NOTHING, _NOTHING, _NO_ROWS)
 
 
 class EdgeProver:
@@ -167,17 +188,78 @@ class EdgeProver:
         kept = self.world.keeps.proven(coefficients)
         if not kept.all():
             return self._first_of_kept(start, delta, motions, alternatives, room, allows, kept)
-        while True:
+
+        def choose(begin: Ints) -> tuple[Ints, _Motions, Ints]:
             found, clearance, samples = self._native.first_proven(
                 self._bounds, coefficients, motions, alternatives, begin, room
             )
-            chosen = samples >= 0
-            allowed = self._allowed(start[chosen], delta[chosen], allows)
+            rows = samples >= 0
+            return found, _Motions(item[rows], start[rows], delta[rows], clearance[rows], samples[rows]), found
+
+        return self._first_allowed(choose, begin, allows)
+
+    def first_moves(
+        self, charge: Charge, moves: WaypointMoves, room: float, allows: MotionTest
+    ) -> tuple[Bools, Floats]:
+        """Which waypoints (k,) of a path may move, and to which places (k, dof), of no meaning for those that stay.
+
+        The cheapest of its ``moves`` for each to and from which motions are proven and pass a test of the caller.
+        """
+        k, dof, path = len(moves.draws), self.robot.dof, moves.path
+        if self.static_contact is not None:
+            return np.zeros(k, dtype=bool), np.zeros((k, dof))
+        judge = Judge(self._native, self._bounds, room, charge)
+
+        def choose(begin: Ints) -> tuple[Ints, _Motions, tuple[Bools, Floats]]:
+            found, places, clearance, samples = waypoint_moves(judge, moves, begin)
+            moved = found >= 0
+            item = np.flatnonzero(moved)
+            row = moves.first + 2 * item
+            ways = np.stack([path[row - 1], places[item], path[row + 1]], axis=1)
+            start, delta = ways[:, :2].reshape(-1, dof), np.diff(ways, axis=1).reshape(-1, dof)
+            motions = _Motions(np.repeat(item, 2), start, delta, clearance[item].ravel(), samples[item].ravel())
+            return found, motions, (moved, places)
+
+        return self._first_allowed(choose, np.zeros(k, dtype=np.int64), self._keeping(allows))
+
+    def first_stretch(
+        self, charge: Charge, stretches: EvenStretches, room: float, allows: MotionTest
+    ) -> tuple[int, Floats, float] | None:
+        """The stretch of a path that gains most whose motions are proven and pass a test of the caller; None for none.
+
+        Which of ``stretches`` it is, its states (r, dof) and by how much it is cheaper.
+        """
+        if self.static_contact is not None:
+            return None
+        judge = Judge(self._native, self._bounds, room, charge)
+
+        def choose(begin: Ints) -> tuple[Ints, _Motions, tuple[int, Floats, float] | None]:
+            found = even_stretch(judge, stretches, int(begin[0]))
+            if found is None:
+                return begin * 0 - 1, _NO_MOTIONS, None
+            number, row, states, gain, clearance, samples = found
+            motions = _Motions(0 * samples, states[:-1], np.diff(states, axis=0), clearance, samples)
+            return begin * 0 + number, motions, (row, states, gain)
+
+        return self._first_allowed(choose, np.zeros(1, dtype=np.int64), self._keeping(allows))
+
+    def _first_allowed(
+        self, choose: Callable[[Ints], tuple[Ints, _Motions, Chosen]], begin: Ints, allows: MotionTest | None
+    ) -> Chosen:
+        """What is chosen of alternatives from ``begin`` (n,) on, once everything about it is allowed.
+
+        ``choose`` says which is the first proven one of each of n items, -1 for none, and of what motions they consist.
+        """
+        while True:
+            found, motions, chosen = choose(begin)
+            if not len(motions.item):
+                return chosen
+            allowed = self._allowed(motions.start, motions.delta, allows)
             if allowed.all():
-                self._note(start[chosen], delta[chosen], clearance[chosen], samples[chosen])
-                return found
-            begin = np.where(found < 0, alternatives, found)
-            begin[item[chosen][~allowed]] += 1
+                self._note(*motions[1:])
+                return chosen
+            begin = np.where(found < 0, _NONE_LEFT, found)
+            begin[motions.item[~allowed]] += 1
 
     def _first_of_kept(
         self,
@@ -235,6 +317,13 @@ class EdgeProver:
         """(m,) which motions without a crossed surface have no body inside another, and pass a test of the caller."""
         allowed = self.checker.inside.pairs(start) < 0
         return allowed if allows is None else allowed & allows(start, delta)
+
+    def _keeping(self, allows: MotionTest) -> MotionTest:
+        """A test of the caller's, and whether motions keep what they have to keep in this world."""
+        keeps = self.world.keeps
+        if not keeps:
+            return allows
+        return lambda start, delta: keeps.proven(np.stack([start, delta], axis=1)) & allows(start, delta)
 
     def _note(self, start: Floats, delta: Floats, clearance: Floats, samples: Ints) -> None:
         """What was found of the free motions from ``start`` by ``delta`` (m, dof); nothing is kept."""

@@ -101,56 +101,11 @@ class NativeChain:
         """
         n = len(start)
         start, end, costs = _floats(start, n, self.dof), _floats(end, n, self.dof), np.empty(n)
-        charge, _held = self._charge(prices)
+        charge, _held = self.charge(prices)
         _library.chain_motion_costs(*charge, n, _at(start), _at(end), _at(costs))
         return costs
 
-    def waypoint_moves(
-        self,
-        prices: MotionPrices,
-        path: Floats,
-        first: int,
-        size: float,
-        gain: float,
-        limits: tuple[Floats, Floats],
-        mixes: Floats,
-        draws: Floats,
-        most: int,
-    ) -> tuple[Floats, Ints]:
-        """Places (k, most, dof), the cheapest first, to which every second waypoint of a path may go, how many (k,).
-
-        Those of ``path`` (n, dof) from row ``first`` on, but for its last row. A place is cheaper by more than
-        ``gain``, relative, and within ``limits`` (dof,) unless the joint wraps. ``mixes`` (m, 2): how much of a step of
-        ``size`` rad downhill, and of the way to the middle of the neighbours; ``draws`` (k, d, dof + 1): what is added
-        to the unit direction downhill, and how much of a step is made.
-        """
-        n, k, m, d = len(path), max(0, (len(path) - first) // 2), len(mixes), draws.shape[1]
-        path, mixes, draws = _floats(path, n, self.dof), _floats(mixes, m, 2), _floats(draws, k, d, self.dof + 1)
-        lower, upper = (_floats(bound, self.dof) for bound in limits)
-        places, counts = np.empty((k, most, self.dof)), np.empty(k, dtype=np.int64)
-        charge, _held = self._charge(prices)
-        _library.chain_waypoint_moves(
-            *charge, n, _at(path), first, size, gain, _at(lower), _at(upper), m, _at(mixes), d, _at(draws), most,
-            _at(places), _at(counts),
-        )  # fmt: skip
-        return places, counts
-
-    def even_stretches(
-        self, prices: MotionPrices, path: Floats, ends: Ints, joints: Bools, shares: Floats
-    ) -> tuple[Floats, Floats]:
-        """Stretches of a path after some joints went a share of the way to moving evenly, and what each gains (k,).
-
-        ``ends`` (k, 2) are first and last rows of ``path`` (n, dof), ``joints`` (k, dof) which move, ``shares`` (k,) of
-        the way. (k, n, dof), of which as many rows count as a stretch has. A gain is by how much it is cheaper now.
-        """
-        n, k = len(path), len(ends)
-        path, ends, joints = _floats(path, n, self.dof), _ints(ends, k, 2), _bytes(joints, k, self.dof)
-        shares, stretches, gains = _floats(shares, k), np.empty((k, n, self.dof)), np.empty(k)
-        charge, _held = self._charge(prices)
-        _library.chain_even_stretches(*charge, n, _at(path), k, *map(_at, (ends, joints, shares, stretches, gains)))
-        return stretches, gains
-
-    def _charge(self, prices: MotionPrices) -> tuple[tuple[Any, ...], Any]:
+    def charge(self, prices: MotionPrices) -> tuple[tuple[Any, ...], Any]:
         """The first arguments of what charges motions, and what has to be held meanwhile."""
         held = _floats(prices.numbers, 9), _floats(prices.point, 3), _bytes(prices.wraps, self.dof)
         numbers, point, wraps = map(_at, held)
@@ -190,6 +145,13 @@ class NativeChain:
             iterations, threads(), _at(distance), _at(angle),
         )  # fmt: skip
         return ends, distance, angle
+
+
+class Charge(NamedTuple):
+    """What motions of an arm are charged."""
+
+    chain: NativeChain
+    prices: MotionPrices
 
 
 class KeptBounds(NamedTuple):

@@ -22,13 +22,14 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 31  # of the functions' arguments: what planner_version() says
+_VERSION = 32  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
 
 # arguments of every function; these return nothing
 _CHARGE = (_Pointer, _int, _Pointer, _int, _Pointer, *3 * [_int], _Pointer, _int)  # a chain, what it charges, threads
+_PROVING = (*4 * [_Pointer], _double)  # a world, its bounds, the room of proofs
 _ARGUMENTS: dict[str, Sequence[Any]] = {
     "chain_placements": (_Pointer, _int, *3 * [_Pointer]),
     "chain_points": (_Pointer, _int, _Pointer, _int, *2 * [_Pointer]),
@@ -47,13 +48,13 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     ),
     "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
     "chain_motion_costs": (*_CHARGE, _int, *3 * [_Pointer]),
-    "chain_waypoint_moves": (
+    "path_waypoint_moves": (
+        *_PROVING,
         *_CHARGE,
         *(_int, _Pointer, _int, _double, _double, _Pointer, _Pointer),
         *2 * [_int, _Pointer],
-        *(_int, _Pointer, _Pointer),
+        *(_int, *4 * [_Pointer]),
     ),
-    "chain_even_stretches": (*_CHARGE, *2 * [_int, _Pointer], *4 * [_Pointer]),
     "keeping_slack": (_Pointer, _int, _int, *3 * [_Pointer]),
     "keeping_project": (_Pointer, _int, *2 * [_Pointer], _double, _int, _int, _Pointer),
     "keeping_prove": (_Pointer, _int, _int, *6 * [_Pointer], *2 * [_double], _int, _Pointer),
@@ -128,6 +129,10 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
         (*6 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _Pointer, _int, _Pointer, _long, _int, *2 * [_Pointer]),
     ),
     "world_walk": (_int, (*4 * [_Pointer], _int, _int, _double, *3 * [_Pointer])),
+    "path_even_stretch": (
+        _int,
+        (*_PROVING, *_CHARGE, *2 * [_int, _Pointer], _Pointer, _Pointer, _double, _int, _int, *5 * [_Pointer]),
+    ),
     "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, _int, *3 * [_Pointer])),
 }
 

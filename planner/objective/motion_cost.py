@@ -13,7 +13,7 @@ from planner.base.resolutions import TOOL_ALONG_EDGE, W_IN_COST, W_STATES_PER_ED
 from planner.kinematics.forward import Chain
 from planner.kinematics.manipulability import measured_tool
 from planner.models.robot import Robot
-from planner.native.library import MotionPrices, NativeChain
+from planner.native.library import Charge, MotionPrices
 from planner.objective.scale import CostScale, cost_number, length_cost, manipulability_cost
 from planner.problem.objective import Objective
 
@@ -57,22 +57,18 @@ class MotionCost:
 
     def __call__(self, a: Floats, b: Floats) -> Floats:
         """(k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
-        return self.chain.motion_costs(a, b, self.prices)
-
-    @property
-    def chain(self) -> NativeChain:
-        """Whose motions the compiled library charges by :attr:`prices`."""
-        return Chain.of(self.robot).native
+        chain, prices = self.charge
+        return chain.motion_costs(a, b, prices)
 
     @cached_property
-    def prices(self) -> MotionPrices:
+    def charge(self) -> Charge:
         """The same for the compiled library."""
         scale, objective = self.scale, self.objective
         by_joints = objective.metric == "joint"
         unit, chord = (scale.joint_length, 0.0) if by_joints else (scale.tool_length, TOOL_ALONG_EDGE)
         numbers = (scale.w_low, scale.w_high, scale.zeta, unit, objective.beta, objective.floor)
         joint, point, rows = measured_tool(self.robot)
-        return MotionPrices(
+        prices = MotionPrices(
             numbers=frozen([*numbers, self.longest, W_IN_COST, chord], np.float64),
             kind=cost_number(objective.manipulability_cost),
             at_end=objective.charge == "nodes",
@@ -82,6 +78,7 @@ class MotionCost:
             point=point,
             rows=rows,
         )
+        return Charge(Chain.of(self.robot).native, prices)
 
     def of_edges(self, edges: MeasuredEdges) -> Floats:
         """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them.

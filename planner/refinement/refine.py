@@ -19,6 +19,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_ALONG_PATH
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
+from planner.native.refinement import EvenStretches, WaypointMoves
 from planner.objective.motion_cost import MotionCost
 
 _CORNER, _ROUNDS_PER_CORNER = 0.004, 6  # of the cost: what a waypoint must gain, a third of it after so many rounds
@@ -152,17 +153,12 @@ class PathRefiner:
         for ends, joints, shares in zip(*self._stretches(*path.shape), strict=True):
             if self.progress.stopped:
                 break
-            stretches, gain = self.cost.chain.even_stretches(self.cost.prices, path, ends, joints, shares)
-            best = np.argsort(-gain, kind="stable")[:_PROVEN_STRETCHES]
-            best = best[gain[best] > _LEAST_GAIN * total]
-            if not len(best):
-                continue
-            motions = np.diff(ends[best], axis=1).ravel()
-            chosen = [stretches[row, : count + 1] for row, count in zip(best, motions, strict=True)]
-            first = self.first_allowed(*_motions(chosen), motions, np.array([len(chosen)]))[0]
-            if first >= 0:
-                path[ends[best[first], 0] : ends[best[first], 1] + 1] = chosen[first]
-                total -= gain[best[first]]
+            stretches = EvenStretches(path, ends, joints, shares, _LEAST_GAIN * total, _PROVEN_STRETCHES)
+            found = self.prover.first_stretch(self.cost.charge, stretches, self.room, self._above_floor)
+            if found is not None:
+                row, states, gain = found
+                path[ends[row, 0] : ends[row, 1] + 1] = states
+                total -= gain
         return path
 
     def _stretches(self, count: int, dof: int) -> tuple[Ints, Bools, Floats]:
@@ -197,17 +193,11 @@ class PathRefiner:
         k, dof = len(inner), path.shape[1]
         aside = _SPREAD * self._rng.normal(size=(k, _RANDOM, dof)) / np.sqrt(dof)
         draws = np.concatenate([aside, self._rng.uniform(0.2, 1.0, size=(k, _RANDOM, 1))], axis=2)
-        robot, cost = self.prover.robot, self.cost
-        places, count = cost.chain.waypoint_moves(
-            cost.prices, path, first, size, _LEAST_GAIN, (robot.lower, robot.upper), _MIXES, draws, _PROVEN_PER_WAYPOINT
-        )
-        item, rank = np.nonzero(np.arange(_PROVEN_PER_WAYPOINT) < count[:, None])
-        at, there = inner[item], places[item, rank]
-        start, end = np.stack([path[at - 1], there], axis=1), np.stack([there, path[at + 1]], axis=1)
-        motions = np.full(len(item), 2)
-        chosen = self.first_allowed(start.reshape(-1, dof), end.reshape(-1, dof), motions, count)
-        moved = chosen >= 0
-        path[inner[moved]] = places[moved, chosen[moved]]
+        robot = self.prover.robot
+        limits = robot.lower, robot.upper
+        moves = WaypointMoves(path, first, size, _LEAST_GAIN, limits, _MIXES, draws, _PROVEN_PER_WAYPOINT)
+        moved, places = self.prover.first_moves(self.cost.charge, moves, self.room, self._above_floor)
+        path[inner[moved]] = places[moved]
         return moved
 
 
@@ -220,8 +210,3 @@ def cut(path: Floats, piece: float, most: int | None = None) -> Floats:
     if most is not None:
         piece = max(piece, float(length.sum()) / max(most - len(path), 1))
     return polylines.cut(path, polylines.parts_of(length, piece))
-
-
-def _motions(paths: list[Floats]) -> tuple[Floats, Floats]:
-    """From where and to where the motions of some paths lead."""
-    return np.concatenate([path[:-1] for path in paths]), np.concatenate([path[1:] for path in paths])

@@ -17,6 +17,7 @@ from planner.native import graphs
 from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeArcs, NativeFlow, hops_to_source
 from planner.native.gate import Chunk, NativeGate
 from planner.native.library import (
+    Charge,
     KeptBounds,
     MotionPrices,
     NativeBounds,
@@ -40,6 +41,7 @@ from planner.native.motions import (
     ramp_quickest,
     stops_quickest,
 )
+from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
 from planner.native.tree_search import SearchSpace, tree_path
 from planner.native.walk import walk
 from planner.trajectory.trajectory import pieces_through
@@ -110,39 +112,6 @@ def of_motion_costs(rng: Rng, size: Size) -> list[Any]:
     pieces = np.maximum(1, np.ceil(np.abs(near - q).sum(axis=1) / 0.3)).astype(int)
     lengths = chain.path_lengths(q, near - q, pieces, size.joints, np.ones(3))
     np.testing.assert_allclose(chain.motion_costs(q, near, plain), lengths / 2.0)
-    return found
-
-
-def of_refinement(rng: Rng, size: Size) -> list[Any]:
-    """Places to go to are as much cheaper as is asked for, the cheapest first; stretches gain what they say."""
-    size = replace(size, rows=min(size.rows + 2, 30))
-    chain, path, dof = a_chain(rng, size.joints), np.cumsum(0.1 * states(rng, size), axis=0), size.joints
-    mixes, limits, found = rng.random((4, 2)), (np.full(dof, -1.0), np.full(dof, 1.0)), []
-    for kind, first in ((0, 1), (1, 2), (2, 1)):
-        prices, inner = prices_of(rng, size, kind), np.arange(first, len(path) - 1, 2)
-        draws = rng.normal(size=(len(inner), 3, dof + 1))
-        places, count = chain.waypoint_moves(prices, path, first, 0.3, 0.05, limits, mixes, draws, 4)
-        for row, ways, known in zip(inner, places, count, strict=True):
-            through = [ways[:known], path[row : row + 1]]
-            costs = [
-                chain.motion_costs(0 * q + path[row - 1], q, prices)
-                + chain.motion_costs(q, 0 * q + path[row + 1], prices)
-                for q in through
-            ]
-            assert (costs[0] < 0.95 * costs[1]).all() and (np.diff(costs[0]) >= 0).all()  # noqa: PT018
-            assert (prices.wraps | (np.abs(ways[:known]) <= 1.0)).all()
-            found.append(ways[:known])
-        ends = np.sort(rng.permuted(np.tile(np.arange(len(path)), (5, 1)), axis=1)[:, :2], axis=1)
-        joints, shares = rng.random((5, dof)) < 0.5, rng.uniform(0.5, 1.0, 5)
-        stretches, gains = chain.even_stretches(prices, path, ends, joints, shares)
-        for (low, high), q, moving, gain in zip(ends, stretches, joints, gains, strict=True):
-            q, here = q[: high - low + 1], path[low : high + 1]
-            assert np.array_equal(q[[0, -1]], here[[0, -1]])
-            assert np.array_equal(q[:, ~moving], here[:, ~moving])
-            now, then = (chain.motion_costs(rows[:-1], rows[1:], prices).sum() for rows in (here, q))
-            assert not np.isfinite(now + then) or np.isclose(gain, now - then, rtol=1e-9)
-            found.append(q)
-        found += [count, gains]
     return found
 
 
@@ -561,10 +530,70 @@ def of_choices(rng: Rng, size: Size) -> list[Any]:
     points = np.cumsum(0.02 * states(rng, replace(size, rows=max(1, items))), axis=0)
     price = np.where(rng.random((len(points), len(points))) < 0.1, np.inf, rng.uniform(0, 1, (len(points),) * 2))
     rows, gaps, looks = world.cheapest_chain(bounds_of(world), points, price, 1e-3)
-    assert rows[0] == 0
-    assert rows[-1] == len(points) - 1
-    assert (np.diff(rows) > 0).all()
+    assert rows.tolist() == cheapest_proven(world, points, price)
     return [chosen, clearance, samples, rows, gaps, looks]
+
+
+def cheapest_proven(world: NativeWorld, points: Any, price: Any) -> list[int]:
+    """Row after row of the cheapest chain, where every motion that skips a row is proven beforehand."""
+    i, j = np.triu_indices(len(points), 2)
+    motions = np.stack([points[i], points[j] - points[i]], axis=1)
+    refused = world.prove(bounds_of(world), motions, 1e-3)[0] != 0
+    price = price.copy()
+    price[i[refused], j[refused]] = np.inf
+    ways: list[tuple[float, list[int]]] = [(0.0, [0])]
+    for row in range(1, len(points)):
+        ways.append(min((total + price[way[-1], row], [*way, row]) for total, way in ways))
+    return ways[-1][1] if np.isfinite(ways[-1][0]) else [*range(len(points))]
+
+
+def of_refinement(rng: Rng, size: Size) -> list[Any]:
+    """Moves are as much cheaper as is asked for, proven, and gain what they say."""
+    size = replace(size, rows=min(size.rows + 2, 30))
+    (chain, world), dof, found = a_world(rng, size), size.joints, []
+    path = np.cumsum(0.02 * states(rng, size), axis=0)
+    mixes, limits = rng.random((4, 2)), (np.full(dof, -1.0), np.full(dof, 1.0))
+    ends = np.sort(rng.permuted(np.tile(np.arange(len(path)), (5, 1)), axis=1)[:, :2], axis=1)
+    for kind, first in ((0, 1), (1, 2), (2, 1)):
+        prices, inner = prices_of(rng, size, kind), np.arange(first, len(path) - 1, 2)
+        judge = Judge(world, bounds_of(world), 1e-3, Charge(chain, prices))
+        draws, begin = rng.normal(size=(len(inner), 3, dof + 1)), np.zeros(len(inner), dtype=np.int64)
+        moves = WaypointMoves(path, first, 0.1, 0.02, limits, mixes, draws, 4)
+        while (begin < 4).any():  # every place there is, one after the other
+            chosen, places, clearance, samples = waypoint_moves(judge, moves, begin)
+            assert ((chosen == -1) | (chosen >= begin)).all()
+            for row, q, gaps, looks in zip(inner, places, clearance, samples, strict=True):
+                if chosen[(row - first) // 2] < 0:
+                    continue
+                now, then = (path[row - 1 : row + 2], np.array([path[row - 1], q, path[row + 1]]))
+                costs = [chain.motion_costs(way[:-1], way[1:], prices).sum() for way in (now, then)]
+                assert costs[1] < 0.98 * costs[0]
+                assert (prices.wraps | (np.abs(q) <= 1.0)).all()
+                found += proven_as(world, then, gaps, looks)
+            begin = np.where(chosen < 0, 4, chosen + 1)
+            found.append(chosen)
+        joints, shares = rng.random((5, dof)) < 0.5, rng.uniform(0.5, 1.0, 5)
+        stretches, last = EvenStretches(path, ends, joints, shares, -0.1, 4), (-1, np.inf)
+        while move := even_stretch(judge, stretches, last[0] + 1):
+            number, row, q, gain, clearance, samples = move
+            assert last[0] < number < 4
+            assert -0.1 < gain <= last[1]
+            here, last = path[ends[row, 0] : ends[row, 1] + 1], (number, gain)
+            assert np.array_equal(q[[0, -1]], here[[0, -1]])
+            assert np.array_equal(q[:, ~joints[row]], here[:, ~joints[row]])
+            now, then = (chain.motion_costs(rows[:-1], rows[1:], prices).sum() for rows in (here, q))
+            assert not np.isfinite(now + then) or np.isclose(gain, now - then, rtol=1e-9)
+            found += [row, gain, *proven_as(world, q, clearance, samples)]
+    return found
+
+
+def proven_as(world: NativeWorld, path: Any, clearance: Any, samples: Any) -> list[Any]:
+    """The path, whose motions are proven with so much clearance by so many samples."""
+    verdict, _, counts, gaps, _ = world.prove(bounds_of(world), np.stack([path[:-1], np.diff(path, axis=0)], 1), 1e-3)
+    assert not verdict.any()
+    assert np.array_equal(counts, samples)
+    assert np.array_equal(gaps, clearance)
+    return [path, clearance]
 
 
 def of_costs(rng: Rng, size: Size) -> list[Any]:

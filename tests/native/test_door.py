@@ -11,9 +11,18 @@ import numpy as np
 import pytest
 
 from planner.base.errors import ArrayError
-from planner.native import dynamics, gate, graphs, library, loading, motions, tree_search, walk
+from planner.native import dynamics, gate, graphs, library, loading, motions, refinement, tree_search, walk
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
-from planner.native.library import KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
+from planner.native.library import (
+    Charge,
+    KeptBounds,
+    MotionPrices,
+    NativeBoxes,
+    NativeChain,
+    NativeKeeping,
+    NativeWorld,
+)
+from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
 from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_gate, a_world, body_reach_of, bounds_of
 
 SEED = 5
@@ -50,7 +59,7 @@ def test_no_function_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
             asked.add(name)
             return getattr(whole, name)
 
-    for module in (gate, library, motions, tree_search, walk):
+    for module in (gate, library, motions, refinement, tree_search, walk):
         monkeypatch.setattr(module, "_library", Noting())
     for module, name in ((graphs, "library"), (dynamics, "library")):
         monkeypatch.setattr(module, name, Noting())
@@ -162,21 +171,25 @@ def motion_costs(start: np.ndarray = Q, end: np.ndarray = Q, **other: Any) -> ob
     return CHAIN.motion_costs(start, end, PRICES._replace(**other))
 
 
-def waypoint_moves(**other: Any) -> object:
-    given = {"prices": PRICES, "path": Q, "first": 1, "size": 0.3, "gain": 0.0, "limits": (-AXES, AXES)}
+def moves(begin: Any = (0,), prices: MotionPrices = PRICES, room: float = 1e-3, **other: Any) -> object:
+    given = {"path": Q, "first": 1, "size": 0.3, "gain": 0.0, "limits": (-AXES, AXES)}
     given |= {"mixes": np.ones((2, 2)), "draws": np.ones((1, 2, 4)), "most": 3}
-    return CHAIN.waypoint_moves(**(given | other))
+    judge = Judge(WORLD, BOUNDS, room, Charge(CHAIN, prices))
+    return waypoint_moves(judge, WaypointMoves(**(given | other)), np.array(begin))
 
 
-def even_stretches(**other: Any) -> object:
-    given = {"prices": PRICES, "path": Q, "ends": [[0, 3]], "joints": np.ones((1, 3)), "shares": ONE}
-    return CHAIN.even_stretches(**(given | other))
+def stretches(begin: int = 0, prices: MotionPrices = PRICES, room: float = 1e-3, **other: Any) -> object:
+    given = {"path": Q, "ends": [[0, 3]], "joints": np.ones((1, 3)), "shares": ONE, "gain": 0.0, "most": 2}
+    judge = Judge(WORLD, BOUNDS, room, Charge(CHAIN, prices))
+    return even_stretch(judge, EvenStretches(**(given | other)), begin)
 
 
 ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
 CURVE, AXES = np.ones((1, 3, 3)), np.ones(3)
 LINE, PHASE = np.ones((1, 3, 2)), np.array([[0.0, 0.0, 1.0, 0.0, 1.0]])
 LIMITS = np.ones(2), np.ones(2)
+TWO_JOINTS = chain_with()()
+MOVES = WaypointMoves(Q, 1, 0.3, 0.0, (-AXES, AXES), np.ones((2, 2)), np.ones((1, 2, 4)), 3)
 STATES, BETWEEN = np.zeros((4, 3, 2)), (-np.ones(2), np.ones(2))
 WRONG: dict[str, Callable[[], object]] = {
     "chain: a parent behind": chain_with(parent=np.array([0, 2])),
@@ -206,19 +219,32 @@ WRONG: dict[str, Callable[[], object]] = {
     "motion costs: wraps": lambda: motion_costs(wraps=np.ones(1)),
     "motion costs: point": lambda: motion_costs(point=np.ones(2)),
     "motion costs: too long": lambda: motion_costs(end=Q + 9e9),
-    "moves: path": lambda: waypoint_moves(path=Q[:, :2]),
-    "moves: a NaN": lambda: waypoint_moves(path=NAN * Q),
-    "moves: an end": lambda: waypoint_moves(first=0, draws=np.ones((2, 2, 4))),
-    "moves: draws": lambda: waypoint_moves(draws=np.ones((2, 2, 4))),
-    "moves: mixes": lambda: waypoint_moves(mixes=np.ones((2, 3))),
-    "moves: limits": lambda: waypoint_moves(limits=(ONE, ONE)),
-    "moves: prices": lambda: waypoint_moves(prices=PRICES._replace(kind=-1)),
-    "stretches: a NaN": lambda: even_stretches(path=NAN * Q),
-    "stretches: row": lambda: even_stretches(ends=[[0, 4]]),
-    "stretches: backwards": lambda: even_stretches(ends=[[2, 2]]),
-    "stretches: joints": lambda: even_stretches(joints=np.ones((1, 2))),
-    "stretches: shares": lambda: even_stretches(shares=np.ones(2)),
-    "stretches: joint": lambda: even_stretches(prices=PRICES._replace(joint=4)),
+    "moves: path": lambda: moves(path=Q[:, :2]),
+    "moves: a NaN": lambda: moves(path=NAN * Q),
+    "moves: an end": lambda: moves(first=0, begin=(0, 0), draws=np.ones((2, 2, 4))),
+    "moves: draws": lambda: moves(draws=np.ones((2, 2, 4))),
+    "moves: mixes": lambda: moves(mixes=np.ones((2, 3))),
+    "moves: limits": lambda: moves(limits=(ONE, ONE)),
+    "moves: prices": lambda: moves(prices=PRICES._replace(kind=-1)),
+    "moves: begin": lambda: moves(begin=(-1,)),
+    "moves: begins": lambda: moves(begin=(0, 0)),
+    "moves: room": lambda: moves(room=-1.0),
+    "moves: another arm": lambda: waypoint_moves(
+        Judge(WORLD, BOUNDS, 1e-3, Charge(TWO_JOINTS, PRICES._replace(wraps=np.zeros(2)))), MOVES, np.zeros(1)
+    ),
+    "stretches: a NaN": lambda: stretches(path=NAN * Q),
+    "stretches: row": lambda: stretches(ends=[[0, 4]]),
+    "stretches: backwards": lambda: stretches(ends=[[2, 2]]),
+    "stretches: joints": lambda: stretches(joints=np.ones((1, 2))),
+    "stretches: shares": lambda: stretches(shares=np.ones(2)),
+    "stretches: joint": lambda: stretches(prices=PRICES._replace(joint=4)),
+    "stretches: begin": lambda: stretches(begin=-1),
+    "stretches: room": lambda: stretches(room=NAN),
+    "stretches: another arm": lambda: even_stretch(
+        Judge(WORLD, BOUNDS, 1e-3, Charge(TWO_JOINTS, PRICES._replace(wraps=np.zeros(2)))),
+        EvenStretches(Q, np.array([[0, 3]]), np.ones((1, 3), dtype=bool), ONE, 0.0, 2),
+        0,
+    ),
     "inverse: columns": lambda: CHAIN.inverse(Q[:, :2], 0, EYE, EYE, True, FREE, 5),
     "inverse: tool": lambda: CHAIN.inverse(Q, 0, EYE[:3], EYE, True, FREE, 5),
     "inverse: targets": lambda: CHAIN.inverse(Q, 0, EYE, np.zeros((len(Q) + 1, 4, 4)), True, FREE, 5),

@@ -17,7 +17,15 @@ import pytest
 
 from planner.base.progress import StopRequest
 from planner.native import graphs
-from planner.native.library import KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
+from planner.native.library import (
+    Charge,
+    KeptBounds,
+    MotionPrices,
+    NativeBoxes,
+    NativeChain,
+    NativeKeeping,
+    NativeWorld,
+)
 from planner.native.motions import (
     curve_chords,
     curve_next_ramp,
@@ -26,6 +34,7 @@ from planner.native.motions import (
     motion_shares,
     polynomial_extrema,
 )
+from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
 
 SOON = 1.0  # s
 TURNS = np.eye(3)
@@ -127,6 +136,18 @@ def zigzag() -> np.ndarray:
 PRICES = MotionPrices(
     np.array([0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1, 0.0]), 1, False, 9, np.zeros(1), 1, POINT, 6
 )  # fmt: skip
+JUDGE = Judge(WORLD, BOUNDS, 1e-4, Charge(CHAIN, PRICES))
+
+
+def zigzag_moves() -> WaypointMoves:
+    return WaypointMoves(zigzag(), 1, 0.1, 0.0, (-ONE, ONE), np.ones((9, 2)), np.zeros((MANY // 20, 9, 2)), 1)
+
+
+def long_stretches() -> EvenStretches:
+    k, end = 20, MANY // 10
+    return EvenStretches(zigzag(), np.array([[0, end]] * k), np.ones((k, 1), dtype=bool), np.ones(k), 0.0, 2)
+
+
 ZERO, HALF = np.zeros(1), np.full(1, MANY // 2)
 # what is called, and with what
 LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] = {
@@ -139,14 +160,8 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, 6),
     ),
     "motion_costs": (CHAIN.motion_costs, lambda: (np.zeros((2**20, 1)), np.ones((2**20, 1)), PRICES)),
-    "waypoint_moves": (
-        CHAIN.waypoint_moves,
-        lambda: (PRICES, zigzag(), 1, 0.1, 0.0, (-ONE, ONE), np.ones((9, 2)), np.zeros((MANY // 20, 9, 2)), 1),
-    ),
-    "even_stretches": (
-        CHAIN.even_stretches,
-        lambda: (PRICES, zigzag(), np.array([[0, MANY // 10]] * 20), np.ones((20, 1)), np.ones(20)),
-    ),
+    "waypoint_moves": (waypoint_moves, lambda: (JUDGE, zigzag_moves(), np.zeros(MANY // 20))),
+    "even_stretch": (even_stretch, lambda: (JUDGE, long_stretches(), 0)),
     "inverse": (CHAIN.inverse, far_away),
     "keeping": (KEEPING.projected, lambda: (np.zeros((MANY, 1)), np.ones(MANY), 0.0, 1000)),
     "keeping_proven": (  # one curve, of which millions of pieces are looked at

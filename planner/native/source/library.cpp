@@ -5,12 +5,13 @@
 #include "calls/dynamics.hpp"
 #include "calls/graph.hpp"
 #include "calls/motion.hpp"
+#include "calls/refinement.hpp"
 #include "calls/robot.hpp"
 #include "calls/world.hpp"
 
 extern "C" {
 
-int planner_version() { return 31; }
+int planner_version() { return 32; }
 
 // Whom to ask whether a long call is to go on, see interrupts.hpp, and on which thread; nobody where that is null.
 void planner_ask(int (*asked)(), uint64_t thread) {

@@ -198,61 +198,6 @@ int chain_motion_costs(const Chain* chain, int last, const double* point, int ro
     });
 }
 
-// Places (waypoints, most, dof), the cheapest first, to which every second waypoint of a path (n, dof) may go from `first`
-// on, and how many they are of each, counts (waypoints,); see WaypointMoves. `mixes` (mix_count, 2) of steps of `size`
-// downhill and of the way to the middle; draws (waypoints, draw_count, dof + 1) of directions and of shares of `size`.
-int chain_waypoint_moves(const Chain* chain, int last, const double* point, int rows, const double* numbers, int kind,
-                         int at_end, int fewest, const uint8_t* wraps, int threads, int n, const double* path,
-                         int first, double size, double gain, const double* lower, const double* upper, int mix_count,
-                         const double* mixes, int draw_count, const double* draws, int most, double* places,
-                         int64_t* counts) {
-    return answered([&] {
-        const Tool tool = tool_of(*chain, last, point, rows);
-        const Prices prices = prices_of(numbers, kind, at_end, fewest, wraps);
-        const int dof = chain->dof(), waypoints = n - 1 > first ? (n - first) / 2 : 0;
-        require(within(path, static_cast<size_t>(n) * dof, farthest), "the path holds no finite number");
-        require(first >= 1 && most >= 0 && mix_count >= 0 && draw_count >= 0, "a number is below 0, or moves an end");
-        const MoveRules rules{size, gain, lower, upper, mixes, mix_count, draw_count, most};
-        share_out(
-            waypoints, threads, 2, [&] { return WaypointMoves(*chain, tool, prices, rules); },
-            [&](int k, WaypointMoves& moves) {
-                const double* here = path + (static_cast<size_t>(first) + 2 * static_cast<size_t>(k)) * dof;
-                const double* own = draws + static_cast<size_t>(k) * draw_count * (dof + 1);
-                counts[k] = moves.find(here, own, places + static_cast<size_t>(k) * most * dof);
-            });
-    });
-}
-
-// Stretches (count, n, dof) of a path (n, dof), between its rows `ends` (count, 2), after `joints` (count, dof) went a
-// `share` (count,) of the way to moving evenly there; and by how much each is cheaper than before, gains (count,).
-int chain_even_stretches(const Chain* chain, int last, const double* point, int rows, const double* numbers, int kind,
-                         int at_end, int fewest, const uint8_t* wraps, int threads, int n, const double* path,
-                         int count, const int64_t* ends, const uint8_t* joints, const double* share, double* stretches,
-                         double* gains) {
-    return answered([&] {
-        const Tool tool = tool_of(*chain, last, point, rows);
-        const Prices prices = prices_of(numbers, kind, at_end, fewest, wraps);
-        const size_t dof = chain->dof();
-        require(within(path, n * dof, farthest), "the path holds no finite number");
-        require(between(ends, 2 * static_cast<size_t>(count), 0, n), "a stretch ends at no row of the path");
-        for (int k = 0; k < count; ++k) require(ends[2 * k] < ends[2 * k + 1], "a stretch ends before it begins");
-        std::vector<double> now(std::max(n - 1, 0));
-        if (n > 1) Pricing(*chain, tool, prices).price(n - 1, path, path + dof, now.data());
-        share_out(
-            count, threads, 3, [&] { return Pricing(*chain, tool, prices); },
-            [&](int k, Pricing& pricing) {
-                const int64_t from = ends[2 * k];
-                const int length = static_cast<int>(ends[2 * k + 1] - from);
-                double* own = stretches + static_cast<size_t>(k) * n * dof;
-                even_stretch(path + from * dof, length, static_cast<int>(dof), joints + k * dof, share[k], own);
-                std::vector<double> costs(length);
-                pricing.price(length, own, own + dof, costs.data());
-                gains[k] = 0.0;
-                for (int i = 0; i < length; ++i) gains[k] += now[from + i] - costs[i];
-            });
-    });
-}
-
 // Seeds q (n, dof) become where the descents to their targets end, turns (n, 3, 3) and shifts (n, 3); distance (n,) m and
 // angle (n,) rad are left there. `rows` as in Task.
 int chain_inverse(const Chain* chain, int n, double* q, int last, const double* tool_turn, const double* tool_shift,
