@@ -87,27 +87,32 @@ class LazyRoadmap:
 
     def cheapest_path(self, other: bool = False) -> Floats | None:
         """The cheapest path (k, dof) of proven motions, angles unwound; with ``other`` one unlike those penalised."""
-        n = len(self.nodes)
+        n, (tail, head) = len(self.nodes), self._links.T
+        weight, keys = self._cost, tail * n + head
+        if other:
+            weight = weight * (0.5 * (self._penalty[tail] + self._penalty[head]))
         while not self._refiner.progress.stopped:
-            weight = self._cost * (self._penalty[self._links].mean(axis=1) if other else 1.0)
             rows = cheapest_nodes(n, self._links, weight, self._starts, self._goals)
             if not len(rows):
                 return None
-            keys, taken = self._links[:, 0] * n + self._links[:, 1], rows[:-1] * n + rows[1:]
-            among = np.flatnonzero(np.isin(keys, taken))
-            order = among[np.argsort(keys[among], kind="stable")]
-            used = order[np.searchsorted(keys[order], taken)]
+            used = _first_of(keys, rows[:-1] * n + rows[1:])
             asked = used[~self._proven[used]]
             if not len(asked):
                 return self._robot.unwound(self.nodes[rows])
-            a = self.nodes[self._links[asked, 0]]
-            free = self._refiner.allowed(a, a + self._robot.difference(a, self.nodes[self._links[asked, 1]]))
-            back = self._links[asked, 1] * n + self._links[asked, 0]
-            both = np.isin(keys, np.concatenate([keys[asked[free]], back[free]]))
-            self._proven |= both
-            kept = ~np.isin(keys, np.concatenate([keys[asked[~free]], back[~free]]))
-            self._links, self._cost, self._proven = self._links[kept], self._cost[kept], self._proven[kept]
+            a = self.nodes[tail[asked]]
+            free = self._refiner.allowed(a, a + self._robot.difference(a, self.nodes[head[asked]]))
+            there, back = keys[asked], head[asked] * n + tail[asked]
+            self._proven |= np.isin(keys, np.concatenate([there[free], back[free]]))
+            refused = np.isin(keys, np.concatenate([there[~free], back[~free]]))
+            weight, self._cost = np.where(refused, np.inf, weight), np.where(refused, np.inf, self._cost)
         return None
+
+
+def _first_of(values: Ints, wanted: Ints) -> Ints:
+    """The first row of ``values`` (n,) for each of those ``wanted`` (k,), which all are among them."""
+    among = np.flatnonzero(np.isin(values, wanted))
+    order = among[np.argsort(values[among], kind="stable")]
+    return order[np.searchsorted(values[order], wanted)]
 
 
 def _smallest(values: Floats, count: int) -> Ints:
