@@ -221,7 +221,7 @@ def _nearest(robot: Robot, nodes: Floats, q: Floats) -> int:
 def with_paths(roadmap: Roadmap, prover: RecordingProver, paths: list[Floats]) -> Roadmap:
     """The roadmap with ``paths`` of proven motions between its nodes as more nodes and edges."""
     robot: Robot = prover.robot
-    forest = Forest(roadmap.nodes, roadmap.edges)
+    forest = Forest(roadmap.nodes)
     for path in paths:
         rows = robot.normalise(path)
         for end in (0, -1):  # these are nodes already: the same to the last bit
