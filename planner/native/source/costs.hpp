@@ -178,7 +178,7 @@ class Pricing {
 
     const Chain& chain_;
     const Tool tool_;
-    const Prices& prices_;
+    const Prices prices_;
     FourScratch scratch_;
     std::vector<Asked> asked_;
     std::vector<State> states_;

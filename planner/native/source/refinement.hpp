@@ -21,12 +21,16 @@ struct MoveRules {
 class WaypointMoves {
    public:
     WaypointMoves(const Chain& chain, const Tool& tool, const Prices& prices, const MoveRules& rules)
-        : dof_(chain.dof()), pricing_(chain, tool, prices), wraps_(prices.wraps), rules_(rules), downhill_(dof_) {}
+        : dof_(chain.dof()), pricing_(chain, tool, prices), slopes_(chain, tool, coarse(prices)), wraps_(prices.wraps),
+          rules_(rules), downhill_(dof_) {}
 
     // Up to `most` places (most, dof), the cheapest first, for the waypoint `here` of a path; how many. `draws`
     // (draws, dof + 1): what is added to the direction downhill, of length 1, and which share of a step is made.
     int find(const double* here, const double* draws, double* places) {
-        const double now = slope(here);
+        look_downhill(here);
+        rows_.assign(here, here + dof_);
+        price(pricing_, here, 1);
+        const double now = costs_[0];
         rows_.clear();
         for (int k = 0; k < rules_.mix_count; ++k) {
             const double step = rules_.mixes[2 * k] * rules_.size, middle = rules_.mixes[2 * k + 1];
@@ -37,7 +41,7 @@ class WaypointMoves {
             add(here, [&](int j) { return own[dof_] * rules_.size * (downhill_[j] + own[j]); });
         }
         const int count = rules_.mix_count + rules_.draw_count;
-        price(here, count);
+        price(pricing_, here, count);
         order_.resize(count);
         std::iota(order_.begin(), order_.end(), 0);
         std::stable_sort(order_.begin(), order_.end(), [&](int a, int b) { return costs_[a] < costs_[b]; });
@@ -62,7 +66,7 @@ class WaypointMoves {
     }
 
     // The costs of the motions by way of each of the `count` rows.
-    void price(const double* here, int count) {
+    void price(Pricing& pricing, const double* here, int count) {
         const size_t width = dof_;
         start_.resize(2 * count * width), end_.resize(2 * count * width), both_.resize(2 * count), costs_.resize(count);
         for (int k = 0; k < count; ++k) {
@@ -72,18 +76,26 @@ class WaypointMoves {
             std::copy(row, row + width, &start_[(2 * k + 1) * width]);
             std::copy(here + width, here + 2 * width, &end_[(2 * k + 1) * width]);
         }
-        pricing_.price(2 * count, start_.data(), end_.data(), both_.data());
+        pricing.price(2 * count, start_.data(), end_.data(), both_.data());
         for (int k = 0; k < count; ++k) costs_[k] = both_[2 * k] + both_[2 * k + 1];
     }
 
-    // What the motions cost now; `downhill_` is the unit vector in which that falls fastest. Beside a floor a slope may be
+    // Prices that tell which way is downhill: w is looked at in a few states.
+    static Prices coarse(Prices prices) {
+        constexpr int few = 3;
+        prices.spacing *= (prices.fewest - 1.0) / (few - 1.0);
+        prices.fewest = few;
+        return prices;
+    }
+
+    // `downhill_` becomes the unit vector in which the cost of the motions falls fastest. Beside a floor a slope may be
     // infinite: only the rest is followed there.
-    double slope(const double* here) {
+    void look_downhill(const double* here) {
         constexpr double far = 1e-3;  // rad
         rows_.assign(here, here + dof_);
         for (int k = 0; k < dof_; ++k)
             for (int j = 0; j < dof_; ++j) rows_.push_back(here[j] + (j == k ? far : 0.0));
-        price(here, dof_ + 1);
+        price(slopes_, here, dof_ + 1);
         double square = 0.0;
         for (int j = 0; j < dof_; ++j) {
             const double rise = costs_[1 + j] - costs_[0];
@@ -92,11 +104,10 @@ class WaypointMoves {
         }
         const double norm = std::max(std::sqrt(square), 1e-300);
         for (double& value : downhill_) value /= norm;
-        return costs_[0];
     }
 
     int dof_;
-    Pricing pricing_;
+    Pricing pricing_, slopes_;
     const uint8_t* wraps_;
     const MoveRules rules_;
     std::vector<double> downhill_, rows_, start_, end_, both_, costs_;
