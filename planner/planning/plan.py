@@ -31,7 +31,7 @@ from planner.setup.open import make_query
 from planner.tool_paths.ladder_roadmap import roadmap_of
 from planner.trajectory.limits import MotionLimits
 
-_EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 2  # betas refined too, else the one asked for would be best for all
+_EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 1  # betas refined too, else the one asked for would be best for all
 
 
 @checks_kinds

@@ -33,7 +33,7 @@ def best(roadmap: Roadmap, beta: float) -> tuple[float, np.ndarray]:
 
 @pytest.mark.parametrize("beta", [0.0, 1.0])
 def test_the_best_path_is_cheaper_and_nothing_is_lost(beta: float) -> None:
-    old = post_roadmap(seed=1)
+    old = post_roadmap(seed=2)
     found = improved_roadmap(old, make_post(), replace(REQUEST, beta=beta), beta).roadmap
     kept = {q.tobytes() for q in found.nodes}
     assert all(q.tobytes() in kept for q in old.nodes)

@@ -137,8 +137,7 @@ def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> No
     assert found.max_error_vs_oracle == 0.0
     plain = small_plan()
     v = manipulability(plain.robot, dense_path(plain.path, 1e-3))
-    above = np.flatnonzero(v >= floor)
-    assert not len(above) or v[above[0] : above[-1]].min() < floor
+    assert (v >= floor).mean() < 0.5  # of a path that keeps no floor most lies below it
 
 
 def test_a_floor_that_no_path_keeps_is_an_outcome_of_its_own(tmp_path: Path) -> None:
