@@ -76,27 +76,14 @@ class ChainSearch {
     ChainSearch(int count, int dof, const double* points, double* price)
         : count_(count), dof_(dof), points_(points), price_(price), numbers_(static_cast<size_t>(count) * count, -1) {}
 
-    // Work until the chain is found.
+    // Work until the chain is found; where one of the threads fails none goes on.
     void work(Prover& prover, double room) {
-        for (;;) {
-            Motion* motion = nullptr;
-            {
-                const std::lock_guard<Turn> lock(turn_);
-                if (!found_ && heed() == Told::finish) take_all();
-                if (!found_) motion = next(prover);
-                if (found_) return;
-                if (motion) motion->busy = true;
-            }
-            if (!motion) {
-                std::this_thread::yield();  // for others to come to the end of a sample
-                continue;
-            }
-            prover.go_on(motion->attempt, room);
+        try {
+            while (!found()) go_on(prover, room);
+        } catch (...) {
             const std::lock_guard<Turn> lock(turn_);
-            motion->busy = false;
-            if (motion->attempt.proof.verdict == proven_free) continue;
-            price_[motion->place] = infinity;
-            if (!found_) rows_.clear();
+            found_ = true;
+            throw;
         }
     }
 
@@ -128,6 +115,29 @@ class ChainSearch {
        private:
         std::atomic_flag taken_ = ATOMIC_FLAG_INIT;
     };
+
+    bool found() {
+        const std::lock_guard<Turn> lock(turn_);
+        if (!found_ && heed() == Told::finish) take_all();
+        return found_;
+    }
+
+    // One sample more of one motion.
+    void go_on(Prover& prover, double room) {
+        Motion* motion = nullptr;
+        {
+            const std::lock_guard<Turn> lock(turn_);
+            if (!found_) motion = next(prover);
+            if (motion) motion->busy = true;
+        }
+        if (!motion) return std::this_thread::yield();  // for others to come to the end of a sample
+        prover.go_on(motion->attempt, room);
+        const std::lock_guard<Turn> lock(turn_);
+        motion->busy = false;
+        if (motion->attempt.proof.verdict == proven_free) return;
+        price_[motion->place] = infinity;
+        if (!found_) rows_.clear();
+    }
 
     // The motion of the cheapest chain to go on with; none while others are busy with what is left, or if it is found.
     Motion* next(Prover& prover) {
