@@ -185,9 +185,6 @@ class EdgeProver:
         if self.static_contact is not None:
             return begin - 1
         coefficients, item = np.stack([start, delta], axis=1), np.repeat(of, motions)
-        kept = self.world.keeps.proven(coefficients)
-        if not kept.all():
-            return self._first_of_kept(start, delta, motions, alternatives, room, allows, kept)
 
         def choose(begin: Ints) -> tuple[Ints, _Motions, Ints]:
             found, clearance, samples = self._native.first_proven(
@@ -196,7 +193,7 @@ class EdgeProver:
             rows = samples >= 0
             return found, _Motions(item[rows], start[rows], delta[rows], clearance[rows], samples[rows]), found
 
-        return self._first_allowed(choose, begin, allows)
+        return self._first_allowed(choose, begin, self._keeping(allows))
 
     def first_moves(
         self, charge: Charge, moves: WaypointMoves, room: float, allows: MotionTest
@@ -261,25 +258,6 @@ class EdgeProver:
             begin = np.where(found < 0, _NONE_LEFT, found)
             begin[motions.item[~allowed]] += 1
 
-    def _first_of_kept(
-        self,
-        start: Floats,
-        delta: Floats,
-        motions: Ints,
-        alternatives: Ints,
-        room: float,
-        allows: MotionTest | None,
-        kept: Bools,
-    ) -> Ints:
-        """As :meth:`first_free`, of the alternatives whose motions are all ``kept`` (m,)."""
-        of, item = np.repeat(np.arange(len(motions)), motions), np.repeat(np.arange(len(alternatives)), alternatives)
-        good = np.bincount(of, ~kept, minlength=len(motions)) == 0
-        rows, left = good[of], np.bincount(item[good], minlength=len(alternatives))
-        found = self.first_free(start[rows], delta[rows], motions[good], left, room, allows)
-        number = (np.arange(len(motions)) - (np.cumsum(alternatives) - alternatives)[item])[good]
-        first = np.cumsum(left) - left
-        return np.array([number[a + k] if k >= 0 else -1 for a, k in zip(first, found, strict=True)], dtype=np.int64)
-
     def _of_kept(self, points: Floats, price: Floats) -> Floats:
         """The prices (k, k) of motions between ``points`` (k, dof), infinite for those that may stray."""
         price = price.copy()
@@ -318,12 +296,17 @@ class EdgeProver:
         allowed = self.checker.inside.pairs(start) < 0
         return allowed if allows is None else allowed & allows(start, delta)
 
-    def _keeping(self, allows: MotionTest) -> MotionTest:
+    def _keeping(self, allows: MotionTest | None) -> MotionTest | None:
         """A test of the caller's, and whether motions keep what they have to keep in this world."""
         keeps = self.world.keeps
         if not keeps:
             return allows
-        return lambda start, delta: keeps.proven(np.stack([start, delta], axis=1)) & allows(start, delta)
+
+        def both(start: Floats, delta: Floats) -> Bools:
+            kept = keeps.proven(np.stack([start, delta], axis=1))
+            return kept if allows is None else kept & allows(start, delta)
+
+        return both
 
     def _note(self, start: Floats, delta: Floats, clearance: Floats, samples: Ints) -> None:
         """What was found of the free motions from ``start`` by ``delta`` (m, dof); nothing is kept."""
