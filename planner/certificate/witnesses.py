@@ -15,7 +15,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.certificate import verify_proof as checker
 from planner.certificate.geometry import Arrays, middles_of, shapes_of
 from planner.kinematics.forward import Chain, joint_placements
-from planner.native.library import NativeWorld
+from planner.native.world import NativeWorld
 
 _DEEPEST = 40  # halvings
 _TOGETHER = 20_000  # witnesses

@@ -24,7 +24,8 @@ from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.models.moving import KnownMotion
 from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
-from planner.native.library import NativeBounds, NativeChain, NativeWorld
+from planner.native.library import NativeChain
+from planner.native.world import NativeBounds, NativeWorld
 
 _NONE: Mapping[str, KnownMotion] = MappingProxyType({})
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)

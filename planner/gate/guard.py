@@ -15,7 +15,7 @@ from planner.collision.world import Contact
 from planner.gate.rules import RUNGS, Rules
 from planner.gate.verdict import Unsafe, Where
 from planner.native.gate import NativeGate
-from planner.native.library import NativeBounds
+from planner.native.world import NativeBounds
 from planner.setup.resolve import position_bounds
 
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.native.library import NativeBounds, NativeWorld
 from planner.native.loading import address as _at
 from planner.native.loading import flags as _bytes
 from planner.native.loading import floats as _floats
 from planner.native.loading import ints as _ints
 from planner.native.loading import library as _library
+from planner.native.world import NativeBounds, NativeWorld
 
 Place = tuple[int, float]  # a piece of a curve, and s on it
 Ramp = tuple[int, Place, Place, Floats]  # its number among those tried, both ends on the curve, pieces (m, 3, dof)

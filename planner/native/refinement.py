@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.native.library import Charge, NativeBounds, NativeWorld
+from planner.native.library import Charge
 from planner.native.loading import address as _at
 from planner.native.loading import flags as _bytes
 from planner.native.loading import floats as _floats
 from planner.native.loading import ints as _ints
 from planner.native.loading import library as _library
+from planner.native.world import NativeBounds, NativeWorld
 
 
 class Judge(NamedTuple):
@@ -77,7 +78,7 @@ def waypoint_moves(judge: Judge, moves: WaypointMoves, begin: Ints) -> tuple[Int
     lower, upper = (_floats(bound, dof) for bound in limits)
     chosen, places = _ints(begin, k).copy(), np.empty((k, dof))
     clearance, samples = np.empty((k, 2)), np.empty((k, 2), dtype=np.int64)
-    known, _held = _known(judge)
+    known = judge.world.handle, *judge.bounds.addresses, judge.room, *judge.charge.arguments
     _library.path_waypoint_moves(
         *known, n, _at(path), first, size, gain, _at(lower), _at(upper), m, _at(mixes), d, _at(draws), most,
         *map(_at, (chosen, places, clearance, samples)),
@@ -98,7 +99,7 @@ def even_stretch(
     path, ends, joints, shares = _floats(path, n, dof), _ints(ends, k, 2), _bytes(joints, k, dof), _floats(shares, k)
     row, stretch, gained = np.zeros(1, dtype=np.int64), np.empty((n, dof)), np.empty(1)
     clearance, samples = np.empty(n), np.empty(n, dtype=np.int64)
-    known, _held = _known(judge)
+    known = judge.world.handle, *judge.bounds.addresses, judge.room, *judge.charge.arguments
     place = _library.path_even_stretch(
         *known, n, _at(path), k, *map(_at, (ends, joints, shares)), gain, most, begin,
         *map(_at, (row, stretch, gained, clearance, samples)),
@@ -107,10 +108,3 @@ def even_stretch(
         return None
     count = int(np.diff(ends[row[0]])[0])
     return place - 1, int(row[0]), stretch[: count + 1], float(gained[0]), clearance[:count], samples[:count]
-
-
-def _known(judge: Judge) -> tuple[tuple[object, ...], object]:
-    """The first arguments of what prices and proves, and what has to be held meanwhile."""
-    chain, prices = judge.charge
-    charge, held = chain.charge(prices)
-    return (judge.world.handle, *judge.bounds.addresses, judge.room, *charge), held

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
-from planner.native.library import NativeBounds, NativeWorld
 from planner.native.loading import address as _at
 from planner.native.loading import flags as _bytes
 from planner.native.loading import floats as _floats
 from planner.native.loading import library as _library
+from planner.native.world import NativeBounds, NativeWorld
 
 
 class SearchSpace(NamedTuple):

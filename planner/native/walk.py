@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.native.library import NativeBounds, NativeWorld
 from planner.native.loading import address as _at
 from planner.native.loading import floats as _floats
 from planner.native.loading import library as _library
+from planner.native.world import NativeBounds, NativeWorld
 
 
 def walk(world: NativeWorld, bounds: NativeBounds, coefficients: Floats, longest: float) -> tuple[Ints, Floats, Floats]:

@@ -57,8 +57,7 @@ class MotionCost:
 
     def __call__(self, a: Floats, b: Floats) -> Floats:
         """(k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
-        chain, prices = self.charge
-        return chain.motion_costs(a, b, prices)
+        return self.charge.costs(a, b)
 
     @cached_property
     def charge(self) -> Charge:

@@ -20,11 +20,9 @@ from planner.native.library import (
     Charge,
     KeptBounds,
     MotionPrices,
-    NativeBounds,
     NativeBoxes,
     NativeChain,
     NativeKeeping,
-    NativeWorld,
     manipulability_cost_sums,
     manipulability_costs,
 )
@@ -44,6 +42,7 @@ from planner.native.motions import (
 from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
 from planner.native.tree_search import SearchSpace, tree_path
 from planner.native.walk import walk
+from planner.native.world import NativeBounds, NativeWorld
 from planner.trajectory.trajectory import pieces_through
 from tests.random_shapes import random_pose
 
@@ -104,14 +103,14 @@ def of_motion_costs(rng: Rng, size: Size) -> list[Any]:
     chain, q, found = a_chain(rng, size.joints), states(rng, size), []
     end = q + 2.0 * states(rng, size)
     for kind, chord in ((0, 0.0), (1, 0.3), (2, 0.0)):
-        costs = chain.motion_costs(q, end, prices_of(rng, size, kind, chord))
+        costs = Charge(chain, prices_of(rng, size, kind, chord)).costs(q, end)
         assert (costs >= 0.4 * 0.01).all()  # beta of the least distance
         found.append(costs)
     plain = prices_of(rng, size, 0, 0.3)._replace(numbers=np.array([0.1, 0.8, 0.0, 2.0, 1.0, 0.0, 9.0, 0.1, 0.3]))
     near = q + 0.1 * states(rng, size)
     pieces = np.maximum(1, np.ceil(np.abs(near - q).sum(axis=1) / 0.3)).astype(int)
     lengths = chain.path_lengths(q, near - q, pieces, size.joints, np.ones(3))
-    np.testing.assert_allclose(chain.motion_costs(q, near, plain), lengths / 2.0)
+    np.testing.assert_allclose(Charge(chain, plain).costs(q, near), lengths / 2.0)
     return found
 
 
@@ -566,7 +565,7 @@ def of_refinement(rng: Rng, size: Size) -> list[Any]:
                 if chosen[(row - first) // 2] < 0:
                     continue
                 now, then = (path[row - 1 : row + 2], np.array([path[row - 1], q, path[row + 1]]))
-                costs = [chain.motion_costs(way[:-1], way[1:], prices).sum() for way in (now, then)]
+                costs = [Charge(chain, prices).costs(way[:-1], way[1:]).sum() for way in (now, then)]
                 assert costs[1] < 0.98 * costs[0]
                 assert (prices.wraps | (np.abs(q) <= 1.0)).all()
                 found += proven_as(world, then, gaps, looks)
@@ -581,7 +580,7 @@ def of_refinement(rng: Rng, size: Size) -> list[Any]:
             here, last = path[ends[row, 0] : ends[row, 1] + 1], (number, gain)
             assert np.array_equal(q[[0, -1]], here[[0, -1]])
             assert np.array_equal(q[:, ~joints[row]], here[:, ~joints[row]])
-            now, then = (chain.motion_costs(rows[:-1], rows[1:], prices).sum() for rows in (here, q))
+            now, then = (Charge(chain, prices).costs(rows[:-1], rows[1:]).sum() for rows in (here, q))
             assert not np.isfinite(now + then) or np.isclose(gain, now - then, rtol=1e-9)
             found += [row, gain, *proven_as(world, q, clearance, samples)]
     return found

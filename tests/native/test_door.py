@@ -12,17 +12,11 @@ import pytest
 
 from planner.base.errors import ArrayError
 from planner.native import dynamics, gate, graphs, library, loading, motions, refinement, tree_search, walk
+from planner.native import world as worlds
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
-from planner.native.library import (
-    Charge,
-    KeptBounds,
-    MotionPrices,
-    NativeBoxes,
-    NativeChain,
-    NativeKeeping,
-    NativeWorld,
-)
+from planner.native.library import Charge, KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping
 from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
+from planner.native.world import NativeWorld
 from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_gate, a_world, body_reach_of, bounds_of
 
 SEED = 5
@@ -33,7 +27,7 @@ def answers(case: str, size: Size, seed: int = SEED) -> list[np.ndarray]:
 
 
 def on_threads(patch: pytest.MonkeyPatch, count: int) -> None:
-    for module in (library, graphs, dynamics):
+    for module in (library, worlds, graphs, dynamics):
         patch.setattr(module, "threads", lambda: count)
     patch.setattr(dynamics, "_SHARED_FROM", 1)
 
@@ -59,7 +53,7 @@ def test_no_function_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
             asked.add(name)
             return getattr(whole, name)
 
-    for module in (gate, library, motions, refinement, tree_search, walk):
+    for module in (gate, library, motions, refinement, tree_search, walk, worlds):
         monkeypatch.setattr(module, "_library", Noting())
     for module, name in ((graphs, "library"), (dynamics, "library")):
         monkeypatch.setattr(module, name, Noting())
@@ -72,15 +66,15 @@ def test_no_function_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("same", [True, False])
 def test_several_threads_ask_at_once(same: bool) -> None:
     """Of one world and of several, all get what they get alone."""
-    worlds = [a_world(np.random.default_rng(SEED if same else k), Size(rows=40)) for k in range(4)]
+    several = [a_world(np.random.default_rng(SEED if same else k), Size(rows=40)) for k in range(4)]
     if same:
-        worlds = worlds[:1] * 4
+        several = several[:1] * 4
     rng = np.random.default_rng(1)
     q, delta = rng.uniform(-2, 2, (2, 60, 3))
     curves = np.stack([q, 0.05 * delta], axis=1)
 
     def ask(k: int) -> list[Any]:
-        chain, world = worlds[k]
+        chain, world = several[k]
         limits = np.full(3, -2.0), np.full(3, 2.0), np.zeros(3, dtype=bool)
         placed = chain.placements(q)
         return [
@@ -168,7 +162,7 @@ PRICES = MotionPrices(np.ones(9), 0, False, 9, np.zeros(3), 0, np.zeros(3), 6)
 
 
 def motion_costs(start: np.ndarray = Q, end: np.ndarray = Q, **other: Any) -> object:
-    return CHAIN.motion_costs(start, end, PRICES._replace(**other))
+    return Charge(CHAIN, PRICES._replace(**other)).costs(start, end)
 
 
 def moves(begin: Any = (0,), prices: MotionPrices = PRICES, room: float = 1e-3, **other: Any) -> object:
@@ -451,12 +445,12 @@ def next_ramp(
     curve: object = CURVE,
     positions: object = (-9 * AXES, 9 * AXES),
     room: float = 1e-3,
-    bounds: library.NativeBounds = BOUNDS,
+    bounds: worlds.NativeBounds = BOUNDS,
 ) -> object:
     return motions.curve_next_ramp(WORLD, bounds, room, curve, phases, moments, ONE, (AXES, AXES), positions)
 
 
-def _of_no_number() -> library.NativeBounds:
+def _of_no_number() -> worlds.NativeBounds:
     return WORLD.bounds(NAN * REACH, NAN * BODY_REACH, MOVING)
 
 

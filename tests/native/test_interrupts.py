@@ -17,15 +17,7 @@ import pytest
 
 from planner.base.progress import StopRequest
 from planner.native import graphs
-from planner.native.library import (
-    Charge,
-    KeptBounds,
-    MotionPrices,
-    NativeBoxes,
-    NativeChain,
-    NativeKeeping,
-    NativeWorld,
-)
+from planner.native.library import Charge, KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping
 from planner.native.motions import (
     curve_chords,
     curve_next_ramp,
@@ -35,6 +27,7 @@ from planner.native.motions import (
     polynomial_extrema,
 )
 from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
+from planner.native.world import NativeWorld
 
 SOON = 1.0  # s
 TURNS = np.eye(3)
@@ -159,7 +152,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         CHAIN.manipulability_along,
         lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, 6),
     ),
-    "motion_costs": (CHAIN.motion_costs, lambda: (np.zeros((2**20, 1)), np.ones((2**20, 1)), PRICES)),
+    "motion_costs": (Charge(CHAIN, PRICES).costs, lambda: (np.zeros((2**20, 1)), np.ones((2**20, 1)))),
     "waypoint_moves": (waypoint_moves, lambda: (JUDGE, zigzag_moves(), np.zeros(MANY // 20))),
     "even_stretch": (even_stretch, lambda: (JUDGE, long_stretches(), 0)),
     "inverse": (CHAIN.inverse, far_away),

@@ -18,7 +18,8 @@ from planner.kinematics.manipulability import manipulability, manipulability_alo
 from planner.models.poses import pose
 from planner.models.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.native import library
-from planner.native.library import NativeChain, NativeWorld, manipulability_costs
+from planner.native.library import NativeChain, manipulability_costs
+from planner.native.world import NativeWorld
 from tests.random_shapes import KINDS, blob, box_mesh, random_pose, random_shape
 from tests.worlds import checker_of, load, random_q
 

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.attack.segments import attack_segments
 from planner.base.progress import QUIET
-from planner.native.library import NativeWorld
+from planner.native.world import NativeWorld
 
 
 def test_a_prover_that_looks_away_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
