@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen
+from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.cache import cached
 from planner.base.products import product
 from planner.collision.bounding_volumes import Spheres, box_cover, sphere_cover
@@ -102,6 +102,14 @@ class ClearanceBound:
     def looks_free(self, q: Floats) -> bool:
         """Whether no surfaces of checked pairs are within the margin in any configuration (n, dof)."""
         return self.native.first_near(q) == len(q)
+
+    def each_looks_free(self, q: Floats) -> Bools:
+        """The same (n,) of each configuration by itself."""
+        free, row = np.ones(len(q), dtype=bool), 0
+        while (row := row + self.native.first_near(q[row:])) < len(q):
+            free[row] = False
+            row += 1
+        return free
 
     @cached_property
     def of_all(self) -> NativeBounds:

@@ -46,7 +46,7 @@ class LazyRoadmap:
         if keeps := self._refiner.prover.world.keeps:
             samples, kept = keeps.projected(samples)
             samples = self._robot.normalise(samples[kept])
-        free = samples[[self._bound.looks_free(q[None]) for q in samples]] if len(samples) else samples
+        free = samples[self._bound.each_looks_free(samples)]
         first = len(self.nodes)
         self.nodes = np.vstack([self.nodes, free])
         self._penalty = np.concatenate([self._penalty, np.ones(len(free))])

@@ -191,6 +191,14 @@ def test_a_look_finds_what_is_as_near_as_the_margin_and_nothing_farther(kind: st
             assert not ClearanceBound(replace(world, margin=1.000001 * gap)).looks_free(q)
 
 
+def test_each_of_many_states_is_told_as_if_it_were_alone() -> None:
+    bound, q = checker_of("panda", "shelf").bound, random_q(load("panda"), 200, 1)
+    alone = [bound.looks_free(one[None]) for one in q]
+    assert 20 < sum(alone) < 180
+    for rows in (slice(None), np.flatnonzero(alone), ~np.array(alone), slice(0)):
+        assert bound.each_looks_free(q[rows]).tolist() == np.array(alone)[rows].tolist()
+
+
 def test_a_look_past_a_thousand_obstacles_costs_less_than_their_bounds() -> None:
     robot, places = load("iiwa14"), np.random.default_rng(0).uniform(-2.0, 2.0, (1000, 3))
     away = places[np.abs(places[:, 0]) > 0.5]
