@@ -90,10 +90,6 @@ class _Motions(NamedTuple):
     samples: Ints
 
 
-_NOTHING, _NO_ROWS = np.zeros(0), np.zeros(0, dtype=np.int64)
-_NO_MOTIONS = _Motions(_NO_ROWS, _NOTHING, _NOTHING, _NOTHING, _NO_ROWS)
-
-
 class EdgeProver:
     """Proves motions in one world with one exact checker; one implementation whatever the backend.
 
@@ -187,6 +183,7 @@ class EdgeProver:
         coefficients, item = np.stack([start, delta], axis=1), np.repeat(of, motions)
 
         def choose(begin: Ints) -> tuple[Ints, _Motions, Ints]:
+            """The first proven ones, as numbers."""
             found, clearance, samples = self._native.first_proven(
                 self._bounds, coefficients, motions, alternatives, begin, room
             )
@@ -208,6 +205,7 @@ class EdgeProver:
         judge = Judge(self._native, self._bounds, room, charge)
 
         def choose(begin: Ints) -> tuple[Ints, _Motions, tuple[Bools, Floats]]:
+            """The cheapest proven ones, as places."""
             found, places, clearance, samples = waypoint_moves(judge, moves, begin)
             moved = found >= 0
             item = np.flatnonzero(moved)
@@ -228,17 +226,15 @@ class EdgeProver:
         """
         if self.static_contact is not None:
             return None
-        judge = Judge(self._native, self._bounds, room, charge)
-
-        def choose(begin: Ints) -> tuple[Ints, _Motions, tuple[int, Floats, float] | None]:
-            found = even_stretch(judge, stretches, int(begin[0]))
-            if found is None:
-                return begin * 0 - 1, _NO_MOTIONS, None
+        judge, keeping, begin = Judge(self._native, self._bounds, room, charge), self._keeping(allows), 0
+        while (found := even_stretch(judge, stretches, begin)) is not None:
             number, row, states, gain, clearance, samples = found
-            motions = _Motions(0 * samples, states[:-1], np.diff(states, axis=0), clearance, samples)
-            return begin * 0 + number, motions, (row, states, gain)
-
-        return self._first_allowed(choose, np.zeros(1, dtype=np.int64), self._keeping(allows))
+            start, delta = states[:-1], np.diff(states, axis=0)
+            if self._allowed(start, delta, keeping).all():
+                self._note(start, delta, clearance, samples)
+                return row, states, gain
+            begin = number + 1
+        return None
 
     def _first_allowed(
         self, choose: Callable[[Ints], tuple[Ints, _Motions, Chosen]], begin: Ints, allows: MotionTest | None

@@ -124,7 +124,7 @@ def test_without_a_floor_the_course_is_the_roadmap() -> None:
 
 @pytest.mark.parametrize("charge", ["nodes", "edges"])
 def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> None:
-    floor = 0.04  # start and goal of the paper's scenario lie below
+    floor = 0.05  # start and goal of the paper's scenario lie below
     found = plan(PlanRequest(nodes=150, min_manipulability=floor, charge=charge))  # type: ignore[arg-type]
     assert found.outcome is Outcome.SOLVED
     w = manipulability(found.robot, dense_path(found.path, 1e-3))
@@ -137,7 +137,8 @@ def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> No
     assert found.max_error_vs_oracle == 0.0
     plain = small_plan()
     v = manipulability(plain.robot, dense_path(plain.path, 1e-3))
-    assert (v >= floor).mean() < 0.5  # of a path that keeps no floor most lies below it
+    above = np.flatnonzero(v >= floor)
+    assert not len(above) or v[above[0] : above[-1]].min() < floor
 
 
 def test_a_floor_that_no_path_keeps_is_an_outcome_of_its_own(tmp_path: Path) -> None:

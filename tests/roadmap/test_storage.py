@@ -576,7 +576,7 @@ def test_a_file_of_version_2_is_read_and_nobody_has_checked_its_nodes(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """It lacks ``checked_by`` and ``edge_cost``, and its checksum leaves them out."""
-    kept = post_roadmap()
+    kept = post_roadmap(seed=1)
     save_roadmap(kept, tmp_path / "new.npz")
     with np.load(tmp_path / "new.npz") as content:
         arrays = {name: content[name] for name in content.files if name not in ("header", "checked_by", "edge_cost")}
@@ -589,9 +589,7 @@ def test_a_file_of_version_2_is_read_and_nobody_has_checked_its_nodes(
     old = load_roadmap(tmp_path / "old.npz")
     assert old.sha256 == kept.sha256
     assert not old.checked_by.any()
-    off = np.abs(old.edge_cost / kept.edge_cost - 1)  # what nine states of w tell of an edge, near a singularity less
-    assert np.quantile(off, 0.99) < 0.1
-    assert off.max() < 0.5
+    np.testing.assert_allclose(old.edge_cost, kept.edge_cost, rtol=0.1)
     assert (old.edge_cost != kept.edge_cost).any()
     assert "'planner roadmap check --repair' measures it finer" in caplog.text
     assert load_roadmap(tmp_path / "new.npz").checked_by.all()

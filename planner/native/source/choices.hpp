@@ -13,6 +13,11 @@
 
 namespace planner {
 
+// The motion between two states, as a piece (2, dof).
+inline void straight_piece(const double* from, const double* to, int dof, double* coefficients) {
+    for (int j = 0; j < dof; ++j) coefficients[j] = from[j], coefficients[dof + j] = to[j] - from[j];
+}
+
 // Go on with proofs until all motions are free: -1, or the number of the first one that is refused.
 inline int first_refused(Prover& prover, const std::vector<Prover::Attempt*>& attempts, double room) {
     for (;;) {
@@ -182,10 +187,7 @@ class ChainSearch {
             Motion& motion = motions_.back();
             motion.place = at(from, to);
             motion.coefficients.resize(2 * dof_);
-            for (int j = 0; j < dof_; ++j) {
-                const double start = points_[from * dof_ + j];
-                motion.coefficients[j] = start, motion.coefficients[dof_ + j] = points_[to * dof_ + j] - start;
-            }
+            straight_piece(points_ + from * dof_, points_ + to * dof_, dof_, motion.coefficients.data());
             prover.begin(motion.attempt, {motion.coefficients.data(), 1, 1, dof_}, 0);
         }
         return &motions_[number];

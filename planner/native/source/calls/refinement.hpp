@@ -9,12 +9,6 @@
 
 namespace planner {
 
-// The motions between the rows of `path` (count + 1, dof), as pieces (count, 2, dof).
-inline void straight_pieces(const double* path, int count, int dof, double* coefficients) {
-    for (int k = 0; k < count; ++k, path += dof, coefficients += 2 * dof)
-        for (int j = 0; j < dof; ++j) coefficients[j] = path[j], coefficients[dof + j] = path[dof + j] - path[j];
-}
-
 extern "C" {
 
 // Where every second waypoint of a path (n, dof) may go, from `first` on: of up to `most` places, see WaypointMoves, the
@@ -41,21 +35,21 @@ int path_waypoint_moves(const World* world, const double* reach, const double* b
         struct Worker {
             WaypointMoves moves;
             Prover prover;
-            std::vector<double> found, way, pieces;
+            std::vector<double> found, pieces;
         };
         const auto make = [&] {
-            return Worker{{*chain, tool, prices, rules}, {*world, reach, body_reach, is_static}, {}, {}, {}};
+            return Worker{{*chain, tool, prices, rules}, {*world, reach, body_reach, is_static}, {}, {}};
         };
         share_out(waypoints, threads, 1, make, [&](int k, Worker& at) {
             const size_t width = dof;
             const double* here = path + (static_cast<size_t>(first) + 2 * static_cast<size_t>(k)) * width;
             at.found.resize(most * width), at.pieces.resize(4 * width);
-            const int count = at.moves.find(here, draws + k * draw_count * (width + 1), at.found.data());
+            const int count =
+                at.moves.find(here, draws + static_cast<size_t>(k) * draw_count * (width + 1), at.found.data());
             for (int64_t& place = chosen[k]; place < count; ++place) {
                 const double* there = &at.found[place * width];
-                at.way.assign(here - width, here + 2 * width);
-                std::copy(there, there + width, &at.way[width]);
-                straight_pieces(at.way.data(), 2, dof, at.pieces.data());
+                straight_piece(here - width, there, dof, &at.pieces[0]);
+                straight_piece(there, here + width, dof, &at.pieces[2 * width]);
                 Proof proofs[2];
                 if (!all_proven(at.prover, {at.pieces.data(), 2, 1, dof}, 0, 2, room, proofs)) continue;
                 std::copy(there, there + width, places + k * width);
@@ -70,8 +64,9 @@ int path_waypoint_moves(const World* world, const double* reach, const double* b
 
 // Of `count` stretches of a path (n, dof), between its rows `ends` (count, 2), the one that gains most after `joints`
 // (count, dof) went a `share` (count,) of the way to moving evenly there, and whose motions are then proven: among the
-// `most` best ones that gain more than `gain`, but for the `begin` best. One more than which of these it is, or 0; its `row` of the
-// count, its states in `stretch` (n, dof), by how much it is cheaper, and clearance and samples (n - 1,) of its motions.
+// `most` best ones that gain more than `gain`, but for the `begin` best. One more than which of these it is, or 0; its
+// `row` of the count, its states in `stretch` (n, dof), by how much it is cheaper, and clearance and samples (n - 1,) of
+// its motions.
 int path_even_stretch(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
                       double room, const Chain* chain, int last, const double* point, int rows, const double* numbers,
                       int kind, int at_end, int fewest, const uint8_t* wraps, int threads, int n, const double* path,
@@ -111,7 +106,8 @@ int path_even_stretch(const World* world, const double* reach, const double* bod
         for (int place = begin; place < std::min(most, count) && gains[order[place]] > gain; ++place) {
             const int k = order[place], length = length_of(k);
             const double* own = all.data() + static_cast<size_t>(k) * n * dof;
-            straight_pieces(own, length, static_cast<int>(dof), pieces.data());
+            for (int i = 0; i < length; ++i)
+                straight_piece(own + i * dof, own + (i + 1) * dof, static_cast<int>(dof), &pieces[2 * i * dof]);
             const Pieces motions{pieces.data(), length, 1, static_cast<int>(dof)};
             if (!all_proven(prover, motions, 0, length, room, proofs.data())) continue;
             *row = k, *gained = gains[k];
