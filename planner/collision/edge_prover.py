@@ -26,9 +26,10 @@ from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.native.library import Charge
 from planner.native.motions import Ramp, curve_next_ramp
-from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
+from planner.native.refinement import Descent, EvenStretches, Judge, Refined, Step, descend, even_stretches
 
 _BATCH = 256  # pieces between two looks whether to stop
+_OF_A_TRY = ("ends", "joints", "shares")
 _NONE_LEFT = 2**30  # more alternatives than there are
 
 MotionTest = Callable[[Floats, Floats], Bools]
@@ -192,49 +193,67 @@ class EdgeProver:
 
         return self._first_allowed(choose, begin, self._keeping(allows))
 
-    def first_moves(
-        self, charge: Charge, moves: WaypointMoves, room: float, allows: MotionTest
-    ) -> tuple[Bools, Floats]:
-        """Which waypoints (k,) of a path may move, and to which places (k, dof), of no meaning for those that stay.
+    def descend(self, charge: Charge, descent: Descent, room: float, allows: MotionTest | None) -> Floats:
+        """The path (n, dof) after its waypoints moved downhill by proven motions that pass a test of the caller.
 
-        The cheapest of its ``moves`` for each to and from which motions are proven and pass a test of the caller.
+        All sweeps are made at once where motions rarely fail what is not proven with them; else one by one, in which
+        each waypoint goes to the first of its places that is allowed.
         """
-        k, dof, path = len(moves.draws), self.robot.dof, moves.path
+        judge, keeping = Judge(self._native, self._bounds, room, charge), self._keeping(allows)
         if self.static_contact is not None:
-            return np.zeros(k, dtype=bool), np.zeros((k, dof))
-        judge = Judge(self._native, self._bounds, room, charge)
+            return descent.path
+        if keeping is None and self._takes(found := descend(judge, descent)[0], None):
+            return found.path
+        for sweep in range(len(descent.draws)):
+            one = descent._replace(first=1 + (descent.first - 1 + sweep) % 2, draws=descent.draws[sweep : sweep + 1])
+            path, sweeps, step = self._swept(judge, one, keeping)
+            if not sweeps:
+                break
+            descent = descent._replace(path=path, step=step)
+        return descent.path
 
-        def choose(begin: Ints) -> tuple[Ints, _Motions, tuple[Bools, Floats]]:
-            """The cheapest proven ones, as places."""
-            found, places, clearance, samples = waypoint_moves(judge, moves, begin)
-            moved = found >= 0
-            item = np.flatnonzero(moved)
-            row = moves.first + 2 * item
-            ways = np.stack([path[row - 1], places[item], path[row + 1]], axis=1)
-            start, delta = ways[:, :2].reshape(-1, dof), np.diff(ways, axis=1).reshape(-1, dof)
-            motions = _Motions(np.repeat(item, 2), start, delta, clearance[item].ravel(), samples[item].ravel())
-            return found, motions, (moved, places)
+    def _swept(self, judge: Judge, descent: Descent, allows: MotionTest | None) -> tuple[Floats, int, Step]:
+        """The path after one sweep of a descent, all of whose motions are allowed, and what else the sweep says."""
+        n = len(descent.path)
+        row = np.arange(descent.first, n - 1, 2)
 
-        return self._first_allowed(choose, np.zeros(k, dtype=np.int64), self._keeping(allows))
+        def choose(begin: Ints) -> tuple[Ints, _Motions, tuple[Floats, int, Step]]:
+            found, sweeps, step = descend(judge, descent, begin)
+            item = np.flatnonzero(found.chosen[: len(row)] >= 0) if sweeps else row[:0]
+            first = (row[item, None] + np.array([-1, 0])).ravel()
+            start, delta = found.path[first], found.path[first + 1] - found.path[first]
+            motions = _Motions(np.repeat(item, 2), start, delta, found.clearance[first], found.samples[first])
+            return found.chosen, motions, (found.path, sweeps, step)
 
-    def first_stretch(
-        self, charge: Charge, stretches: EvenStretches, room: float, allows: MotionTest
-    ) -> tuple[int, Floats, float] | None:
-        """The stretch of a path that gains most whose motions are proven and pass a test of the caller; None for none.
+        return self._first_allowed(choose, np.zeros(max(0, (n - 1) // 2), dtype=np.int64), allows)
 
-        Which of ``stretches`` it is, its states (r, dof) and by how much it is cheaper.
+    def straighten(self, charge: Charge, stretches: EvenStretches, room: float, allows: MotionTest | None) -> Floats:
+        """The path (n, dof) after some joints move evenly on stretches of it, by proven motions that pass a test.
+
+        As :meth:`descend`, with tries in place of sweeps.
         """
+        judge, keeping = Judge(self._native, self._bounds, room, charge), self._keeping(allows)
         if self.static_contact is not None:
-            return None
-        judge, keeping, begin = Judge(self._native, self._bounds, room, charge), self._keeping(allows), 0
-        while (found := even_stretch(judge, stretches, begin)) is not None:
-            number, row, states, gain, clearance, samples = found
-            start, delta = states[:-1], np.diff(states, axis=0)
-            if self._allowed(start, delta, keeping).all():
-                self._note(start, delta, clearance, samples)
-                return row, states, gain
-            begin = number + 1
-        return None
+            return stretches.path
+        if keeping is None and self._takes(found := even_stretches(judge, stretches), None):
+            return found.path
+        for k in range(len(stretches.ends)):
+            one, begin = stretches._replace(**{name: getattr(stretches, name)[k : k + 1] for name in _OF_A_TRY}), 0
+            while (found := even_stretches(judge, one, begin)).chosen[0] >= 0:
+                if self._takes(found, keeping):
+                    stretches = stretches._replace(path=found.path)
+                    break
+                begin = int(found.chosen[0]) + 1
+        return stretches.path
+
+    def _takes(self, found: Refined, allows: MotionTest | None) -> bool:
+        """Whether all motions that are new in a path are allowed; then they are noted."""
+        rows = np.flatnonzero(found.samples >= 0)
+        start, delta = found.path[rows], found.path[rows + 1] - found.path[rows]
+        allowed = bool(self._allowed(start, delta, allows).all())
+        if allowed:
+            self._note(start, delta, found.clearance[rows], found.samples[rows])
+        return allowed
 
     def _first_allowed(
         self, choose: Callable[[Ints], tuple[Ints, _Motions, Chosen]], begin: Ints, allows: MotionTest | None

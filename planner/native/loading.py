@@ -22,7 +22,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 32  # of the functions' arguments: what planner_version() says
+_VERSION = 33  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -48,12 +48,17 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     ),
     "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
     "chain_motion_costs": (*_CHARGE, _int, *3 * [_Pointer]),
-    "path_waypoint_moves": (
+    "path_descend": (
         *_PROVING,
         *_CHARGE,
-        *(_int, _Pointer, _int, _double, _double, _Pointer, _Pointer),
+        *(_int, _Pointer, _int, _int, _Pointer, _double, _double, _Pointer, _Pointer),
         *2 * [_int, _Pointer],
-        *(_int, *4 * [_Pointer]),
+        *(_int, *3 * [_Pointer]),
+    ),
+    "path_even_stretches": (
+        *_PROVING,
+        *_CHARGE,
+        *(_int, _Pointer, _int, _int, *3 * [_Pointer], _double, _int, _int, *3 * [_Pointer]),
     ),
     "keeping_slack": (_Pointer, _int, _int, *3 * [_Pointer]),
     "keeping_project": (_Pointer, _int, *2 * [_Pointer], _double, _int, _int, _Pointer),
@@ -129,10 +134,6 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
         (*6 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _Pointer, _int, _Pointer, _long, _int, *2 * [_Pointer]),
     ),
     "world_walk": (_int, (*4 * [_Pointer], _int, _int, _double, *3 * [_Pointer])),
-    "path_even_stretch": (
-        _int,
-        (*_PROVING, *_CHARGE, *2 * [_int, _Pointer], _Pointer, _Pointer, _double, _int, _int, *5 * [_Pointer]),
-    ),
     "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, _int, *3 * [_Pointer])),
 }
 

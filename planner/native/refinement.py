@@ -6,7 +6,7 @@ that stand here, or hold what the library cannot use. Motions are proven as :met
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,18 +32,29 @@ class Judge(NamedTuple):
     charge: Charge
 
 
-class WaypointMoves(NamedTuple):
-    """Places for every second waypoint of ``path`` (n, dof), from row ``first`` on and but for its last one.
+class Step(NamedTuple):
+    """How far waypoints go in a sweep of a descent (``size``, rad), and which share of them ``moved`` in the last one.
 
-    A place is cheaper by more than ``gain``, relative, and within ``limits`` (dof,) unless the joint wraps. ``mixes``
-    (m, 2): how much of a step of ``size`` rad downhill, and of the way to the middle of the neighbours; ``draws`` (k,
-    d, dof + 1): what is added to the unit direction downhill, and how much of a step is made. ``most`` for each of the
-    k waypoints, the cheapest.
+    It shrinks where few of them move.
+    """
+
+    size: float
+    moved: float = 1.0
+
+
+class Descent(NamedTuple):
+    """Sweeps over ``path`` (n, dof), whose waypoints move downhill: every second one from row ``first`` (1 or 2) on.
+
+    Then those between them, and so on, until steps are below ``least``. A waypoint moves to a place that is cheaper by
+    more than ``gain``, relative, and within ``limits`` (dof,) unless the joint wraps. ``mixes`` (m, 2): how much of a
+    step downhill, and of the way to the middle of the neighbours; ``draws`` (sweeps, (n - 1) // 2, d, dof + 1): what is
+    added to the unit direction downhill, and how much of a step is made. ``most`` for each waypoint, the cheapest.
     """
 
     path: Floats
     first: int
-    size: float
+    step: Step
+    least: float
     gain: float
     limits: tuple[Floats, Floats]
     mixes: Floats
@@ -52,10 +63,11 @@ class WaypointMoves(NamedTuple):
 
 
 class EvenStretches(NamedTuple):
-    """Stretches of ``path`` (n, dof) after some joints went a share of the way to moving evenly there.
+    """Tries to make ``path`` (n, dof) cheaper: some joints go a share of the way to moving evenly on a stretch of it.
 
-    ``ends`` (k, 2) are first and last rows of the path, ``joints`` (k, dof) which move, ``shares`` (k,) of the way. The
-    ``most`` count that gain most, if that is more than ``gain``.
+    Each try has k stretches: ``ends`` (tries, k, 2) are first and last rows of the path, ``joints`` (tries, k, dof)
+    which move, ``shares`` (tries, k) of the way. The ``most`` count that gain most, if that is more than ``gain``,
+    relative to the whole path.
     """
 
     path: Floats
@@ -66,45 +78,59 @@ class EvenStretches(NamedTuple):
     most: int
 
 
-def waypoint_moves(judge: Judge, moves: WaypointMoves, begin: Ints) -> tuple[Ints, Floats, Floats, Ints]:
-    """For each of k waypoints the number of its cheapest place that is reached and left by proven motions, or -1.
+class Refined(NamedTuple):
+    """A ``path`` (n, dof), and clearance and samples (n - 1,) of its motions that are new, -1 samples of others.
 
-    The ``begin`` (k,) cheapest ones are left out. With the numbers (k,) the places (k, dof), and clearances and samples
-    (k, 2) of the motions; these hold nothing where there is no place.
+    ``chosen`` are for each waypoint of the last sweep of a descent (those behind them mean nothing), or for each try,
+    the number of what was taken, or -1.
     """
-    dof, (path, first, size, gain, limits, mixes, draws, most) = judge.world.dof, moves
-    n, k, m, d = len(path), max(0, (len(path) - first) // 2), len(mixes), draws.shape[1]
-    path, mixes, draws = _floats(path, n, dof), _floats(mixes, m, 2), _floats(draws, k, d, dof + 1)
+
+    path: Floats
+    chosen: Ints
+    clearance: Floats
+    samples: Ints
+
+
+def descend(judge: Judge, descent: Descent, begin: Ints | None = None) -> tuple[Refined, int, Step]:
+    """The path after its waypoints moved, each to its cheapest place that is reached and left by proven motions.
+
+    After how many sweeps, and the step of the next one. In the first sweep the ``begin`` ((n - 1) // 2,) cheapest
+    places of each waypoint are left out.
+    """
+    dof, (path, first, step, least, gain, limits, mixes, draws, most) = judge.world.dof, descent
+    n, m, sweeps, d = len(path), len(mixes), len(draws), draws.shape[2]
+    k = max(0, (n - 1) // 2)
+    found = _to_refine(path, dof, np.zeros(k, dtype=np.int64) if begin is None else _ints(begin, k).copy())
+    mixes, draws, at = _floats(mixes, m, 2), _floats(draws, sweeps, k, d, dof + 1), np.array(step)
     lower, upper = (_floats(bound, dof) for bound in limits)
-    chosen, places = _ints(begin, k).copy(), np.empty((k, dof))
-    clearance, samples = np.empty((k, 2)), np.empty((k, 2), dtype=np.int64)
-    known = judge.world.handle, *judge.bounds.addresses, judge.room, *judge.charge.arguments
-    _library.path_waypoint_moves(
-        *known, n, _at(path), first, size, gain, _at(lower), _at(upper), m, _at(mixes), d, _at(draws), most,
-        *map(_at, (chosen, places, clearance, samples)),
+    made = _library.path_descend(
+        *_known(judge), n, _at(found.path), first, sweeps, _at(at), least, gain, _at(lower), _at(upper), m, _at(mixes),
+        d, _at(draws), most, *map(_at, found[1:]),
     )  # fmt: skip
-    return chosen, places, clearance, samples
+    return found, made, Step(*at.tolist())
 
 
-def even_stretch(
-    judge: Judge, stretches: EvenStretches, begin: int
-) -> tuple[int, int, Floats, float, Floats, Ints] | None:
-    """The stretch that gains most whose motions are then proven, but for the ``begin`` best; None where none is.
+def even_stretches(judge: Judge, stretches: EvenStretches, begin: int = 0) -> Refined:
+    """The path after all tries: each takes the stretch that gains most of those whose motions are then proven.
 
-    How many gain more, its row of k, its states (r, dof), by how much it is cheaper, and clearances and samples
-    (r - 1,) of its motions.
+    The ``begin`` best ones of the first try are left out.
     """
     dof, (path, ends, joints, shares, gain, most) = judge.world.dof, stretches
-    n, k = len(path), len(ends)
-    path, ends, joints, shares = _floats(path, n, dof), _ints(ends, k, 2), _bytes(joints, k, dof), _floats(shares, k)
-    row, stretch, gained = np.zeros(1, dtype=np.int64), np.empty((n, dof)), np.empty(1)
-    clearance, samples = np.empty(n), np.empty(n, dtype=np.int64)
-    known = judge.world.handle, *judge.bounds.addresses, judge.room, *judge.charge.arguments
-    place = _library.path_even_stretch(
-        *known, n, _at(path), k, *map(_at, (ends, joints, shares)), gain, most, begin,
-        *map(_at, (row, stretch, gained, clearance, samples)),
+    n, (tries, k) = len(path), shares.shape
+    ends, joints, shares = _ints(ends, tries, k, 2), _bytes(joints, tries, k, dof), _floats(shares, tries, k)
+    found = _to_refine(path, dof, np.empty(tries, dtype=np.int64))
+    _library.path_even_stretches(
+        *_known(judge), n, _at(found.path), tries, k, *map(_at, (ends, joints, shares)), gain, most, begin,
+        *map(_at, found[1:]),
     )  # fmt: skip
-    if place == 0:
-        return None
-    count = int(np.diff(ends[row[0]])[0])
-    return place - 1, int(row[0]), stretch[: count + 1], float(gained[0]), clearance[:count], samples[:count]
+    return found
+
+
+def _to_refine(path: Floats, dof: int, chosen: Ints) -> Refined:
+    """A copy of the path, which the library changes, and room for what it says of it."""
+    motions = max(0, len(path) - 1)
+    return Refined(_floats(path, len(path), dof).copy(), chosen, np.empty(motions), np.empty(motions, dtype=np.int64))
+
+
+def _known(judge: Judge) -> tuple[Any, ...]:
+    return judge.world.handle, *judge.bounds.addresses, judge.room, *judge.charge.arguments

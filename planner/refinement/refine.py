@@ -17,9 +17,9 @@ from planner.base import polylines
 from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_ALONG_PATH
-from planner.collision.edge_prover import EdgeProver
+from planner.collision.edge_prover import EdgeProver, MotionTest
 from planner.kinematics.manipulability import manipulability
-from planner.native.refinement import EvenStretches, WaypointMoves
+from planner.native.refinement import Descent, EvenStretches, Step
 from planner.objective.motion_cost import MotionCost
 
 _CORNER, _ROUNDS_PER_CORNER = 0.004, 6  # of the cost: what a waypoint must gain, a third of it after so many rounds
@@ -94,29 +94,34 @@ class PathRefiner:
         k = len(points)
         if k < 3:
             return points
-        return points[self.prover.cheapest_chain(points, self._pairs(points, corner), self.room, self._above_floor)]
+        return points[self.prover.cheapest_chain(points, self._pairs(points, corner), self.room, self._test)]
 
     def first_allowed(self, start: Floats, end: Floats, motions: Ints, alternatives: Ints) -> Ints:
         """For each item its first alternative of motions from ``start`` to ``end`` (m, dof) that are all allowed.
 
         See :meth:`planner.collision.edge_prover.EdgeProver.first_free`.
         """
-        return self.prover.first_free(start, end - start, motions, alternatives, self.room, self._above_floor)
+        return self.prover.first_free(start, end - start, motions, alternatives, self.room, self._test)
 
     def allowed(self, a: Floats, b: Floats) -> Bools:
         """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""
         free = self.prover.free(a, b - a, self.room)
-        free[free] = self._above_floor(a[free], (b - a)[free])
+        if self._test is not None:
+            free[free] = self._test(a[free], (b - a)[free])
         return free
+
+    @property
+    def _test(self) -> MotionTest | None:
+        """What motions have to pass besides being proven."""
+        return self._above_floor if self.cost.objective.floor > 0 else None
 
     def _above_floor(self, start: Floats, delta: Floats) -> Bools:
         """(k,) whether w is above the floor along the motions from ``start`` by ``delta`` (k, dof)."""
         above = np.ones(len(start), dtype=bool)
-        if self.cost.objective.floor > 0:
-            for row in range(len(start)):
-                count = max(1, int(np.ceil(np.abs(delta[row]).max() / W_ALONG_PATH)))
-                states = start[row] + np.linspace(0.0, 1.0, count + 1)[:, None] * delta[row]
-                above[row] = (manipulability(self.prover.robot, states) >= self.cost.objective.floor).all()
+        for row in range(len(start)):
+            count = max(1, int(np.ceil(np.abs(delta[row]).max() / W_ALONG_PATH)))
+            states = start[row] + np.linspace(0.0, 1.0, count + 1)[:, None] * delta[row]
+            above[row] = (manipulability(self.prover.robot, states) >= self.cost.objective.floor).all()
         return above
 
     def _cornered(self, path: Floats) -> Floats:
@@ -149,17 +154,8 @@ class PathRefiner:
         """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
         if len(path) < 3:
             return path
-        path, total = path.copy(), self.total(path)
-        for ends, joints, shares in zip(*self._stretches(*path.shape), strict=True):
-            if self.progress.stopped:
-                break
-            stretches = EvenStretches(path, ends, joints, shares, _LEAST_GAIN * total, _PROVEN_STRETCHES)
-            found = self.prover.first_stretch(self.cost.charge, stretches, self.room, self._above_floor)
-            if found is not None:
-                row, states, gain = found
-                path[ends[row, 0] : ends[row, 1] + 1] = states
-                total -= gain
-        return path
+        stretches = EvenStretches(path, *self._stretches(*path.shape), _LEAST_GAIN, _PROVEN_STRETCHES)
+        return self.prover.straighten(self.cost.charge, stretches, self.room, self._test)
 
     def _stretches(self, count: int, dof: int) -> tuple[Ints, Bools, Floats]:
         """Random stretches of a path of ``count`` rows, k for each try, by their ends (tries, k, 2).
@@ -175,30 +171,17 @@ class PathRefiner:
 
     def descend(self, path: Floats) -> Floats:
         """The path after its waypoints moved downhill; steps shrink where few of them gain."""
-        path, size = path.copy(), _FIRST_STEP
-        for sweep in range(_SWEEPS):
-            if size < _LEAST_STEP or self.progress.stopped:
-                break
-            moved = self._move(path, 1 + sweep % 2, size)
-            if len(moved) and moved.mean() < 0.3:
-                size *= 0.7
-        return path
-
-    def _move(self, path: Floats, first: int, size: float) -> Bools:
-        """Move every second waypoint from ``first`` on where that is cheaper and proven; changes ``path``.
-
-        Which were moved (k,).
-        """
-        inner = np.arange(first, len(path) - 1, 2)
-        k, dof = len(inner), path.shape[1]
-        aside = _SPREAD * self._rng.normal(size=(k, _RANDOM, dof)) / np.sqrt(dof)
-        draws = np.concatenate([aside, self._rng.uniform(0.2, 1.0, size=(k, _RANDOM, 1))], axis=2)
+        if len(path) < 3:
+            return path
+        dof, shape = path.shape[1], (_SWEEPS, (len(path) - 1) // 2, _RANDOM)
+        aside = _SPREAD * self._rng.normal(size=(*shape, dof)) / np.sqrt(dof)
+        draws = np.concatenate([aside, self._rng.uniform(0.2, 1.0, size=(*shape, 1))], axis=3)
         robot = self.prover.robot
         limits = robot.lower, robot.upper
-        moves = WaypointMoves(path, first, size, _LEAST_GAIN, limits, _MIXES, draws, _PROVEN_PER_WAYPOINT)
-        moved, places = self.prover.first_moves(self.cost.charge, moves, self.room, self._above_floor)
-        path[inner[moved]] = places[moved]
-        return moved
+        descent = Descent(
+            path, 1, Step(_FIRST_STEP), _LEAST_STEP, _LEAST_GAIN, limits, _MIXES, draws, _PROVEN_PER_WAYPOINT
+        )
+        return self.prover.descend(self.cost.charge, descent, self.room, self._test)
 
 
 def cut(path: Floats, piece: float, most: int | None = None) -> Floats:

@@ -39,7 +39,7 @@ from planner.native.motions import (
     ramp_quickest,
     stops_quickest,
 )
-from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
+from planner.native.refinement import Descent, EvenStretches, Judge, Refined, Step, descend, even_stretches
 from planner.native.tree_search import SearchSpace, tree_path
 from planner.native.walk import walk
 from planner.native.world import NativeBounds, NativeWorld
@@ -556,43 +556,74 @@ def of_refinement(rng: Rng, size: Size) -> list[Any]:
     for kind, first in ((0, 1), (1, 2), (2, 1)):
         prices, inner = prices_of(rng, size, kind), np.arange(first, len(path) - 1, 2)
         judge = Judge(world, bounds_of(world), 1e-3, Charge(chain, prices))
-        draws, begin = rng.normal(size=(len(inner), 3, dof + 1)), np.zeros(len(inner), dtype=np.int64)
-        moves = WaypointMoves(path, first, 0.1, 0.02, limits, mixes, draws, 4)
-        while (begin < 4).any():  # every place there is, one after the other
-            chosen, places, clearance, samples = waypoint_moves(judge, moves, begin)
-            assert ((chosen == -1) | (chosen >= begin)).all()
-            for row, q, gaps, looks in zip(inner, places, clearance, samples, strict=True):
-                if chosen[(row - first) // 2] < 0:
-                    continue
-                now, then = (path[row - 1 : row + 2], np.array([path[row - 1], q, path[row + 1]]))
-                costs = [Charge(chain, prices).costs(way[:-1], way[1:]).sum() for way in (now, then)]
+        draws = rng.normal(size=(5, max(0, (len(path) - 1) // 2), 3, dof + 1))
+        sweeps = Descent(path, first, Step(0.1, 0.2), 0.05, 0.02, limits, mixes, draws, 4)
+        one, begin, k = sweeps._replace(draws=draws[:1]), np.zeros(draws.shape[1], dtype=np.int64), len(inner)
+        while (begin[:k] < 4).any():  # every place there is, one after the other
+            moved, _, step = descend(judge, one, begin)
+            chosen = moved.chosen[:k]
+            assert ((chosen == -1) | (chosen >= begin[:k])).all()
+            assert step == (0.1 * 0.7, np.mean(chosen >= 0))
+            for row in inner[chosen >= 0]:
+                ways = [np.array([path[row - 1], q, path[row + 1]]) for q in (path[row], moved.path[row])]
+                costs = [Charge(chain, prices).costs(way[:-1], way[1:]).sum() for way in ways]
                 assert costs[1] < 0.98 * costs[0]
-                assert (prices.wraps | (np.abs(q) <= 1.0)).all()
-                found += proven_as(world, then, gaps, looks)
-            begin = np.where(chosen < 0, 4, chosen + 1)
-            found.append(chosen)
-        joints, shares = rng.random((5, dof)) < 0.5, rng.uniform(0.5, 1.0, 5)
-        stretches, last = EvenStretches(path, ends, joints, shares, -0.1, 4), (-1, np.inf)
-        while move := even_stretch(judge, stretches, last[0] + 1):
-            number, row, q, gain, clearance, samples = move
-            assert last[0] < number < 4
-            assert -0.1 < gain <= last[1]
-            here, last = path[ends[row, 0] : ends[row, 1] + 1], (number, gain)
-            assert np.array_equal(q[[0, -1]], here[[0, -1]])
-            assert np.array_equal(q[:, ~joints[row]], here[:, ~joints[row]])
-            now, then = (Charge(chain, prices).costs(rows[:-1], rows[1:]).sum() for rows in (here, q))
-            assert not np.isfinite(now + then) or np.isclose(gain, now - then, rtol=1e-9)
-            found += [row, gain, *proven_as(world, q, clearance, samples)]
+                assert (prices.wraps | (np.abs(moved.path[row]) <= 1.0)).all()
+            found += of_refined(world, path, moved)
+            begin[:k] = np.where(chosen < 0, 4, chosen + 1)
+        found += swept(world, judge, sweeps)
+        joints, shares = rng.random((3, 5, dof)) < 0.5, rng.uniform(0.5, 1.0, (3, 5))
+        found += straightened(world, judge, EvenStretches(path, np.array([ends] * 3), joints, shares, -0.1, 4))
     return found
 
 
-def proven_as(world: NativeWorld, path: Any, clearance: Any, samples: Any) -> list[Any]:
-    """The path, whose motions are proven with so much clearance by so many samples."""
-    verdict, _, counts, gaps, _ = world.prove(bounds_of(world), np.stack([path[:-1], np.diff(path, axis=0)], 1), 1e-3)
+def swept(world: NativeWorld, judge: Judge, sweeps: Descent) -> list[Any]:
+    """All sweeps at once are as one after the other."""
+    (at_once, *after), one_by_one, made = descend(judge, sweeps), sweeps, 0
+    for sweep in range(len(sweeps.draws)):
+        first = 1 + (sweeps.first - 1 + sweep) % 2
+        moved, more, step = descend(judge, one_by_one._replace(first=first, draws=sweeps.draws[sweep : sweep + 1]))
+        one_by_one, made = one_by_one._replace(path=moved.path, step=step), made + more
+    assert [made, one_by_one.step] == after
+    assert np.array_equal(one_by_one.path, at_once.path)
+    return of_refined(world, sweeps.path, at_once)
+
+
+def straightened(world: NativeWorld, judge: Judge, tries: EvenStretches) -> list[Any]:
+    """Every stretch that may be taken, best first, of the first try; and all tries at once, as one after the other."""
+    found, last, path = [], (-1, np.inf), tries.path
+    one = tries._replace(ends=tries.ends[:1], joints=tries.joints[:1], shares=tries.shares[:1])
+    total = judge.charge.costs(path[:-1], path[1:]).sum()
+    while (moved := even_stretches(judge, one, last[0] + 1)).chosen[0] >= 0:
+        number, now = int(moved.chosen[0]), judge.charge.costs(moved.path[:-1], moved.path[1:]).sum()
+        assert last[0] < number < 4
+        assert not np.isfinite(now + total) or -0.1 * total < total - now + 1e-9 * total <= last[1] + 2e-9 * total
+        last = number, float(total - now)
+        found += of_refined(world, path, moved)
+    at_once = even_stretches(judge, tries)
+    for k in range(len(tries.ends)):
+        rows = slice(k, k + 1)
+        one = tries._replace(path=path, ends=tries.ends[rows], joints=tries.joints[rows], shares=tries.shares[rows])
+        moved = even_stretches(judge, one)
+        assert moved.chosen[0] == at_once.chosen[k]
+        path = moved.path
+    assert np.array_equal(path, at_once.path)
+    return found + of_refined(world, tries.path, at_once)
+
+
+def of_refined(world: NativeWorld, before: Any, refined: Refined) -> list[Any]:
+    """What a refined path is: its ends stay, new motions are proven as it says, others are as they were."""
+    path, _, clearance, samples = refined
+    new, old = np.flatnonzero(samples >= 0), np.flatnonzero(samples < 0)
+    assert np.array_equal(path[[0, -1]], before[[0, -1]])
+    for rows in (old, old + 1):
+        assert np.array_equal(path[rows], before[rows])
+    starts, delta = path[new], np.diff(path, axis=0)[new]
+    verdict, _, counts, gaps, _ = world.prove(bounds_of(world), np.stack([starts, delta], 1), 1e-3)
     assert not verdict.any()
-    assert np.array_equal(counts, samples)
-    assert np.array_equal(gaps, clearance)
-    return [path, clearance]
+    assert np.array_equal(counts, samples[new])
+    assert np.array_equal(gaps, clearance[new])
+    return [path, refined.chosen, clearance[new], samples]
 
 
 def of_costs(rng: Rng, size: Size) -> list[Any]:

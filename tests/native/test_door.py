@@ -15,7 +15,7 @@ from planner.native import dynamics, gate, graphs, library, loading, motions, re
 from planner.native import world as worlds
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
 from planner.native.library import Charge, KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping
-from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
+from planner.native.refinement import Descent, EvenStretches, Judge, Step, descend, even_stretches
 from planner.native.world import NativeWorld
 from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_gate, a_world, body_reach_of, bounds_of
 
@@ -166,16 +166,13 @@ def motion_costs(start: np.ndarray = Q, end: np.ndarray = Q, **other: Any) -> ob
 
 
 def moves(begin: Any = (0,), prices: MotionPrices = PRICES, room: float = 1e-3, **other: Any) -> object:
-    given = {"path": Q, "first": 1, "size": 0.3, "gain": 0.0, "limits": (-AXES, AXES)}
-    given |= {"mixes": np.ones((2, 2)), "draws": np.ones((1, 2, 4)), "most": 3}
     judge = Judge(WORLD, BOUNDS, room, Charge(CHAIN, prices))
-    return waypoint_moves(judge, WaypointMoves(**(given | other)), np.array(begin))
+    return descend(judge, DESCENT._replace(**other), np.array(begin))
 
 
 def stretches(begin: int = 0, prices: MotionPrices = PRICES, room: float = 1e-3, **other: Any) -> object:
-    given = {"path": Q, "ends": [[0, 3]], "joints": np.ones((1, 3)), "shares": ONE, "gain": 0.0, "most": 2}
     judge = Judge(WORLD, BOUNDS, room, Charge(CHAIN, prices))
-    return even_stretch(judge, EvenStretches(**(given | other)), begin)
+    return even_stretches(judge, STRETCHES._replace(**other), begin)
 
 
 ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
@@ -183,7 +180,8 @@ CURVE, AXES = np.ones((1, 3, 3)), np.ones(3)
 LINE, PHASE = np.ones((1, 3, 2)), np.array([[0.0, 0.0, 1.0, 0.0, 1.0]])
 LIMITS = np.ones(2), np.ones(2)
 TWO_JOINTS = chain_with()()
-MOVES = WaypointMoves(Q, 1, 0.3, 0.0, (-AXES, AXES), np.ones((2, 2)), np.ones((1, 2, 4)), 3)
+DESCENT = Descent(Q, 1, Step(0.3), 0.1, 0.0, (-AXES, AXES), np.ones((2, 2)), np.ones((3, 1, 2, 4)), 3)
+STRETCHES = EvenStretches(Q, np.array([[[0, 3]]]), np.ones((1, 1, 3), dtype=bool), np.ones((1, 1)), 0.0, 2)
 STATES, BETWEEN = np.zeros((4, 3, 2)), (-np.ones(2), np.ones(2))
 WRONG: dict[str, Callable[[], object]] = {
     "chain: a parent behind": chain_with(parent=np.array([0, 2])),
@@ -215,29 +213,29 @@ WRONG: dict[str, Callable[[], object]] = {
     "motion costs: too long": lambda: motion_costs(end=Q + 9e9),
     "moves: path": lambda: moves(path=Q[:, :2]),
     "moves: a NaN": lambda: moves(path=NAN * Q),
-    "moves: an end": lambda: moves(first=0, begin=(0, 0), draws=np.ones((2, 2, 4))),
-    "moves: draws": lambda: moves(draws=np.ones((2, 2, 4))),
+    "moves: an end": lambda: moves(first=0),
+    "moves: no least step": lambda: moves(least=0.0),
+    "moves: a step with NaN": lambda: moves(step=Step(NAN)),
+    "moves: draws": lambda: moves(draws=np.ones((3, 2, 2, 4))),
     "moves: mixes": lambda: moves(mixes=np.ones((2, 3))),
     "moves: limits": lambda: moves(limits=(ONE, ONE)),
     "moves: prices": lambda: moves(prices=PRICES._replace(kind=-1)),
     "moves: begin": lambda: moves(begin=(-1,)),
     "moves: begins": lambda: moves(begin=(0, 0)),
     "moves: room": lambda: moves(room=-1.0),
-    "moves: another arm": lambda: waypoint_moves(
-        Judge(WORLD, BOUNDS, 1e-3, Charge(TWO_JOINTS, PRICES._replace(wraps=np.zeros(2)))), MOVES, np.zeros(1)
+    "moves: another arm": lambda: descend(
+        Judge(WORLD, BOUNDS, 1e-3, Charge(TWO_JOINTS, PRICES._replace(wraps=np.zeros(2)))), DESCENT
     ),
     "stretches: a NaN": lambda: stretches(path=NAN * Q),
-    "stretches: row": lambda: stretches(ends=[[0, 4]]),
-    "stretches: backwards": lambda: stretches(ends=[[2, 2]]),
-    "stretches: joints": lambda: stretches(joints=np.ones((1, 2))),
-    "stretches: shares": lambda: stretches(shares=np.ones(2)),
+    "stretches: row": lambda: stretches(ends=[[[0, 4]]]),
+    "stretches: backwards": lambda: stretches(ends=[[[2, 2]]]),
+    "stretches: joints": lambda: stretches(joints=np.ones((1, 1, 2))),
+    "stretches: shares": lambda: stretches(shares=np.ones((1, 2))),
     "stretches: joint": lambda: stretches(prices=PRICES._replace(joint=4)),
     "stretches: begin": lambda: stretches(begin=-1),
     "stretches: room": lambda: stretches(room=NAN),
-    "stretches: another arm": lambda: even_stretch(
-        Judge(WORLD, BOUNDS, 1e-3, Charge(TWO_JOINTS, PRICES._replace(wraps=np.zeros(2)))),
-        EvenStretches(Q, np.array([[0, 3]]), np.ones((1, 3), dtype=bool), ONE, 0.0, 2),
-        0,
+    "stretches: another arm": lambda: even_stretches(
+        Judge(WORLD, BOUNDS, 1e-3, Charge(TWO_JOINTS, PRICES._replace(wraps=np.zeros(2)))), STRETCHES
     ),
     "inverse: columns": lambda: CHAIN.inverse(Q[:, :2], 0, EYE, EYE, True, FREE, 5),
     "inverse: tool": lambda: CHAIN.inverse(Q, 0, EYE[:3], EYE, True, FREE, 5),

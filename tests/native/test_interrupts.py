@@ -26,7 +26,7 @@ from planner.native.motions import (
     motion_shares,
     polynomial_extrema,
 )
-from planner.native.refinement import EvenStretches, Judge, WaypointMoves, even_stretch, waypoint_moves
+from planner.native.refinement import Descent, EvenStretches, Judge, Step, descend, even_stretches
 from planner.native.world import NativeWorld
 
 SOON = 1.0  # s
@@ -132,13 +132,14 @@ PRICES = MotionPrices(
 JUDGE = Judge(WORLD, BOUNDS, 1e-4, Charge(CHAIN, PRICES))
 
 
-def zigzag_moves() -> WaypointMoves:
-    return WaypointMoves(zigzag(), 1, 0.1, 0.0, (-ONE, ONE), np.ones((9, 2)), np.zeros((MANY // 20, 9, 2)), 1)
+def long_descent() -> Descent:
+    draws = np.zeros((2, MANY // 20, 9, 2))
+    return Descent(zigzag(), 1, Step(0.1), 1e-9, 0.0, (-ONE, ONE), np.ones((9, 2)), draws, 1)
 
 
 def long_stretches() -> EvenStretches:
     k, end = 20, MANY // 10
-    return EvenStretches(zigzag(), np.array([[0, end]] * k), np.ones((k, 1), dtype=bool), np.ones(k), 0.0, 2)
+    return EvenStretches(zigzag(), np.array([[[0, end]] * k]), np.ones((1, k, 1), dtype=bool), np.ones((1, k)), 0.0, 2)
 
 
 ZERO, HALF = np.zeros(1), np.full(1, MANY // 2)
@@ -153,8 +154,8 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, 6),
     ),
     "motion_costs": (Charge(CHAIN, PRICES).costs, lambda: (np.zeros((2**20, 1)), np.ones((2**20, 1)))),
-    "waypoint_moves": (waypoint_moves, lambda: (JUDGE, zigzag_moves(), np.zeros(MANY // 20))),
-    "even_stretch": (even_stretch, lambda: (JUDGE, long_stretches(), 0)),
+    "descend": (descend, lambda: (JUDGE, long_descent())),
+    "even_stretches": (even_stretches, lambda: (JUDGE, long_stretches())),
     "inverse": (CHAIN.inverse, far_away),
     "keeping": (KEEPING.projected, lambda: (np.zeros((MANY, 1)), np.ones(MANY), 0.0, 1000)),
     "keeping_proven": (  # one curve, of which millions of pieces are looked at

@@ -9,7 +9,6 @@
 namespace planner {
 
 struct MoveRules {
-    double size;                  // rad: of a step downhill
     double gain;                  // relative: what is no cheaper than by this is no place to go
     const double *lower, *upper;  // (dof,) of joints that do not wrap
     const double* mixes;          // (mixes, 2) shares of a step downhill, and of the way to the middle
@@ -24,21 +23,22 @@ class WaypointMoves {
         : dof_(chain.dof()), pricing_(chain, tool, prices), slopes_(chain, tool, coarse(prices)), wraps_(prices.wraps),
           rules_(rules), downhill_(dof_) {}
 
-    // Up to `most` places (most, dof), the cheapest first, for the waypoint `here` of a path; how many. `draws`
-    // (draws, dof + 1): what is added to the direction downhill, of length 1, and which share of a step is made.
-    int find(const double* here, const double* draws, double* places) {
+    // Up to `most` places (most, dof), the cheapest first, for the waypoint `here` of a path; how many. `size` (rad) of a
+    // step downhill; `draws` (draws, dof + 1): what is added to the direction downhill, of length 1, and which share of a
+    // step is made.
+    int find(const double* here, double size, const double* draws, double* places) {
         look_downhill(here);
         rows_.assign(here, here + dof_);
         price(pricing_, here, 1);
         const double now = costs_[0];
         rows_.clear();
         for (int k = 0; k < rules_.mix_count; ++k) {
-            const double step = rules_.mixes[2 * k] * rules_.size, middle = rules_.mixes[2 * k + 1];
+            const double step = rules_.mixes[2 * k] * size, middle = rules_.mixes[2 * k + 1];
             add(here, [&](int j) { return step * downhill_[j] + middle * to_middle(here, j); });
         }
         for (int k = 0; k < rules_.draw_count; ++k) {
             const double* own = draws + static_cast<size_t>(k) * (dof_ + 1);
-            add(here, [&](int j) { return own[dof_] * rules_.size * (downhill_[j] + own[j]); });
+            add(here, [&](int j) { return own[dof_] * size * (downhill_[j] + own[j]); });
         }
         const int count = rules_.mix_count + rules_.draw_count;
         price(pricing_, here, count);

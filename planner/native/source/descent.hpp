@@ -1,0 +1,98 @@
+// The order in which the waypoints of a path move downhill.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+#include "interrupts.hpp"
+
+namespace planner {
+
+// How far waypoints go in a sweep, and which share of them moved in the one before it.
+struct Step {
+    double size, moved;
+
+    // In the next sweep, after a share of `now` moved: less far where few gained. That heeds the sweep before the last one:
+    // it is over when the next one begins, while the last one may not be.
+    Step next(double now) const {
+        constexpr double few = 0.3, less = 0.7;
+        return {moved < few ? less * size : size, now};
+    }
+};
+
+// Sweeps over a path of n rows: in each every second waypoint moves, those of the next one lie between them.
+//
+// A waypoint moves between neighbours that stay, once these have made their moves of the sweeps before. So any number of
+// threads may take moves in their order, each waiting for what it needs, which is begun: what is found is the same.
+class Sweeps {
+   public:
+    Sweeps(int n, int first, int sweeps, Step step, double least)
+        : n_(n), first_(first), sweeps_(sweeps), least_(least), step_(step), done_(std::max(n, 0)), left_(sweeps),
+          moved_(sweeps) {
+        for (int sweep = 0; sweep < sweeps; ++sweep) left_[sweep] = waypoints(sweep);
+    }
+
+    // How many moves there are at most.
+    int moves() const { return sweeps_ / 2 * (waypoints(0) + waypoints(1)) + sweeps_ % 2 * waypoints(0); }
+
+    // The `item`-th of all moves: work(sweep, waypoint, row, size) says whether it was made.
+    template <class Work>
+    void move(int item, Work work) {
+        const int both = waypoints(0) + waypoints(1), late = item % both >= waypoints(0);
+        const int sweep = item / both * 2 + late, k = item % both - late * waypoints(0), row = first(sweep) + 2 * k;
+        if (!has_its_turn(sweep, row)) return;
+        try {
+            const double size = step(sweep).size;
+            if (size >= least_ && work(sweep, k, row, size)) ++moved_[sweep];
+        } catch (...) {
+            broken_ = true;
+            throw;
+        }
+        ++done_[row];
+        --left_[sweep];
+    }
+
+    // How many sweeps were made; `step` is that of the next one.
+    int made(double* next) const {
+        int sweep = 0;
+        while (sweep < sweeps_ && step(sweep).size >= least_) ++sweep;
+        const Step last = step(sweep);
+        next[0] = last.size, next[1] = last.moved;
+        return sweep;
+    }
+
+   private:
+    int first(int sweep) const { return 1 + (first_ - 1 + sweep) % 2; }
+    int waypoints(int sweep) const { return std::max(0, (n_ - first(sweep)) / 2); }
+
+    Step step(int sweep) const {
+        Step now = step_;
+        for (int before = 0; before < sweep; ++before) {
+            const int all = waypoints(before);
+            now = now.next(all ? static_cast<double>(moved_[before]) / all : 1.0);
+        }
+        return now;
+    }
+
+    // Waits for it; false where it never will have.
+    bool has_its_turn(int sweep, int row) const {
+        const int times = (sweep + 1) / 2;  // that the neighbours moved before
+        const auto is_done = [&](int beside) { return beside == 0 || beside == n_ - 1 || done_[beside] >= times; };
+        while (!(is_done(row - 1) && is_done(row + 1) && (sweep < 2 || left_[sweep - 2] == 0))) {
+            if (broken_) return false;
+            heed();
+            std::this_thread::yield();
+        }
+        return true;
+    }
+
+    int n_, first_, sweeps_;
+    double least_;
+    Step step_;
+    std::vector<std::atomic<int>> done_, left_, moved_;  // by row, and by sweep
+    std::atomic<bool> broken_{false};
+};
+
+}  // namespace planner
