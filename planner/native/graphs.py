@@ -24,14 +24,23 @@ def detours(nodes: int, edges: Ints, lengths: Floats, pairs: Ints, limits: Float
     return found
 
 
-def cheapest_nodes(nodes: int, arcs: Ints, cost: Floats, starts: Ints, goals: Ints) -> Ints:
-    """The nodes (k,) of the cheapest path over ``arcs`` (m, 2), directed, from a start to a goal; (0,) without one."""
+def cheapest_path(nodes: int, arcs: Ints, cost: Floats, starts: Ints, goals: Ints) -> tuple[Ints, Ints]:
+    """The cheapest path over ``arcs`` (m, 2), directed, from a start to a goal; no node where none is.
+
+    Its nodes (k,), and the rows (k - 1,) of ``arcs`` that lead from one to the next.
+    """
     m = len(arcs)
     arcs, cost, starts, goals = ints(arcs, m, 2), floats(cost, m), ints(starts, len(starts)), ints(goals, len(goals))
-    path = np.empty(nodes, dtype=np.int64)
+    path, used = np.empty((2, nodes), dtype=np.int64)
     graph = nodes, m, address(arcs), address(cost)
     ends = len(starts), address(starts), len(goals), address(goals)
-    return path[: library.graph_cheapest(*graph, *ends, address(path))]
+    count = library.graph_cheapest(*graph, *ends, address(path), address(used))
+    return path[:count], used[: max(0, count - 1)]
+
+
+def cheapest_nodes(nodes: int, arcs: Ints, cost: Floats, starts: Ints, goals: Ints) -> Ints:
+    """The nodes (k,) of :func:`cheapest_path`."""
+    return cheapest_path(nodes, arcs, cost, starts, goals)[0]
 
 
 def cheapest_costs(nodes: int, arcs: Ints, cost: Floats, goals: Ints, values: Floats) -> Floats:

@@ -107,7 +107,7 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "boxes_new": (_Pointer, (_Pointer, _int, *7 * [_Pointer])),
     "keeping_new": (_Pointer, (_Pointer, _int, *13 * [_Pointer])),
     "boxes_hits": (_long, (_Pointer, _int, _Pointer, _long, *2 * [_Pointer])),
-    "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], _Pointer)),
+    "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], *2 * [_Pointer])),
     "arcs_new": (_Pointer, (_long, _long, *4 * [_Pointer])),
     "flow_advance": (_double, (_Pointer, _long, _Pointer, _long, *3 * [_Pointer], _double, _double, _int, _Pointer)),
     "gate_new": (

@@ -10,7 +10,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
-from planner.native.graphs import cheapest_nodes
+from planner.native.graphs import cheapest_path
 from planner.refinement.refine import PathRefiner, cut
 from planner.sampling.connections import nearest_of
 
@@ -37,6 +37,7 @@ class LazyRoadmap:
         self._bound = refiner.prover.checker.bound
         self.nodes, self._links = nodes, np.zeros((0, 2), dtype=np.int64)
         self._cost, self._proven = np.zeros(0), np.zeros(0, dtype=bool)
+        self._back = np.zeros(0, dtype=np.int64)  # the row of each link in the other direction
         self._penalty = np.ones(len(nodes))
         self._link(edges, proven=True)
 
@@ -48,25 +49,25 @@ class LazyRoadmap:
             samples = self._robot.normalise(samples[kept])
         free = samples[self._bound.each_looks_free(samples)]
         first = len(self.nodes)
-        self.nodes = np.vstack([self.nodes, free])
-        self._penalty = np.concatenate([self._penalty, np.ones(len(free))])
+        self._take(free)
         count = math.ceil(math.e * (1.0 + 1.0 / self._robot.dof) * math.log(max(len(self.nodes), 2)))
-        pairs = []
-        for node in range(first, len(self.nodes)):
-            apart = np.linalg.norm(self._robot.difference(self.nodes[node], self.nodes[:node]), axis=1)
-            near = _smallest(apart, count)
-            pairs.append(np.column_stack([near, np.full(len(near), node)]))
-        if pairs:
-            self._link(np.concatenate(pairs), proven=False)
+        # each is its own nearest node
+        _, near = nearest_of(self._robot, self.nodes, free, min(count + 1, len(self.nodes)))
+        pairs = np.stack(np.broadcast_arrays(near, np.arange(first, len(self.nodes))[:, None]), axis=2).reshape(-1, 2)
+        pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+        self._link(pairs, proven=False)
 
     def add_path(self, path: Floats) -> None:
         """Take up a ``path`` (k, dof) from a start to a goal, which are nodes; its motions are proven like links."""
         first, inner = len(self.nodes), path[1:-1]
         _, ends = nearest_of(self._robot, self.nodes, path[[0, -1]], 1)
         rows = np.array([ends[0, 0], *range(first, first + len(inner)), ends[1, 0]])
-        self.nodes = np.vstack([self.nodes, inner])
-        self._penalty = np.concatenate([self._penalty, np.ones(len(inner))])
+        self._take(inner)
         self._link(np.column_stack([rows[:-1], rows[1:]]), proven=False)
+
+    def _take(self, nodes: Floats) -> None:
+        self.nodes = np.vstack([self.nodes, nodes])
+        self._penalty = np.concatenate([self._penalty, np.ones(len(nodes))])
 
     def _link(self, links: Ints, proven: bool) -> None:
         """Take up ``links`` (m, 2), which cost as much in both directions."""
@@ -74,6 +75,8 @@ class LazyRoadmap:
         cost = self._refiner.cost(a, a + self._robot.difference(a, self.nodes[links[:, 1]]))
         kept = np.isfinite(cost)
         links, cost = links[kept], cost[kept]
+        row = len(self._links) + np.arange(len(links))
+        self._back = np.concatenate([self._back, row + len(links), row])
         self._links = np.concatenate([self._links, links, links[:, ::-1]])
         self._cost = np.concatenate([self._cost, cost, cost])
         self._proven = np.concatenate([self._proven, np.full(2 * len(links), proven)])
@@ -87,40 +90,22 @@ class LazyRoadmap:
 
     def cheapest_path(self, other: bool = False) -> Floats | None:
         """The cheapest path (k, dof) of proven motions, angles unwound; with ``other`` one unlike those penalised."""
-        n, (tail, head) = len(self.nodes), self._links.T
-        weight, keys = self._cost, tail * n + head
+        weight, (tail, head) = self._cost.copy(), self._links.T
         if other:
-            weight = weight * (0.5 * (self._penalty[tail] + self._penalty[head]))
+            weight *= 0.5 * (self._penalty[tail] + self._penalty[head])
         while not self._refiner.progress.stopped:
-            rows = cheapest_nodes(n, self._links, weight, self._starts, self._goals)
+            rows, used = cheapest_path(len(self.nodes), self._links, weight, self._starts, self._goals)
             if not len(rows):
                 return None
-            used = _first_of(keys, rows[:-1] * n + rows[1:])
             asked = used[~self._proven[used]]
             if not len(asked):
                 return self._robot.unwound(self.nodes[rows])
             a = self.nodes[tail[asked]]
             free = self._refiner.allowed(a, a + self._robot.difference(a, self.nodes[head[asked]]))
-            there, back = keys[asked], head[asked] * n + tail[asked]
-            self._proven |= np.isin(keys, np.concatenate([there[free], back[free]]))
-            refused = np.isin(keys, np.concatenate([there[~free], back[~free]]))
-            weight, self._cost = np.where(refused, np.inf, weight), np.where(refused, np.inf, self._cost)
+            for way in (asked, self._back[asked]):
+                self._proven[way[free]] = True
+                weight[way[~free]] = self._cost[way[~free]] = np.inf
         return None
-
-
-def _first_of(values: Ints, wanted: Ints) -> Ints:
-    """The first row of ``values`` (n,) for each of those ``wanted`` (k,), which all are among them."""
-    among = np.flatnonzero(np.isin(values, wanted))
-    order = among[np.argsort(values[among], kind="stable")]
-    return order[np.searchsorted(values[order], wanted)]
-
-
-def _smallest(values: Floats, count: int) -> Ints:
-    """The rows of the ``count`` smallest of ``values`` (n,), the smallest first, the first of equal ones first."""
-    if count >= len(values):
-        return np.argsort(values, kind="stable")
-    rows = np.flatnonzero(values <= np.partition(values, count - 1)[count - 1])
-    return rows[np.argsort(values[rows], kind="stable")][:count]
 
 
 def informed_samples(

@@ -691,12 +691,13 @@ def of_graphs(rng: Rng, size: Size) -> list[Any]:
     assert ((away <= limits) | np.isinf(away)).all()
     assert (away[pairs[:, 0] == pairs[:, 1]] == 0).all()
     ends = rng.integers(0, n, (2, min(n, 3)))
-    path = graphs.cheapest_nodes(n, arcs, lengths, *ends)
+    path, used = graphs.cheapest_path(n, arcs, lengths, *ends)
+    assert np.array_equal(arcs[used], np.column_stack([path[:-1], path[1:]]))
     costs = graphs.cheapest_costs(n, arcs, lengths, ends[1], np.zeros(ends.shape[1]))
     assert (costs[ends[1]] == 0).all()
     assert len(np.unique(path)) == len(path)
     assert not len(path) or costs[path[0]] == costs[ends[0]].min()
-    return [away, path, costs, graphs.detours(n, arcs[:0], lengths[:0], pairs[:0], limits[:0])]
+    return [away, path, used, costs, graphs.detours(n, arcs[:0], lengths[:0], pairs[:0], limits[:0])]
 
 
 def of_dynamics(rng: Rng, size: Size) -> list[Any]:

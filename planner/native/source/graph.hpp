@@ -94,13 +94,14 @@ class CostSearch {
    public:
     std::vector<double> cost;  // of the cheapest path to a goal and of that goal; infinite where none was found
     std::vector<int> next;     // the node behind this one on that path, -1 at goals
+    std::vector<int> by;       // the arc that leads there
 
     CostSearch(int nodes, int arcs, const int64_t* ends, const double* costs)
-        : cost(nodes, infinity), next(nodes, -1), first_(nodes + 1), into_(arcs) {
+        : cost(nodes, infinity), next(nodes, -1), by(nodes, -1), first_(nodes + 1), into_(arcs) {
         for (int a = 0; a < arcs; ++a) ++first_[ends[2 * a + 1] + 1];
         for (int n = 0; n < nodes; ++n) first_[n + 1] += first_[n];
         std::vector<int> free(first_.begin(), first_.end() - 1);
-        for (int a = 0; a < arcs; ++a) into_[free[ends[2 * a + 1]]++] = {static_cast<int>(ends[2 * a]), costs[a]};
+        for (int a = 0; a < arcs; ++a) into_[free[ends[2 * a + 1]]++] = {static_cast<int>(ends[2 * a]), a, costs[a]};
     }
 
     // Goes on until `last` says that a node is the last one; returns that, or -1. `values` are the goals' own costs.
@@ -119,10 +120,10 @@ class CostSearch {
             if (here > cost[node]) continue;
             if (last(node)) return node;
             for (int k = first_[node]; k < first_[node + 1]; ++k) {
-                const auto [tail, price] = into_[k];
+                const auto [tail, arc, price] = into_[k];
                 const double offer = here + price;
                 if (offer < cost[tail] && !is_goal[tail])
-                    cost[tail] = offer, next[tail] = node, open.push({offer, tail});
+                    cost[tail] = offer, next[tail] = node, by[tail] = arc, open.push({offer, tail});
             }
         }
         return -1;
@@ -131,7 +132,7 @@ class CostSearch {
    private:
     using Entry = std::pair<double, int>;
     struct Arc {
-        int tail;
+        int tail, number;
         double cost;
     };
     std::vector<int> first_;

@@ -27,9 +27,10 @@ int graph_detours(int nodes, int edges, const int64_t* ends, const double* lengt
     });
 }
 
-// The cheapest path over arcs (count, 2) from one of `starts` to one of `goals`: its nodes, `path` (nodes,), their number
+// The cheapest path over arcs (count, 2) from one of `starts` to one of `goals`: its nodes, `path` (nodes,), their number,
+// and which arcs lead from one to the next, `used` (nodes,), -1 from the last one
 int graph_cheapest(int nodes, int arcs, const int64_t* ends, const double* costs, int start_count,
-                   const int64_t* starts, int goal_count, const int64_t* goals, int64_t* path) {
+                   const int64_t* starts, int goal_count, const int64_t* goals, int64_t* path, int64_t* used) {
     return answered([&] {
         require_arcs(nodes, arcs, ends, costs);
         require(between(starts, start_count, 0, nodes) && between(goals, goal_count, 0, nodes), "an end is no node");
@@ -38,7 +39,8 @@ int graph_cheapest(int nodes, int arcs, const int64_t* ends, const double* costs
         for (int k = 0; k < start_count; ++k) is_start[starts[k]] = 1;
         int count = 0;
         const int start = search.run({goals, goals + goal_count}, nullptr, [&](int node) { return is_start[node]; });
-        for (int node = start; node >= 0; node = search.next[node]) path[count++] = node;
+        for (int node = start; node >= 0; node = search.next[node], ++count)
+            path[count] = node, used[count] = search.by[node];
         return count;
     });
 }
