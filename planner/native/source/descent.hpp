@@ -1,8 +1,9 @@
-// The order in which the waypoints of a path move downhill.
+// The order in which a path is changed by several threads, so that it becomes the same whatever their number.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -92,6 +93,43 @@ class Sweeps {
     double least_;
     Step step_;
     std::vector<std::atomic<int>> done_, left_, moved_;  // by row, and by sweep
+    std::atomic<bool> broken_{false};
+};
+
+// Tries that are made ahead by several threads, and taken in their order: what was made before another changed something
+// is made anew. Few change anything, so threads hardly wait, and what is found is the same.
+class InTurn {
+   public:
+    // look() copies what others may change, attempt() works on the copy, take() changes it and says whether it did.
+    template <class Look, class Attempt, class Take>
+    void run(int item, Look look, Attempt attempt, Take take) {
+        try {
+            int seen;
+            {
+                const std::lock_guard<std::mutex> lock(mutex_);
+                look(), seen = changes_;
+            }
+            attempt();
+            for (; turn_ != item; std::this_thread::yield()) {
+                if (broken_) return;
+                heed();
+            }
+            if (seen != changes_) look(), attempt();  // only who has the turn changes anything
+            {
+                const std::lock_guard<std::mutex> lock(mutex_);
+                if (take()) ++changes_;
+            }
+            ++turn_;
+        } catch (...) {
+            broken_ = true;
+            throw;
+        }
+    }
+
+   private:
+    std::mutex mutex_;
+    int changes_ = 0;
+    std::atomic<int> turn_{0};
     std::atomic<bool> broken_{false};
 };
 

@@ -100,46 +100,72 @@ int path_even_stretches(const World* world, const double* reach, const double* b
         for (size_t k = 0; k < stretches * tries; ++k)
             require(ends[2 * k] < ends[2 * k + 1], "a stretch ends before it begins");
         std::fill(samples, samples + std::max(0, n - 1), -1);
-        std::vector<double> now(std::max(n - 1, 0)), gains(stretches), all(stretches * width), costs(stretches * n);
+        std::vector<double> now(std::max(n - 1, 0));
         if (n > 1) Pricing(*chain, tool, prices).price(n - 1, path, path + dof, now.data());
-        Prover prover(*world, reach, body_reach, is_static);
-        std::vector<double> pieces(2 * width);
-        std::vector<Proof> proofs(n);
-        std::vector<int> order(stretches);
-        for (int attempt = 0; attempt < tries; ++attempt, begin = 0) {
+        struct Worker {
+            Pricing pricing;
+            Prover prover;
+            std::vector<double> path, now, stretches, costs, gains, pieces;
+            std::vector<Proof> proofs;
+            std::vector<int> order;
+        };
+        const auto make = [&] {
+            return Worker{{*chain, tool, prices},
+                          {*world, reach, body_reach, is_static},
+                          std::vector<double>(width),
+                          now,
+                          std::vector<double>(stretches * width),
+                          std::vector<double>(stretches * n),
+                          std::vector<double>(stretches),
+                          std::vector<double>(2 * width),
+                          std::vector<Proof>(n),
+                          std::vector<int>(stretches)};
+        };
+        InTurn turns;
+        share_out(tries, threads, 1, make, [&](int attempt, Worker& at) {
             const size_t before = attempt * stretches;
             const auto first = [&](size_t k) { return static_cast<size_t>(ends[2 * (before + k)]); };
-            const auto length = [&](size_t k) { return static_cast<int>(ends[2 * (before + k) + 1] - first(k)); };
-            share_out(
-                count, threads, 3, [&] { return Pricing(*chain, tool, prices); },
-                [&](int k, Pricing& pricing) {
-                    double *own = &all[k * width], *cost = &costs[k * static_cast<size_t>(n)];
-                    even_stretch(path + first(k) * dof, length(k), chain->dof(), joints + (before + k) * dof,
-                                 share[before + k], own);
-                    pricing.price(length(k), own, own + dof, cost);
-                    gains[k] = 0.0;
-                    for (int i = 0; i < length(k); ++i) gains[k] += now[first(k) + i] - cost[i];
-                    if (std::isnan(gains[k])) gains[k] = -infinity;  // w is below the floor before and after
-                });
-            std::iota(order.begin(), order.end(), 0);
-            std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return gains[a] > gains[b]; });
-            const double least = gain * std::accumulate(now.begin(), now.end(), 0.0);
-            chosen[attempt] = -1;
-            for (int place = begin; place < std::min(most, count) && gains[order[place]] > least; ++place) {
-                const size_t k = order[place], row = first(k), motions = length(k);
-                const double* own = &all[k * width];
-                for (size_t i = 0; i < motions; ++i)
-                    straight_piece(own + i * dof, own + (i + 1) * dof, chain->dof(), &pieces[2 * i * dof]);
-                if (!all_proven(prover, {pieces.data(), length(k), 1, chain->dof()}, 0, motions, room, proofs.data()))
-                    continue;
+            const auto length = [&](size_t k) { return static_cast<size_t>(ends[2 * (before + k) + 1]) - first(k); };
+            int found = -1;
+            const auto look = [&] { std::copy(path, path + width, at.path.begin()), at.now = now; };
+            const auto attempt_it = [&] {
+                for (size_t k = 0; k < stretches; ++k) {
+                    double *own = &at.stretches[k * width], *cost = &at.costs[k * n];
+                    even_stretch(&at.path[first(k) * dof], static_cast<int>(length(k)), chain->dof(),
+                                 joints + (before + k) * dof, share[before + k], own);
+                    at.pricing.price(static_cast<int>(length(k)), own, own + dof, cost);
+                    at.gains[k] = 0.0;
+                    for (size_t i = 0; i < length(k); ++i) at.gains[k] += at.now[first(k) + i] - cost[i];
+                    if (std::isnan(at.gains[k])) at.gains[k] = -infinity;  // w is below the floor before and after
+                }
+                std::iota(at.order.begin(), at.order.end(), 0);
+                std::stable_sort(at.order.begin(), at.order.end(),
+                                 [&](int a, int b) { return at.gains[a] > at.gains[b]; });
+                const double least = gain * std::accumulate(at.now.begin(), at.now.end(), 0.0);
+                found = -1;
+                for (int place = attempt ? 0 : begin; place < std::min(most, count) && found < 0; ++place) {
+                    const size_t k = at.order[place];
+                    if (!(at.gains[k] > least)) break;
+                    const double* own = &at.stretches[k * width];
+                    for (size_t i = 0; i < length(k); ++i)
+                        straight_piece(own + i * dof, own + (i + 1) * dof, chain->dof(), &at.pieces[2 * i * dof]);
+                    const Pieces motions{at.pieces.data(), static_cast<int>(length(k)), 1, chain->dof()};
+                    if (all_proven(at.prover, motions, 0, motions.count, room, at.proofs.data())) found = place;
+                }
+            };
+            const auto take = [&] {
+                chosen[attempt] = found;
+                if (found < 0) return false;
+                const size_t k = at.order[found], row = first(k), motions = length(k);
+                const double *own = &at.stretches[k * width], *cost = &at.costs[k * n];
                 std::copy(own, own + (motions + 1) * dof, path + row * dof);
-                std::copy(&costs[k * n], &costs[k * n] + motions, &now[row]);
+                std::copy(cost, cost + motions, &now[row]);
                 for (size_t i = 0; i < motions; ++i)
-                    clearance[row + i] = proofs[i].clearance, samples[row + i] = proofs[i].samples;
-                chosen[attempt] = place;
-                break;
-            }
-        }
+                    clearance[row + i] = at.proofs[i].clearance, samples[row + i] = at.proofs[i].samples;
+                return true;
+            };
+            turns.run(attempt, look, attempt_it, take);
+        });
     });
 }
 
