@@ -17,6 +17,7 @@ NEIGHBOURS = 20
 _BATCH = 256  # candidates proven at a time
 _MEASURED = 8 * _BATCH  # candidates whose detour is measured before: with fewer the longest ones go unseen
 _FEW_PAIRS = 10_000  # of nodes and queries: all are measured in less time than a tree of them takes
+_MANY = 512  # queries: for fewer, threads take longer to start than they save
 _LEAF = 32  # nodes in each leaf of the tree: what is the quickest for a thousand of them
 _LONGEST = 8.0  # times the direct distance: detours that are longer are all as good, and cost more to measure
 
@@ -43,7 +44,7 @@ def nearest_of(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tupl
         nodes, queries = (np.where(robot.continuous, np.mod(q, 2 * np.pi), q) for q in (nodes, queries))
     tree = KDTree(nodes, _LEAF, boxsize=size)
     nearest: Any = [*range(1, count + 1)]  # a list keeps the second axis where it has one entry
-    length, order = tree.query(queries, k=nearest, workers=threads())
+    length, order = tree.query(queries, k=nearest, workers=threads() if len(queries) >= _MANY else 1)
     return length, np.asarray(order, dtype=np.int64)
 
 
@@ -94,7 +95,7 @@ def connect(
             around = detours(len(nodes), accepted, known, candidates[top], _LONGEST * direct[top])
             detour[top] = np.minimum(around / np.maximum(direct[top], 1e-12), _LONGEST)
         top = top[np.argsort(-detour[top], kind="stable")]
-        batch = top[_one_per_node(candidates[top])][:_BATCH]
+        batch = top[_one_per_node(candidates[top], _BATCH)]
         pairs = candidates[batch]
         a, b = nodes[pairs[:, 0]], nodes[pairs[:, 1]]
         free = pairs[prover.free(a, robot.difference(a, b))][: target - len(accepted)]
@@ -106,15 +107,17 @@ def connect(
     return accepted
 
 
-def _one_per_node(pairs: Ints) -> Ints:
-    """Rows of ``pairs``, in order, that share no node with an earlier one: no gap is bridged twice in a batch."""
+def _one_per_node(pairs: Ints, most: int) -> list[int]:
+    """The first ``most`` rows of ``pairs`` that share no node with an earlier one: no gap is bridged twice in a batch."""
     used: set[int] = set()
-    rows = []
+    rows: list[int] = []
     for row, (i, j) in enumerate(pairs.tolist()):
         if i not in used and j not in used:
             used.update((i, j))
             rows.append(row)
-    return np.array(rows, dtype=np.int64)
+            if len(rows) == most:
+                break
+    return rows
 
 
 def _lengths(robot: Robot, nodes: Floats, pairs: Ints) -> Floats:

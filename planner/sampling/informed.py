@@ -83,10 +83,8 @@ class LazyRoadmap:
 
     def penalise(self, path: Floats) -> None:
         """From now on paths like this one cost more, where a path of another kind is asked for."""
-        near = np.full(len(self.nodes), np.inf)
-        for q in cut(path, 0.5 * _NEAR):
-            near = np.minimum(near, np.linalg.norm(self._robot.difference(q, self.nodes), axis=1))
-        self._penalty += _LIKENESS * (near < _NEAR)
+        away, _ = nearest_of(self._robot, cut(path, 0.5 * _NEAR), self.nodes, 1)
+        self._penalty += _LIKENESS * (away[:, 0] < _NEAR)
 
     def cheapest_path(self, other: bool = False) -> Floats | None:
         """The cheapest path (k, dof) of proven motions, angles unwound; with ``other`` one unlike those penalised."""
