@@ -18,7 +18,7 @@ from planner.models.poses import se3
 from planner.models.shapes import Obstacle
 from planner.native.loading import threads
 
-_WORTH_THREADS = 512  # states: for fewer, managers for every thread take longer to make than they save
+_WORTH_THREADS = 2048  # states: for fewer, managers for every thread take longer to make than they save
 _MOST_THREADS = 8  # each has a copy of the geometry
 _TOGETHER = 250  # obstacles: Pinocchio adds a shape in a time that grows with the square of those that are there
 _SMALL, _MOST_SMALL = _TOGETHER // 2, 4  # obstacles of a part that is small; of those a world has no more

@@ -149,16 +149,13 @@ def grow_tree(
 
 
 def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
-    """Add to ``forest`` the part of ``tree``, rooted in its nodes, that proven motions connect to it."""
+    """Add to ``forest`` the part of ``tree`` that proven motions connect to it; its nodes are the first ones of both."""
     if not len(tree.edges):
         return
-    a, b = tree.nodes[tree.edges[:, 0]], tree.nodes[tree.edges[:, 1]]
-    edges = tree.edges[motions.prover.free(a, motions.robot.difference(a, b), motions.room)]
-    children: dict[int, list[int]] = {}
-    for parent, child in edges.tolist():
-        children.setdefault(parent, []).append(child)
-    waiting = [k for k, q in enumerate(tree.nodes) if q in forest]
-    for parent in waiting:  # the loop appends to it
-        for child in children.get(parent, []):
+    rows, (a, b) = tree.edges.tolist(), np.moveaxis(tree.nodes[tree.edges], 1, 0)
+    proven = motions.prover.free(a, motions.robot.difference(a, b), motions.room).tolist()
+    joined = [True] * len(forest) + [False] * (len(tree.nodes) - len(forest))
+    for (parent, child), is_proven in zip(rows, proven, strict=True):
+        if is_proven and joined[parent]:
             forest.add_edge(tree.nodes[parent], tree.nodes[child])
-            waiting.append(child)
+            joined[child] = True
