@@ -108,7 +108,7 @@ def connect(
 
 
 def _one_per_node(pairs: Ints, most: int) -> list[int]:
-    """The first ``most`` rows of ``pairs`` that share no node with an earlier one: no gap is bridged twice in a batch."""
+    """The first ``most`` rows of ``pairs`` that share no node with earlier ones: no gap is bridged twice in a batch."""
     used: set[int] = set()
     rows: list[int] = []
     for row, (i, j) in enumerate(pairs.tolist()):

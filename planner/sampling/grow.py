@@ -149,7 +149,7 @@ def grow_tree(
 
 
 def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
-    """Add to ``forest`` the part of ``tree`` that proven motions connect to it; its nodes are the first ones of both."""
+    """Add to ``forest`` what proven motions connect to it of ``tree``, which begins with its nodes."""
     if not len(tree.edges):
         return
     rows, (a, b) = tree.edges.tolist(), np.moveaxis(tree.nodes[tree.edges], 1, 0)
