@@ -31,10 +31,18 @@ class Clearance:
             [self._nearest(bound, rotation[:, k], position[:, k], below) for k, bound in enumerate(bounds)], dtype=float
         )
 
-    def at_least(self, q: Floats) -> Floats:
-        """(n,) lower bounds (m) on the clearance, cheap ones."""
-        bounds = self._checker.bound.coarse(*joint_placements(self._checker.chain, np.atleast_2d(q)))
-        return np.maximum(bounds[:, ~self._static].min(axis=1, initial=np.inf), 0.0)
+    def smallest(self, q: Floats, below: float = np.inf) -> Floats:
+        """(n,) the same where it is the smallest of q (n, dof), and less than ``below``; lower bounds elsewhere."""
+        rotation, position = joint_placements(self._checker.chain, q)
+        bounds = self._checker.bound.coarse(rotation, position)
+        bounds[:, self._static] = np.inf
+        least = np.maximum(bounds.min(axis=1, initial=np.inf), 0.0)
+        for k in np.argsort(least, kind="stable").tolist():
+            if least[k] >= below:
+                break
+            least[k] = self._nearest(bounds[k], rotation[:, k], position[:, k], below)
+            below = min(below, least[k])
+        return least
 
     def _nearest(self, bound: Floats, rotation: Floats, position: Floats, below: float) -> float:
         """Exact distances in the order of their lower bounds, until no bound can beat the best."""

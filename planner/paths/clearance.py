@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,12 +36,12 @@ def smallest_clearance(checker: CollisionChecker, path: Floats) -> Place | None:
     """The smallest clearance (m) along a path (k, dof), to 1 mm and to a tenth; None where no pair is checked.
 
     A distance changes by no more than its two bodies move, so between two samples at ``left`` and ``right``, ``motion``
-    apart, it is at least (left + right - motion) / 2. The piece that may hide the smallest is halved until none can
-    hide one that is smaller by more than that (Piyavskii 1972). The backend's own error comes on top.
+    apart, it is at least (left + right - motion) / 2. Pieces that may hide one that is smaller by more than that are
+    halved, all at a time, until there are none (Piyavskii 1972). The backend's own error comes on top.
     """
     search = _Search(checker, path)
-    while search.pieces and search.pieces[0].bound < search.best.value - slack(search.best.value):
-        search.halve()
+    while search.halve():
+        pass
     return search.best if np.isfinite(search.best.value) else None
 
 
@@ -69,19 +67,8 @@ def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
     return world.contact(int(pairs[checker.gaps(q, pairs).argmin()]))
 
 
-@dataclass(frozen=True, order=True)
-class _Piece:
-    """The path between two samples, ``low`` and ``high`` metres of motion from its start; sorted by its lower bound."""
-
-    bound: float
-    low: float
-    high: float
-    left: float
-    right: float
-
-
 class _Search:
-    """Pieces of the path, the one that may hide the smallest clearance first.
+    """Pieces of the path that are halved where they may hide a smaller clearance.
 
     They are ``CLEARANCE_FIRST`` long at first, whatever the waypoints: a trajectory has thousands of them.
     """
@@ -92,40 +79,34 @@ class _Search:
         motion = (np.abs(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
         self.passed = so_far(motion)  # (k,) motion from the start to each waypoint
         self.best = Place(0, 0.0, path[0], np.inf)
-        self.pieces: list[_Piece] = []
         length = float(self.passed[-1])
-        places = np.linspace(0.0, length, max(1, int(np.ceil(length / CLEARANCE_FIRST))) + 1).tolist()
-        bounds = self.clearance.at_least(np.array([self._at(place)[2] for place in places]))
-        values = dict(sorted((k, self._look(places[k])) for k in np.argsort(bounds, kind="stable").tolist()))
-        looks = zip(places, values.values(), strict=True)
-        for (low, left), (high, right) in itertools.pairwise(looks):
-            self._push(low, high, left, right)
+        places = np.linspace(0.0, length, max(1, int(np.ceil(length / CLEARANCE_FIRST))) + 1)
+        values = self._look(places)
+        # (4, n): from where to where they go, in metres of motion from the start, and the clearance or less there
+        self._pieces = np.stack([places[:-1], places[1:], values[:-1], values[1:]])
 
-    def halve(self) -> None:
-        """Look in the middle of the piece that could hold the smallest clearance."""
-        piece = heapq.heappop(self.pieces)
-        middle = 0.5 * (piece.low + piece.high)
+    def halve(self) -> bool:
+        """Look in the middle of the pieces that could hold a smaller clearance; whether there were any."""
+        low, high, left, right = self._pieces
+        bound = np.maximum(0.0, 0.5 * (left + right - (high - low)))
+        hiding = np.isfinite(bound) & (bound < self.best.value - slack(self.best.value))
+        if not hiding.any():
+            return False
+        low, high, left, right = self._pieces[:, hiding]
+        middle = 0.5 * (low + high)
         value = self._look(middle)
-        self._push(piece.low, middle, piece.left, value)
-        self._push(middle, piece.high, value, piece.right)
+        self._pieces = np.concatenate([[low, middle, left, value], [middle, high, value, right]], axis=1)
+        return True
 
-    def _look(self, place: float) -> float:
-        """The clearance ``place`` metres of motion from the start; where it is no new best one a lower bound on it."""
-        segment, share, q = self._at(place)
-        value = float(self.clearance(q, self.best.value)[0])
-        if value < self.best.value:
-            self.best = Place(segment, share, q, value)
-        return value
-
-    def _at(self, place: float) -> tuple[int, float, Floats]:
-        """The segment, the share of it and the configuration ``place`` metres of motion from the start."""
-        segment = int(np.searchsorted(self.passed, place, side="right")) - 1
-        segment = max(0, min(segment, len(self.path) - 2))
-        a, b = self.path[segment], self.path[min(segment + 1, len(self.path) - 1)]
-        share = float((place - self.passed[segment]) / max(np.ptp(self.passed[segment : segment + 2]), 1e-300))
-        return segment, share, a + share * (b - a)
-
-    def _push(self, low: float, high: float, left: float, right: float) -> None:
-        bound = 0.5 * (left + right - (high - low))
-        if np.isfinite(bound):
-            heapq.heappush(self.pieces, _Piece(max(0.0, float(bound)), low, high, left, right))
+    def _look(self, places: Floats) -> Floats:
+        """The clearances (n,) at ``places`` (n,) of which one is a new best one, if any is; lower bounds of others."""
+        segment = np.clip(np.searchsorted(self.passed, places, side="right") - 1, 0, max(0, len(self.path) - 2))
+        ahead = np.minimum(segment + 1, len(self.path) - 1)
+        a, b = self.path[segment], self.path[ahead]
+        share = (places - self.passed[segment]) / np.maximum(self.passed[ahead] - self.passed[segment], 1e-300)
+        q = a + share[:, None] * (b - a)
+        values = self.clearance.smallest(q, self.best.value)
+        row = int(values.argmin())
+        if values[row] < self.best.value:
+            self.best = Place(int(segment[row]), float(share[row]), q[row], float(values[row]))
+        return values

@@ -349,12 +349,12 @@ def _nearest(
     order = np.argsort(lengths[start, k], kind="stable")
     for group in (order[~at_limit[order]], order[at_limit[order]]):
         blocked = []
-        for row in filter(free, group.tolist()):
-            if checker.bound.looks_free(_states(starts[start[row]], delta[start[row], row])):
+        for row in group.tolist():  # whether it is free is asked last: that takes the longest
+            if checker.bound.looks_free(_states(starts[start[row]], delta[start[row], row])) and free(row):
                 yield row
             else:
                 blocked.append(row)
-        yield from blocked
+        yield from filter(free, blocked)
 
 
 def _states(first: Floats, delta: Floats) -> Floats:

@@ -13,7 +13,7 @@ from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_json
 from planner.base.places import Place, place
-from planner.base.yamlfile import Number, read_text, validate
+from planner.base.yamlfile import Number, Strict, read_text, validate
 from planner.paths.file import parse
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.trajectory import DEGREE, Interpolation, Trajectory
@@ -22,26 +22,22 @@ TRAJECTORY_NAME = "trajectory.json"
 FAR = 1e6  # rad, rad/s, rad/s², s: no motion of an arm goes there, and of such numbers polynomials become NaN
 
 
-class _Point(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
+class _Point(Strict):
     t: Number
     q: list[Number]
     qd: list[Number]
     qdd: list[Number]
 
 
-class _Limits(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
+class _Limits(Strict):
     velocity: list[Number]
     acceleration: list[Number]
     jerk: list[Number]
     source: dict[str, str]
 
 
-class _Event(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+class _Event(Strict):
+    model_config = pydantic.ConfigDict(extra="allow")
 
     t: Number
     kind: str
@@ -49,9 +45,7 @@ class _Event(pydantic.BaseModel):
     link: str
 
 
-class _File(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
+class _File(Strict):
     robot: str | None = None
     scene: str | None = None
     law: str

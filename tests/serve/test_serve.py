@@ -71,7 +71,7 @@ def test_a_plan_is_the_sessions_with_progress_before_it(client: Client) -> None:
     assert found["path"] == session.plan("q:0.3,0.4", "q:1.2,-0.8").path.tolist()
     assert found["outcome"] == "solved"
     assert found["motion"]["proven"]
-    np.testing.assert_array_equal(found["motion"]["points"][-1]["q"], [1.2, -0.8])
+    np.testing.assert_allclose(found["motion"]["points"][-1]["q"], [1.2, -0.8], rtol=0, atol=1e-12)
     assert {event["event"] for event in client.events} == {"progress"}
 
 

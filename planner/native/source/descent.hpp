@@ -43,8 +43,8 @@ class Sweeps {
     void move(int item, Work work) {
         const int both = waypoints(0) + waypoints(1), late = item % both >= waypoints(0);
         const int sweep = item / both * 2 + late, k = item % both - late * waypoints(0), row = first(sweep) + 2 * k;
-        if (!has_its_turn(sweep, row)) return;
         try {
+            if (!has_its_turn(sweep, row)) return;
             const double size = step(sweep).size;
             if (size >= least_ && work(sweep, k, row, size)) ++moved_[sweep];
         } catch (...) {
