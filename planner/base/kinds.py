@@ -75,7 +75,7 @@ def kinds_of(function: Callable[..., Any]) -> dict[str, Kind | None]:
     """The kind that each parameter of a function is checked for; None where anything will do."""
     plain = inspect.unwrap(function)
     names, hints = {**vars(sys.modules[plain.__module__]), **WIDER}, plain.__annotations__
-    return {name: kind_of(_read(hints[name], names)) if name in hints else None for name in _parameters(plain)}
+    return {name: kind_of(_read(hints[name], names)) for name in _parameters(plain) if name in hints}
 
 
 def _parameters(function: Any) -> tuple[str, ...]:
@@ -120,8 +120,10 @@ def _checking(function: Any) -> Any:
     @wraps(function)
     def checked(*args: Any, **named: Any) -> Any:
         if not by_name:
-            by_name.update(kinds_of(function))
-            by_place.extend(list(by_name.items())[: inspect.unwrap(function).__code__.co_argcount])
+            plain = inspect.unwrap(function)
+            by_name.update(dict.fromkeys(_parameters(plain)))
+            by_name.update(kinds_of(plain))
+            by_place.extend(list(by_name.items())[: plain.__code__.co_argcount])
         for (name, kind), value in zip(by_place, args, strict=False):
             if kind is not None and not kind.fits(value):
                 _refuse(title, name, value, kind)

@@ -155,6 +155,8 @@ class _Search:
         rng = np.random.default_rng([refiner.seed, self._explored])
         motions = Motions(refiner.prover, cost.objective.floor)
         settings = join_settings(GrowthSettings(join_motions=_JOIN_MOTIONS), motions.robot)
+        if cost.objective.beta < 1.0:  # a shorter path is no better one there, and refined as soon
+            settings = replace(settings, shortcuts=0)
         ends = self.graph.starts, self.graph.goals
         return shorter_path(motions, settings, *ends, longest, rng, refiner.progress)[0]
 
