@@ -137,4 +137,66 @@ inline void even_stretch(const double* path, int length, int dof, const uint8_t*
         }
 }
 
+// Tries (tries, count): stretches between rows `ends` (2), on which `joints` (dof,) go a `share` of the way to moving
+// evenly; of each try the `most` best ones count that gain more than `gain`, relative to the path.
+struct StretchRules {
+    int count, most;
+    double gain;
+    const int64_t* ends;
+    const uint8_t* joints;
+    const double* share;
+};
+
+// The stretches of a try on `path` (n, dof), whose motions cost as much as `now` (n - 1,) says.
+class Stretches {
+   public:
+    std::vector<double> path, now;
+
+    Stretches(const Chain& chain, const Tool& tool, const Prices& prices, const StretchRules& rules, int n)
+        : path(static_cast<size_t>(n) * chain.dof()), now(std::max(n - 1, 0)), dof_(chain.dof()), rules_(rules),
+          pricing_(chain, tool, prices), states_(rules.count * path.size()), costs_(rules.count * now.size()),
+          gains_(rules.count), order_(rules.count) {}
+
+    // How many of the `attempt`-th try are worth a proof.
+    int find(int attempt) {
+        before_ = static_cast<size_t>(attempt) * rules_.count;
+        for (int k = 0; k < rules_.count; ++k) {
+            const int length = length_of(k);
+            double *own = &states_[k * path.size()], *costs = &costs_[k * now.size()];
+            even_stretch(&path[first_of(k) * dof_], length, dof_, rules_.joints + (before_ + k) * dof_,
+                         rules_.share[before_ + k], own);
+            pricing_.price(length, own, own + dof_, costs);
+            gains_[k] = 0.0;
+            for (int i = 0; i < length; ++i) gains_[k] += now[first_of(k) + i] - costs[i];
+            if (std::isnan(gains_[k])) gains_[k] = -infinity;  // w is below the floor before and after
+        }
+        std::iota(order_.begin(), order_.end(), 0);
+        std::stable_sort(order_.begin(), order_.end(), [&](int a, int b) { return gains_[a] > gains_[b]; });
+        const double least = rules_.gain * std::accumulate(now.begin(), now.end(), 0.0);
+        int worth = 0;
+        while (worth < std::min(rules_.most, rules_.count) && gains_[order_[worth]] > least) ++worth;
+        return worth;
+    }
+
+    // Of the one in this place, the best one first: its first row, how many motions it has, its states and their costs.
+    size_t first(int place) const { return first_of(order_[place]); }
+    int length(int place) const { return length_of(order_[place]); }
+    const double* states(int place) const { return &states_[order_[place] * path.size()]; }
+    const double* costs(int place) const { return &costs_[order_[place] * now.size()]; }
+
+   private:
+    size_t first_of(int k) const { return static_cast<size_t>(rules_.ends[2 * (before_ + k)]); }
+    int length_of(int k) const {
+        const int64_t* ends = rules_.ends + 2 * (before_ + k);
+        return static_cast<int>(ends[1] - ends[0]);
+    }
+
+    int dof_;
+    const StretchRules rules_;
+    Pricing pricing_;
+    std::vector<double> states_, costs_, gains_;
+    std::vector<int> order_;
+    size_t before_ = 0;
+};
+
 }  // namespace planner

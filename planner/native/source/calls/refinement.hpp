@@ -10,6 +10,15 @@
 
 namespace planner {
 
+// A path (n, dof) that is to be refined, none of whose motions is new yet.
+inline void begin_with(const World& world, const Chain& chain, double room, int n, const double* path,
+                       int64_t* samples) {
+    require(chain.dof() == world.chain.dof(), "the arm that is priced is not that of the world");
+    require(room >= rounding, "the room is below what distances are rounded by");
+    require(within(path, static_cast<size_t>(n) * chain.dof(), farthest), "the path holds no finite number");
+    std::fill(samples, samples + std::max(0, n - 1), -1);
+}
+
 extern "C" {
 
 // Up to `sweeps` over a path (n, dof), from its waypoint `first` (1 or 2) on every second one, then the others, and so on:
@@ -28,16 +37,13 @@ int path_descend(const World* world, const double* reach, const double* body_rea
         const Tool tool = tool_of(*chain, last, point, rows);
         const Prices prices = prices_of(numbers, kind, at_end, fewest, wraps);
         const int dof = chain->dof(), most_waypoints = std::max(0, (n - 1) / 2);
-        require(dof == world->chain.dof(), "the arm that is priced is not that of the world");
-        require(room >= rounding, "the room is below what distances are rounded by");
-        require(within(path, static_cast<size_t>(n) * dof, farthest), "the path holds no finite number");
+        begin_with(*world, *chain, room, n, path, samples);
         require(first == 1 || first == 2, "the first waypoint is neither row 1 nor row 2");
         require(sweeps >= 0 && most >= 0 && mix_count >= 0 && draw_count >= 0, "a number is below 0");
         require(within(step, 2, farthest) && least > 0.0, "a step is no finite number, or has no least");
         require(between(chosen, most_waypoints, 0, INT32_MAX), "there is no such place to begin with");
         const MoveRules rules{gain, lower, upper, mixes, mix_count, draw_count, most};
         const std::vector<int64_t> left_out(chosen, chosen + most_waypoints);
-        std::fill(samples, samples + std::max(0, n - 1), -1);
         struct Worker {
             WaypointMoves moves;
             Prover prover;
@@ -91,80 +97,57 @@ int path_even_stretches(const World* world, const double* reach, const double* b
     return answered([&] {
         const Tool tool = tool_of(*chain, last, point, rows);
         const Prices prices = prices_of(numbers, kind, at_end, fewest, wraps);
-        const size_t dof = chain->dof(), stretches = static_cast<size_t>(std::max(count, 0)), width = n * dof;
-        require(dof == static_cast<size_t>(world->chain.dof()), "the arm that is priced is not that of the world");
-        require(room >= rounding, "the room is below what distances are rounded by");
-        require(within(path, width, farthest), "the path holds no finite number");
-        require(tries >= 0 && begin >= 0, "a number is below 0");
-        require(between(ends, 2 * stretches * tries, 0, n), "a stretch ends at no row of the path");
-        for (size_t k = 0; k < stretches * tries; ++k)
-            require(ends[2 * k] < ends[2 * k + 1], "a stretch ends before it begins");
-        std::fill(samples, samples + std::max(0, n - 1), -1);
+        const size_t dof = chain->dof(), all = static_cast<size_t>(tries) * count;
+        begin_with(*world, *chain, room, n, path, samples);
+        require(tries >= 0 && count >= 0 && begin >= 0, "a number is below 0");
+        require(between(ends, 2 * all, 0, n), "a stretch ends at no row of the path");
+        for (size_t k = 0; k < all; ++k) require(ends[2 * k] < ends[2 * k + 1], "a stretch ends before it begins");
+        const StretchRules rules{count, most, gain, ends, joints, share};
         std::vector<double> now(std::max(n - 1, 0));
         if (n > 1) Pricing(*chain, tool, prices).price(n - 1, path, path + dof, now.data());
         struct Worker {
-            Pricing pricing;
+            Stretches stretches;
             Prover prover;
-            std::vector<double> path, now, stretches, costs, gains, pieces;
+            std::vector<double> pieces;
             std::vector<Proof> proofs;
-            std::vector<int> order;
         };
         const auto make = [&] {
-            return Worker{{*chain, tool, prices},
+            return Worker{{*chain, tool, prices, rules, n},
                           {*world, reach, body_reach, is_static},
-                          std::vector<double>(width),
-                          now,
-                          std::vector<double>(stretches * width),
-                          std::vector<double>(stretches * n),
-                          std::vector<double>(stretches),
-                          std::vector<double>(2 * width),
-                          std::vector<Proof>(n),
-                          std::vector<int>(stretches)};
+                          std::vector<double>(2 * n * dof),
+                          std::vector<Proof>(n)};
         };
         InTurn turns;
         share_out(tries, threads, 1, make, [&](int attempt, Worker& at) {
-            const size_t before = attempt * stretches;
-            const auto first = [&](size_t k) { return static_cast<size_t>(ends[2 * (before + k)]); };
-            const auto length = [&](size_t k) { return static_cast<size_t>(ends[2 * (before + k) + 1]) - first(k); };
             int found = -1;
-            const auto look = [&] { std::copy(path, path + width, at.path.begin()), at.now = now; };
-            const auto attempt_it = [&] {
-                for (size_t k = 0; k < stretches; ++k) {
-                    double *own = &at.stretches[k * width], *cost = &at.costs[k * n];
-                    even_stretch(&at.path[first(k) * dof], static_cast<int>(length(k)), chain->dof(),
-                                 joints + (before + k) * dof, share[before + k], own);
-                    at.pricing.price(static_cast<int>(length(k)), own, own + dof, cost);
-                    at.gains[k] = 0.0;
-                    for (size_t i = 0; i < length(k); ++i) at.gains[k] += at.now[first(k) + i] - cost[i];
-                    if (std::isnan(at.gains[k])) at.gains[k] = -infinity;  // w is below the floor before and after
-                }
-                std::iota(at.order.begin(), at.order.end(), 0);
-                std::stable_sort(at.order.begin(), at.order.end(),
-                                 [&](int a, int b) { return at.gains[a] > at.gains[b]; });
-                const double least = gain * std::accumulate(at.now.begin(), at.now.end(), 0.0);
+            const auto look = [&] {
+                std::copy(path, path + n * dof, at.stretches.path.begin());
+                std::copy(now.begin(), now.end(), at.stretches.now.begin());
+            };
+            const auto try_it = [&] {
+                const int worth = at.stretches.find(attempt);
                 found = -1;
-                for (int place = attempt ? 0 : begin; place < std::min(most, count) && found < 0; ++place) {
-                    const size_t k = at.order[place];
-                    if (!(at.gains[k] > least)) break;
-                    const double* own = &at.stretches[k * width];
-                    for (size_t i = 0; i < length(k); ++i)
-                        straight_piece(own + i * dof, own + (i + 1) * dof, chain->dof(), &at.pieces[2 * i * dof]);
-                    const Pieces motions{at.pieces.data(), static_cast<int>(length(k)), 1, chain->dof()};
-                    if (all_proven(at.prover, motions, 0, motions.count, room, at.proofs.data())) found = place;
+                for (int place = attempt ? 0 : begin; place < worth && found < 0; ++place) {
+                    const double* states = at.stretches.states(place);
+                    const int length = at.stretches.length(place);
+                    for (int i = 0; i < length; ++i)
+                        straight_piece(states + i * dof, states + (i + 1) * dof, chain->dof(), &at.pieces[2 * i * dof]);
+                    const Pieces motions{at.pieces.data(), length, 1, chain->dof()};
+                    if (all_proven(at.prover, motions, 0, length, room, at.proofs.data())) found = place;
                 }
             };
             const auto take = [&] {
                 chosen[attempt] = found;
                 if (found < 0) return false;
-                const size_t k = at.order[found], row = first(k), motions = length(k);
-                const double *own = &at.stretches[k * width], *cost = &at.costs[k * n];
-                std::copy(own, own + (motions + 1) * dof, path + row * dof);
-                std::copy(cost, cost + motions, &now[row]);
-                for (size_t i = 0; i < motions; ++i)
+                const size_t row = at.stretches.first(found), length = at.stretches.length(found);
+                const double *states = at.stretches.states(found), *costs = at.stretches.costs(found);
+                std::copy(states, states + (length + 1) * dof, path + row * dof);
+                std::copy(costs, costs + length, &now[row]);
+                for (size_t i = 0; i < length; ++i)
                     clearance[row + i] = at.proofs[i].clearance, samples[row + i] = at.proofs[i].samples;
                 return true;
             };
-            turns.run(attempt, look, attempt_it, take);
+            turns.run(attempt, look, try_it, take);
         });
     });
 }
