@@ -49,11 +49,11 @@ def first_motion(
     seconds: float = 10.0,
     debug: Debug = False,
 ) -> int:
-    """From a problem to a motion: ours, proven, beside OMPL's RRTConnect and planners of other environments.
+    """From a problem to a motion: ours, proven, with a path only and with the whole roadmap, beside other planners'.
 
-    Problems and options are those of 'plan'; paths and motions are checked by the library that has not planned.
-    roboplan, pyroboplan and hpp take part where they are given, each in an environment of its own, as what they need
-    clashes with this package:
+    Problems and options are those of 'plan'; paths and motions are checked by the library that has not planned. OMPL's
+    RRTConnect is always beside; roboplan, pyroboplan and hpp take part where they are given, each in an environment of
+    its own, as what they need clashes with this package:
 
     python -m benchmarks first-motion FOLDER --python roboplan=/opt/rp/bin/python hpp=/opt/hpp/bin/python
 

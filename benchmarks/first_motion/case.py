@@ -22,7 +22,7 @@ from benchmarks.elsewhere import answer_of
 from benchmarks.first_motion import runner
 from benchmarks.first_motion.exchange import exchanged
 from benchmarks.first_motion.ompl_connect import OmplConnect
-from benchmarks.first_motion.report import OMPL, OURS, ROBOPLAN
+from benchmarks.first_motion.report import OMPL, OURS, ROBOPLAN, WHOLE
 from benchmarks.motion.case import STEP, largest_share
 from benchmarks.motion.other_law import roboplan_motion, timed_by_roboplan
 from benchmarks.plan.case import path_contacts
@@ -65,8 +65,8 @@ def measure(method: str, python: str, request: PlanRequest, motion: LimitsReques
     try:
         query = make_query(request)
         limits = MotionLimits.of(query.robot, motion)
-        if method == OURS:
-            found = _ours(query, request, motion)
+        if method in (OURS, WHOLE):
+            found = _ours(query, replace(request, path_only=method == OURS), motion)
         elif method == OMPL:
             found = _ompl(query, request.seed, seconds)
         else:
@@ -81,7 +81,7 @@ def measure(method: str, python: str, request: PlanRequest, motion: LimitsReques
 
 
 def _ours(query: Query, request: PlanRequest, motion: LimitsRequest) -> _Found:
-    """``planner plan --path-only`` without its page, after a plan of the same robot where nothing stands.
+    """``planner plan``, without its page, after a plan of the same robot where nothing stands.
 
     Robot, scene and states are in memory then, and all that belongs to the robot is made.
     """

@@ -12,11 +12,12 @@ from planner.base.tables import markdown_table, median, percentile
 from planner.batch.outcomes import SOLVED
 from planner.reproduce.report import Verdict, tally
 
-OURS, OMPL, ROBOPLAN = "planner", "OMPL RRTConnect, plain coal", "roboplan"
+OURS, WHOLE, OMPL, ROBOPLAN = "planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal", "roboplan"
 OTHERS = (ROBOPLAN, "pyroboplan", "hpp")
 _STAGES = ("ready_s", "first_s", "path_s", "motion_s", "total_s")
 _GOALS = (("ready_s", 0.006, "ready"), ("path_s", 0.015, "a path"), ("motion_s", 0.012, "a motion along it"))
 _TOTAL, _LATE, _SHARE_LATE, _DURATION = 0.035, 0.081, 98.0, 1.25  # s, s, %, s
+_WHOLE = 0.5  # s
 
 
 @dataclass(frozen=True)
@@ -80,19 +81,21 @@ def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
 
 def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
     """What is meant to hold; of 0 where nothing was measured."""
-    ours = _of(rows, OURS)
-    timed = [row for row in ours if row.outcome == SOLVED]
+    ours = [row for row in rows if row.method in (OURS, WHOLE)]
+    solved = [row for row in ours if row.outcome == SOLVED]
+    timed, whole = _of(solved, OURS), _of(solved, WHOLE)
     late = percentile((row.total_s for row in timed), _SHARE_LATE)
     beside = _durations_beside(rows)
     return (
         tally("We solve every problem.", (row.outcome == SOLVED for row in ours), ""),
-        tally("No path of ours touches anything.", (row.contacts == 0 for row in timed), ""),
-        tally("No motion of ours touches anything.", (not row.motion_contact for row in timed), ""),
-        tally("Every motion of ours is proven as a whole.", (bool(row.proven) for row in timed), ""),
-        tally("No motion of ours exceeds a limit.", (_within(row) for row in timed), ""),
+        tally("No path of ours touches anything.", (row.contacts == 0 for row in solved), ""),
+        tally("No motion of ours touches anything.", (not row.motion_contact for row in solved), ""),
+        tally("Every motion of ours is proven as a whole.", (bool(row.proven) for row in solved), ""),
+        tally("No motion of ours exceeds a limit.", (_within(row) for row in solved), ""),
         *(_quick(f"In the median {what} takes {most:g} s or less.", timed, name, most) for name, most, what in _GOALS),
         _quick(f"From problem to motion it is {_TOTAL:g} s or less in the median.", timed, "total_s", _TOTAL),
         _at_most(f"It is {_LATE:g} s or less in {_SHARE_LATE:g} %.", late, _LATE),
+        _quick(f"With the whole roadmap, refined, it is {_WHOLE:g} s or less in the median.", whole, "total_s", _WHOLE),
         _at_most(f"Motions take {_DURATION:g} s or less in the mean.", _mean(timed), _DURATION),
         _at_most("They are no longer than roboplan's on the same problems, in the mean.", *beside),
     )
@@ -160,14 +163,15 @@ _METHOD = """How. Every run has a process of its own, one after the other; libra
 the clocks start. Times are medians of the wall clock over the problems that the method solved, the duration of motions
 is a mean; ready is from a new scene to a checker of it, shortcuts count from the same moment as the first path, 98 % is
 of the total, or of the time to the path where there is no motion. Ours: `planner plan --path-only` without its page,
-every motion proven, after a plan of the same robot in an empty scene. OMPL: RRTConnect and `simplifyMax` with its
-defaults, a Python callback that asks Pinocchio and coal about all pairs. roboplan (C++) and pyroboplan (Python):
-RRT-Connect and their own shortcuts, states 0.05 rad apart, in the environments given by `--python NAME=PATH`, with the
-same URDF, limits, link pairs and obstacles; roboplan's connection distance is its default, 3 rad, pyroboplan's 1 rad.
-roboplan's motion is that of its default spline and TOPP-RA, whose samples a controller makes cubics of; it knows no
-limits on jerk, so its share is that of velocity and acceleration. Shares are of exact extrema of the pieces between
-knots. hpp: BiRRTPlanner and RandomShortcut, every motion proven by its continuous validation (Dichotomy, no tolerance);
-its seed cannot be set, and its motions are not timed here. Of several goals the first is asked for. Touching: the
-collision library that we have not planned with looks at every millimetre of the path, and every 0.1 mm of the motion.
+every motion proven, after a plan of the same robot in an empty scene; with the whole roadmap, a plan whose path is
+there once all is refined. OMPL: RRTConnect and `simplifyMax` with its defaults, a Python callback that asks Pinocchio
+and coal about all pairs. roboplan (C++) and pyroboplan (Python): RRT-Connect and their own shortcuts, states 0.05 rad
+apart, in the environments given by `--python NAME=PATH`, with the same URDF, limits, link pairs and obstacles;
+roboplan's connection distance is its default, 3 rad, pyroboplan's 1 rad. roboplan's motion is that of its default
+spline and TOPP-RA, whose samples a controller makes cubics of; it knows no limits on jerk, so its share is that of
+velocity and acceleration. Shares are of exact extrema of the pieces between knots. hpp: BiRRTPlanner and
+RandomShortcut, every motion proven by its continuous validation (Dichotomy, no tolerance); its seed cannot be set, and
+its motions are not timed here. Of several goals the first is asked for. Touching: the collision library that we have
+not planned with looks at every millimetre of the path, and every 0.1 mm of the motion.
 Limitations. The others stop by the clock: on a loaded machine they solve fewer problems. Only boxes, spheres and
 cylinders can be told to all. A path that is not proven can touch less, or more, than this look sees."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from benchmarks.bench import require_left_to_problems, run_bench, software
-from benchmarks.first_motion.report import OMPL, OTHERS, OURS, Row, to_markdown
+from benchmarks.first_motion.report import OMPL, OTHERS, OURS, WHOLE, Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.files import is_file
 from planner.base.progress import QUIET, Progress
@@ -66,15 +66,16 @@ def bench_first_motion(
 ) -> Results[Row]:
     """Every problem in ``folder`` by us, by OMPL, and by the planners whose environments ``pythons`` gives.
 
-    Motions keep to the limits of ``motion``; the others search for at most ``seconds``. Writes ``first-motion.csv`` and
-    ``first-motion.md`` to ``out``; rows that are there already are kept. Raises OptionError for numbers out of range,
-    LimitError for limits that the robot does not allow, FileError where a folder cannot be used.
+    By us twice: a path only, and the whole roadmap. Motions keep to the limits of ``motion``; the others search
+    for at most ``seconds``. Writes ``first-motion.csv`` and ``first-motion.md`` to ``out``; rows that are there already
+    are kept. Raises OptionError for numbers out of range, LimitError for limits that the robot does not allow,
+    FileError where a folder cannot be used.
     """
     require_left_to_problems(plain)
     if not seconds > 0:
         raise OptionError("give a time above 0 s.")
     limits = MotionLimits.of(Robot.load(str(plain.robot)), motion).text()
-    methods = {OURS: "", OMPL: "", **pythons}
+    methods = {OURS: "", WHOLE: "", OMPL: "", **pythons}
     runs = [
         _Run(problem, method, python, problem.asked(plain), motion, limits, seconds)
         for problem in find_problems(folder)

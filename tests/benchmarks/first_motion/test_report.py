@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.first_motion.report import OMPL, OURS, ROBOPLAN, Row, aims, to_markdown
+from benchmarks.first_motion.report import OMPL, OURS, ROBOPLAN, WHOLE, Row, aims, to_markdown
 from planner.batch.outcomes import NO_PATH, SOLVED
 
 TIMED: dict[str, Any] = {
@@ -53,6 +53,12 @@ def test_the_aims_are_judged_by_medians_means_and_98_percent() -> None:
     assert found["It is 0.081 s"] == (1, 1)
     assert found["Motions take 1.25 s"] == (1, 1)
     assert found["They are no longer"] == (0, 0)
+    assert found["With the whole roadmap,"] == (0, 0)
+    slow = [row(str(k), WHOLE, contacts=1, duration_s=9.0, **TIMED | {"total_s": 0.1 + 0.3 * k}) for k in range(3)]
+    found = held([*quick, *slow])
+    assert found["With the whole roadmap,"] == (1, 1)  # 0.4 s, of 0.1, 0.4 and 0.7 s
+    assert found["No path of ours"] == (9, 12)
+    assert found["Motions take 1.25 s"] == (1, 1)  # of paths alone
     late = row("late", OURS, contacts=0, duration_s=3.0, **TIMED | {"total_s": 0.2, "largest_share": 1.1})
     beside = [row("0", ROBOPLAN, duration_s=1.1), row("elsewhere", ROBOPLAN, duration_s=9.0)]
     found = held([*quick, late, row("none", OURS, NO_PATH), *beside])

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.first_motion.report import OMPL, OURS
+from benchmarks.first_motion.report import OMPL, OURS, WHOLE
 from benchmarks.first_motion.run import bench_first_motion, environments
 from planner.base.errors import OptionError
 from planner.batch.outcomes import REFUSED, SOLVED
@@ -23,16 +23,17 @@ def test_every_method_is_a_row_and_none_is_measured_twice(tmp_path: Path, monkey
     folder, out = tmp_path / "posts", tmp_path / "out"
     write_problem(folder, "0001", (-1.0, 0.8), (1.0, -0.8))
     found = bench_first_motion(folder, out, PLAIN, LIMITS, {"pyroboplan": sys.executable}, seconds=5.0)
-    assert [row.method for row in found.rows] == [OURS, OMPL, "pyroboplan"]
-    ours, ompl, other = found.rows
-    for row in (ours, ompl):
+    assert [row.method for row in found.rows] == [OURS, WHOLE, OMPL, "pyroboplan"]
+    ours, whole, ompl, other = found.rows
+    for row in (ours, whole, ompl):
         assert row.outcome == SOLVED, row.message
         assert row.first_s is not None
         assert row.path_s is not None
         assert 0 < row.first_s <= row.path_s
         assert row.length_rad is not None
         assert row.length_rad >= np.hypot(2.0, 1.6) * (1 - 1e-9)
-    assert (ours.contacts, ours.motion_contact, ours.proven) == (0, "", True)
+    for row in (ours, whole):
+        assert (row.contacts, row.motion_contact, row.proven) == (0, "", True)
     assert "acceleration up to 15 rad/s² (--acceleration 15); jerk up to 500 rad/s³ (--jerk 500)" in ours.limits
     assert ours.ready_s is not None
     assert ours.path_s is not None
