@@ -11,7 +11,7 @@ from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, keeping
 from planner.construction.improve import Improvement, improve, without_last_grown
 from planner.kinematics.manipulability import manipulability
-from planner.native.graphs import cheapest_nodes
+from planner.native.graphs import cheapest_nodes, reached
 from planner.objective.motion_cost import MotionCost
 from planner.paths.measure import path_manipulability
 from planner.planning.extra_clearance import with_clearance
@@ -34,7 +34,11 @@ def roomy_roadmap(
     """
 
     def joins(judged: Roadmap, clearance: float) -> bool:
-        return len(_best_nodes(judged, request, 1.0, clearance)) > 0
+        if request.min_manipulability > 0:
+            return len(_best_nodes(judged, request, 1.0, clearance)) > 0
+        edges, begin = judged.edges[judged.clearance >= clearance], np.zeros(len(judged.nodes), dtype=bool)
+        begin[judged.starts] = True
+        return bool(reached(begin, np.concatenate([edges, edges[:, ::-1]]))[judged.goals].any())
 
     return with_clearance(roadmap, checker, request.room, joins, progress)
 
@@ -103,6 +107,8 @@ def motion_cost(roadmap: Roadmap, checker: CollisionChecker, request: SweepReque
 
 def of_size_asked(roadmap: Roadmap, grown: int, request: PlanRequest, clearance: float = 0.0) -> Roadmap:
     """An improved roadmap, ``grown`` of whose nodes were grown, with the number of nodes that was asked for."""
+    if len(roadmap.nodes) <= request.nodes:
+        return roadmap
     best = _best_nodes(roadmap, request, request.beta, clearance)
     return without_last_grown(roadmap, grown, request.nodes, best)
 
