@@ -24,18 +24,14 @@ class Clearance:
         self._static = ~checker.world.moving
 
     def __call__(self, q: Floats, below: float = np.inf) -> Floats:
-        rotation, position = joint_placements(self._checker.chain, np.atleast_2d(q))
-        bounds = self._checker.bound.coarse(rotation, position)
-        bounds[:, self._static] = np.inf
+        rotation, position, bounds = self._bounded(np.atleast_2d(q))
         return np.array(
             [self._nearest(bound, rotation[:, k], position[:, k], below) for k, bound in enumerate(bounds)], dtype=float
         )
 
     def smallest(self, q: Floats, below: float = np.inf) -> Floats:
         """(n,) the same where it is the smallest of q (n, dof), and less than ``below``; lower bounds elsewhere."""
-        rotation, position = joint_placements(self._checker.chain, q)
-        bounds = self._checker.bound.coarse(rotation, position)
-        bounds[:, self._static] = np.inf
+        rotation, position, bounds = self._bounded(q)
         least = np.maximum(bounds.min(axis=1, initial=np.inf), 0.0)
         for k in np.argsort(least, kind="stable").tolist():
             if least[k] >= below:
@@ -43,6 +39,13 @@ class Clearance:
             least[k] = self._nearest(bounds[k], rotation[:, k], position[:, k], below)
             below = min(below, least[k])
         return least
+
+    def _bounded(self, q: Floats) -> tuple[Floats, Floats, Floats]:
+        """The placements of the joints, and cheap lower bounds (n, pairs) on distances."""
+        rotation, position = joint_placements(self._checker.chain, q)
+        bounds = self._checker.bound.coarse(rotation, position)
+        bounds[:, self._static] = np.inf
+        return rotation, position, bounds
 
     def _nearest(self, bound: Floats, rotation: Floats, position: Floats, below: float) -> float:
         """Exact distances in the order of their lower bounds, until no bound can beat the best."""

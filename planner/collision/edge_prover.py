@@ -218,6 +218,7 @@ class EdgeProver:
         row = np.arange(descent.first, n - 1, 2)
 
         def choose(begin: Ints) -> tuple[Ints, _Motions, tuple[Floats, int, Step]]:
+            """The places of the waypoints, as the path through them."""
             found, sweeps, step = descend(judge, descent, begin)
             item = np.flatnonzero(found.chosen[: len(row)] >= 0) if sweeps else row[:0]
             first = (row[item, None] + np.array([-1, 0])).ravel()

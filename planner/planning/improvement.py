@@ -34,6 +34,7 @@ def roomy_roadmap(
     """
 
     def joins(judged: Roadmap, clearance: float) -> bool:
+        """Whether edges of so much clearance lead from a start to a goal, above the floor if one is asked for."""
         if request.min_manipulability > 0:
             return len(_best_nodes(judged, request, 1.0, clearance)) > 0
         edges, begin = judged.edges[judged.clearance >= clearance], np.zeros(len(judged.nodes), dtype=bool)
