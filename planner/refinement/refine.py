@@ -70,7 +70,7 @@ class PathRefiner:
         """
         corner = self._corner(path, number)
         moved = self.shortcut(self._cornered(cut(path, _SHORT, _POINTS)), corner / 3)
-        moved = self._partial_shortcuts(cut(moved, _SHORT, _POINTS))
+        moved = self.partial_shortcuts(moved)
         moved = self.shortcut(moved, corner)
         moved = self.descend(self._cornered(cut(moved, _LONG, _POINTS)))
         moved = self.shortcut(moved, corner)
@@ -95,6 +95,14 @@ class PathRefiner:
         if k < 3:
             return points
         return points[self.prover.cheapest_chain(points, self._pairs(points, corner), self.room, self._test)]
+
+    def partial_shortcuts(self, path: Floats) -> Floats:
+        """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
+        points = cut(path, _SHORT, _POINTS)
+        if len(points) < 3:
+            return path
+        stretches = EvenStretches(points, *self._stretches(*points.shape), _LEAST_GAIN, _PROVEN_STRETCHES)
+        return self.prover.straighten(self.cost.charge, stretches, self.room, self._test)
 
     def first_allowed(self, start: Floats, end: Floats, motions: Ints, alternatives: Ints) -> Ints:
         """For each item its first alternative of motions from ``start`` to ``end`` (m, dof) that are all allowed.
@@ -149,13 +157,6 @@ class PathRefiner:
         price = np.full((k, k), np.inf)
         price[i, j] = np.where(pays, cost + corner, np.inf)
         return price
-
-    def _partial_shortcuts(self, path: Floats) -> Floats:
-        """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
-        if len(path) < 3:
-            return path
-        stretches = EvenStretches(path, *self._stretches(*path.shape), _LEAST_GAIN, _PROVEN_STRETCHES)
-        return self.prover.straighten(self.cost.charge, stretches, self.room, self._test)
 
     def _stretches(self, count: int, dof: int) -> tuple[Ints, Bools, Floats]:
         """Random stretches of a path of ``count`` rows, k for each try, by their ends (tries, k, 2).

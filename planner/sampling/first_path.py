@@ -17,6 +17,8 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
 from planner.kinematics.manipulability import measured_tool
 from planner.native.tree_search import SearchSpace, tree_path
+from planner.objective.motion_cost import MotionCost
+from planner.refinement.refine import PathRefiner
 from planner.refinement.shortcuts import straight_paths, subdivided
 from planner.roadmap.straight_motions import Motions
 from planner.sampling.informed_set import InformedSet
@@ -37,7 +39,7 @@ class JoinSettings:
     """How long to search the first path, in counts instead of seconds: so a run can be repeated on any load.
 
     ``range`` (rad): the path is cut into pieces no longer than this. ``motions``: what RRTConnect may check before it
-    gives up; ``shortcuts``: attempts to shorten its path.
+    gives up; ``shortcuts``: how often partial shortcuts of its path are tried.
     """
 
     range: float
@@ -183,15 +185,17 @@ class FirstPathSearch:
         return JointSpace(lower, upper, np.zeros(robot.dof, dtype=bool))
 
     def _shorten(self, path: Floats) -> Floats:
-        """The path past all states that need not be passed, before and after shortcuts between random places of it."""
+        """The path past all states that need not be passed, before and after some joints move evenly on parts of it."""
         if self._settings.shortcuts < 1:
             return path
-        roomy = Motions(self._motions.prover, self._motions.floor, EXTRA_CLEARANCE)
-        path = roomy.shortest_way(subdivided(self._robot, path, self._settings.range))
-        with TreePlanners(JointSpace.of(self._robot), roomy.proven, self._rng, self._progress) as planners:
-            path = planners.shorten(path, self._settings.shortcuts)
-        self.checked += planners.checked
-        return roomy.shortest_way(subdivided(self._robot, path, self._settings.range))
+        robot, prover, floor, longest = self._robot, self._motions.prover, self._motions.floor, self._settings.range
+        roomy, seed = Motions(prover, floor, EXTRA_CLEARANCE), int(self._rng.integers(2**31))
+        refiner = PathRefiner(
+            prover, MotionCost.of_length(robot, floor), EXTRA_CLEARANCE, seed, self._progress, self._settings.shortcuts
+        )
+        path = roomy.shortest_way(subdivided(robot, path, longest))
+        path = robot.normalise(refiner.partial_shortcuts(robot.unwound(path)))
+        return roomy.shortest_way(subdivided(robot, path, longest))
 
 
 def shorter_path(

@@ -118,18 +118,6 @@ class TreePlanners:
         planner.solve(self._until(self.checked + limit))
         return self._configurations(problem.getSolutionPath()) if problem.hasExactSolution() else None
 
-    def shorten(self, path: Floats, attempts: int) -> Floats:
-        """The path with ``attempts`` shortcuts between random points of it tried, among joints one by one and all."""
-        if attempts < 1:
-            return path  # OMPL reads 0 as "as many as there are states"
-        ompl_path = og.PathGeometric(self._info)
-        for q in path:
-            ompl_path.append(self._state(q))
-        with self._seeded():
-            simplifier = og.PathSimplifier(self._info)
-        simplifier.partialShortcutPath(ompl_path, attempts, attempts, 1.0)
-        return self._configurations(ompl_path)
-
     def rrt(self, roots: Floats, step: float, wanted: int, limit: int) -> Tree:
         """Grow from every row of ``roots`` until ``wanted`` nodes are added or ``limit`` motions were checked.
 

@@ -81,18 +81,3 @@ def test_a_tree_has_a_parent_for_every_node_but_its_roots() -> None:
         delta = tree.nodes[child] - tree.nodes[parent]
         assert np.linalg.norm(delta) <= 0.3 + 1e-12
         assert past_the_wall(tree.nodes[parent], delta)
-
-
-def test_shortcuts_shorten_and_stay_free() -> None:
-    path, _ = search()
-    assert path is not None
-    with TreePlanners(PLANE, past_the_wall, np.random.default_rng(0)) as planners:
-        shorter = planners.shorten(path, 30)
-        assert planners.shorten(path, 0) is path
-
-    def length(rows: np.ndarray) -> float:
-        return float(np.linalg.norm(np.diff(rows, axis=0), axis=1).sum())
-
-    assert length(shorter) < length(path)
-    np.testing.assert_array_equal(shorter[[0, -1]], path[[0, -1]])
-    assert all(past_the_wall(a, b - a) for a, b in itertools.pairwise(shorter))

@@ -15,18 +15,8 @@ from planner.reproduce.manipulator.case import (
     label_of,
     study_seed,
 )
-from planner.sampling.ompl_planners import JointSpace, TreePlanners
 from planner.setup.open import Query
 from tests.reproduce.manipulator.small import SMALL
-
-
-def test_no_shortcuts_means_none() -> None:
-    """OMPL itself reads 0 attempts as a number of its own."""
-    space = JointSpace(np.zeros(2), np.ones(2), np.zeros(2, dtype=bool))
-    path = np.array([[0.0, 0.0], [0.5, 0.9], [0.9, 0.1], [1.0, 1.0]])
-    with TreePlanners(space, lambda start, delta: True, np.random.default_rng(0)) as planners:
-        assert np.array_equal(planners.shorten(path, 0), path)
-        assert not np.array_equal(planners.shorten(path, 50), path)
 
 
 def test_costs_are_those_of_the_paths_configurations(case: SeedStudy, query: Query) -> None:
