@@ -32,7 +32,8 @@ for collision in ("fcl", "coal"):
 
 _TREES = """
 import numpy as np
-from planner.sampling.ompl_planners import JointSpace, TreePlanners
+from planner.sampling.joint_space import JointSpace
+from planner.sampling.ompl_planners import TreePlanners
 for wrap in (False, True):
     space = JointSpace(np.full(3, -2.0), np.full(3, 2.0), np.array([wrap, False, False]))
     with TreePlanners(space, lambda a, d: bool((np.abs(a + d)[:2] > 0.3).any()), np.random.default_rng(3)) as planners:

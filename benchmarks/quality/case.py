@@ -28,7 +28,7 @@ from planner.planning.result import plan_record
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
 from planner.roadmap.straight_motions import Motions
-from planner.sampling.ompl_planners import JointSpace
+from planner.sampling.joint_space import JointSpace
 from planner.setup.open import Query, make_query
 
 OURS = "planner"

@@ -5,6 +5,7 @@ Shapes stand in the docstrings that use the aliases.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
@@ -47,6 +48,13 @@ def distinct_rows(rows: NDArray[Any]) -> tuple[Ints, Ints]:
     which = np.empty(len(rows), dtype=np.int64)
     which[order] = np.cumsum(fresh) - 1
     return order[fresh], which
+
+
+def quantile(values: Floats, share: float) -> float:
+    """What a ``share`` of the values (n,) lies below, as ``np.quantile`` says it, which loads NumPy's masked arrays."""
+    ascending, at = np.sort(values), share * (len(values) - 1)
+    below, above = ascending[[math.floor(at), math.ceil(at)]].tolist()
+    return below + (at - math.floor(at)) * (above - below)
 
 
 def as_frozen(array: Any, dtype: Any = np.float64) -> NDArray[Any]:

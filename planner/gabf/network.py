@@ -184,7 +184,7 @@ def _check_sources(net: Network) -> None:
     if net.sources.ndim != 1 or net.sources.size == 0:
         raise AssumptionError("give at least one source: assumption (main) needs a non-empty source set")
     _require_nodes(net.sources, net.n_nodes, "source {1} is not a node")
-    if np.unique(net.sources).size != net.sources.size:
+    if len(set(net.sources.tolist())) != net.sources.size:
         raise AssumptionError("a source is listed twice: list each source once")
 
 

@@ -100,7 +100,7 @@ class _Run:
     def _follow(self, states_from: Callable[[Floats], Iterator[State]]) -> CostToGo:
         """The cost-to-go after as many states as it takes; ``states_from`` makes them land on given readings."""
         course, recorder = Course(self.bounds, self.tolerance), self.recorder
-        states = states_from(np.unique(np.append(recorder.targets, self.until_tau)))
+        states = states_from(np.array(sorted({*recorder.targets.tolist(), self.until_tau}), dtype=np.float64))
         step = -1
         while True:
             step, state = step + 1, next(states)

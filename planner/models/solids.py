@@ -127,7 +127,7 @@ def _measures(shape: Shape) -> tuple[float, float]:
 
 def points_used(mesh: Mesh) -> Ints:
     """Indices of the vertices that some triangle has."""
-    return np.unique(mesh.triangles)
+    return np.flatnonzero(np.bincount(mesh.triangles.ravel()))
 
 
 def pieces_of_vertices(mesh: Mesh) -> Ints:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, quantile
 from planner.base.polylines import lengths_along
 from planner.base.resolutions import W_AGAINST_FLOOR, W_ALONG_PATH
 from planner.kinematics.manipulability import manipulability
@@ -51,7 +51,7 @@ class Conditioning:
 def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, request: PlanRequest) -> Conditioning:
     """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, that ``request`` asked for."""
     q, segment = dense_segments(path, W_ALONG_PATH)
-    w, typical = manipulability(robot, q), float(np.median(roadmap.manipulability))
+    w, typical = manipulability(robot, q), quantile(roadmap.manipulability, 0.5)
     lowest = int(w.argmin())
     w_min, poor = float(w[lowest]), bool(w[lowest] < POOR * typical)
     along = lengths_along(q)
@@ -102,7 +102,7 @@ def _widest(roadmap: Roadmap, least: Floats) -> float:
 def _joins(roadmap: Roadmap, kept: Bools) -> bool:
     """Whether the edges in the mask ``kept`` (m,) join a start and a goal."""
     labels = component_labels(len(roadmap.nodes), roadmap.edges[kept])
-    return bool(np.intersect1d(labels[roadmap.starts], labels[roadmap.goals]).size)
+    return bool(np.isin(labels[roadmap.starts], labels[roadmap.goals]).any())
 
 
 def _fewest_edges(roadmap: Roadmap, edges: Ints) -> Ints:

@@ -12,7 +12,7 @@ from planner.tool_paths.timing import ToolSpeedRecord
 from planner.trajectory.clearance import Nearest
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PointRecord(Record):
     """The best cost after so many rounds."""
 
@@ -20,7 +20,7 @@ class PointRecord(Record):
     cost: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class DipRecord(Record):
     """Whether w falls below both its ends along the path, and the floor that was set so that it does not."""
 
@@ -28,7 +28,7 @@ class DipRecord(Record):
     floor: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class QualityRecord(Record):
     """How good the path is."""
 
@@ -43,7 +43,7 @@ class QualityRecord(Record):
     dip: DipRecord
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FloorRecord(Record):
     """What came of the manipulability floor that was asked for."""
 
@@ -56,7 +56,7 @@ class FloorRecord(Record):
     holds: bool
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ManipulabilityRecord(Record):
     """Yoshikawa's w, sampled densely along the path."""
 
@@ -68,7 +68,7 @@ class ManipulabilityRecord(Record):
     floor: FloorRecord | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ClearanceRecord(Record):
     """How near path and motion come to anything that is checked."""
 
@@ -80,7 +80,7 @@ class ClearanceRecord(Record):
     """m beyond the margin that every edge kept from which the path was chosen"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LengthRecord(Record):
     """How long the path is."""
 
@@ -90,7 +90,7 @@ class LengthRecord(Record):
     """of the tool's path, m"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class MotionRecord(Record):
     """The trajectory beside it."""
 
@@ -105,7 +105,7 @@ class MotionRecord(Record):
     floor: dict[str, Any] | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class KeptRecord(Record):
     """What came of a condition that is kept all along."""
 
@@ -121,7 +121,7 @@ class KeptRecord(Record):
     motion_proven: bool | None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class CertificateRecord(Record):
     """A bound of the paper, or one of ours, beside the measured value; null where a number overflows."""
 
@@ -141,7 +141,7 @@ class CertificateRecord(Record):
     holds: bool
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FieldRecord(Record):
     """How the dynamics settled."""
 
@@ -163,7 +163,7 @@ class FieldRecord(Record):
     certificate: list[CertificateRecord]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class WaypointTimesRecord(Record):
     """When each waypoint of the path is reached and left, s from the scene's time 0; what lies between is a wait."""
 
@@ -171,7 +171,7 @@ class WaypointTimesRecord(Record):
     departures: list[float]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class HorizonRecord(Record):
     """Until when nothing can touch, whatever the obstacles with a speed limit do below it."""
 
@@ -181,7 +181,7 @@ class HorizonRecord(Record):
     """m/s by obstacle"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class InTimeRecord(Record):
     """How the motion keeps clear of obstacles that move."""
 
@@ -193,7 +193,7 @@ class InTimeRecord(Record):
     """null where no obstacle has a speed limit"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ToolPathRecord(Record):
     """How a tool path is followed; what is said of deviations is sampled, what is proven holds between samples."""
 
@@ -210,7 +210,7 @@ class ToolPathRecord(Record):
     speed: ToolSpeedRecord | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LegRecord(Record):
     """A straight line of the tool at an end of a path, proven to stay in its tube; deviations are sampled."""
 
@@ -222,7 +222,7 @@ class LegRecord(Record):
     tube: DeviationRecord
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PlanRecord(RunRecord):
     """What ``planner plan`` writes as plan.json; units rad, m and s."""
 

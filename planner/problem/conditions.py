@@ -35,7 +35,7 @@ Three = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Condition:
     """On one ``frame`` of the robot, the tool where None; written by a name where it has one, then its numbers.
 
@@ -92,7 +92,7 @@ class Condition:
         return OptionError(f"'{self.text[:100]}' is not usable: {why}.")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class OfPoint(Condition):
     """On the ``point`` (m) of a frame, its origin where left out."""
 
@@ -104,7 +104,7 @@ class OfPoint(Condition):
         return super().text + (f" at {_text(self.point)}" if any(self.point) else "")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class OfTurn(Condition):
     """On an orientation, as it differs from that of ``quaternion`` (x, y, z, w), or of the start where None."""
 

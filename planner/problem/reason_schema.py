@@ -12,7 +12,7 @@ from planner.problem.run_schema import Record
 _Names = Annotated[list[str], Field(min_length=1)]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class GapRecord(Record):
     """How near the parts of the roadmap that hold start and goal came: the shortest straight motion between them."""
 
@@ -26,7 +26,7 @@ class GapRecord(Record):
     """the two things that come too near along it"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SeparatedRecord(Record):
     """Obstacles without which start and goal are joined; no smaller set was found, which does not exclude one."""
 
@@ -35,7 +35,7 @@ class SeparatedRecord(Record):
     gap: GapRecord
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class BudgetSpentRecord(Record):
     """Start and goal were not joined, and no obstacle was found that separates them."""
 
@@ -45,7 +45,7 @@ class BudgetSpentRecord(Record):
     gap: GapRecord
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FloorTooHighRecord(Record):
     """No path keeps to the manipulability floor."""
 
@@ -55,7 +55,7 @@ class FloorTooHighRecord(Record):
     """the highest floor found that a path keeps to; 0: all pass through w = 0"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class KeptTooNarrowRecord(Record):
     """Start and goal are joined, but not by a path that keeps what is to be kept."""
 
@@ -65,7 +65,7 @@ class KeptTooNarrowRecord(Record):
     gap: GapRecord
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class BlockedInTimeRecord(Record):
     """Start and goal are joined, but no motion in time keeps clear of what moves along known motions."""
 
@@ -75,7 +75,7 @@ class BlockedInTimeRecord(Record):
     obstacles: _Names
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class DeviationRecord(Record):
     """How far the tool is off its path, or may be."""
 
@@ -85,7 +85,7 @@ class DeviationRecord(Record):
     """rad, of its orientation, or of its z axis where it may turn about that; beyond a cone where one is given"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class CannotFollowRecord(Record):
     """A tool path cannot be followed to one of its points."""
 

@@ -11,7 +11,7 @@ from pydantic import Field
 Nodes = list[Annotated[int, Field(ge=0)]]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Record:
     """Base of what is written as it stands: further keys are allowed; a key is left out where it has its default."""
 
@@ -34,7 +34,7 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ScaleRecord(Record):
     """What manipulability and lengths were divided by to become costs."""
 
@@ -48,7 +48,7 @@ class ScaleRecord(Record):
     """the least cost of an arc"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RoadmapRecord(Record):
     """Size, proofs and hash of the roadmap."""
 
@@ -66,7 +66,7 @@ class RoadmapRecord(Record):
     scale: ScaleRecord
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RunRecord(Record):
     """How a run ended, what it was asked for, and with which software."""
 

@@ -138,7 +138,7 @@ class Roadmap:
     @property
     def connected(self) -> bool:
         """Whether some start and some goal lie in one component."""
-        return bool(np.intersect1d(self.components[self.starts], self.components[self.goals]).size)
+        return bool(np.isin(self.components[self.starts], self.components[self.goals]).any())
 
     @cached_property
     def sha256(self) -> str:

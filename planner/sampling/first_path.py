@@ -22,7 +22,7 @@ from planner.refinement.refine import PathRefiner
 from planner.refinement.shortcuts import straight_paths, subdivided
 from planner.roadmap.straight_motions import Motions
 from planner.sampling.informed_set import InformedSet
-from planner.sampling.ompl_planners import JointSpace, TreePlanners
+from planner.sampling.joint_space import JointSpace
 
 # tries, one after the other and again: steps in ranges, motions that are looked at
 _TRIES = ((1.0, 10_000), (2.0, 10_000), (0.5, 20_000))
@@ -131,6 +131,7 @@ class FirstPathSearch:
             self.checked += max(looked_at, 1)  # a try that could not even begin counts, so that tries end
             return path
         look, inside = self._motions.looks_free(sample), self._within and self._within.holds
+        from planner.sampling.ompl_planners import TreePlanners  # takes 0.02 s to load, and few first paths need it
 
         def check(first: Floats, delta: Floats) -> bool:
             if planners.checked % _REPORT_EVERY == 0:
@@ -165,6 +166,8 @@ class FirstPathSearch:
 
     def _detour(self, first: Floats, delta: Floats) -> Floats | None:
         """Proven motions (k, dof) from ``first`` to ``first + delta`` within a box around both, angles unwound."""
+        from planner.sampling.ompl_planners import TreePlanners
+
         robot, last = self._robot, first + delta
         for beyond in _REPAIR_BOX:
             box = self._box(first, last, beyond)

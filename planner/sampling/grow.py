@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +18,10 @@ from planner.roadmap.straight_motions import Motions
 from planner.sampling.escape_singularity import ascend_manipulability
 from planner.sampling.first_path import FirstPathSearch, JoinSettings, shorter_path
 from planner.sampling.growth_settings import GrowthSettings
-from planner.sampling.ompl_planners import JointSpace, Tree, TreePlanners
+from planner.sampling.joint_space import JointSpace
+
+if TYPE_CHECKING:
+    from planner.sampling.ompl_planners import Tree
 
 _JOIN_PER_JOINT = 8000  # motions
 _SHORTER_PER_NODE, _SHORTER = 5, 10_000  # motions at most that the search for shorter first paths may check
@@ -61,12 +65,10 @@ def grow(
     first = np.array([forest.add(q) for q in starts], dtype=np.int64)
     last = np.array([forest.add(q) for q in goals], dtype=np.int64)
     search = FirstPathSearch(motions, join_settings(settings, prover.robot), rng, progress)
-    if settings.floor > 0 and len(
-        goals
-    ):  # with nothing to join, ``starts`` are a tree whose paths reach the floor already
+    if settings.floor > 0 and len(goals):  # else ``starts`` are a tree whose paths reach the floor already
         starts, goals = _risen(forest, motions, starts), _risen(forest, motions, goals)
     straight = search.straight(starts, goals)
-    spine = None if straight or np.intersect1d(first, last).size else search.join(starts, goals)
+    spine = None if straight or np.isin(first, last).any() else search.join(starts, goals)
     joining = straight if spine is None else [spine]
     for path in joining:
         forest.add_path(path)
@@ -135,6 +137,10 @@ def grow_tree(
     long as proving them one by one. Branches behind a motion without a proof are dropped, and the tree grows on.
     Returns the number of motions that were checked.
     """
+    if wanted < 1:
+        return 0
+    from planner.sampling.ompl_planners import TreePlanners
+
     full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
     while len(forest) < full and checked < limit and not progress.stopped:
         before = len(forest)

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.models.robot import Robot
-from planner.sampling.ompl_planners import JointSpace
+from planner.sampling.joint_space import JointSpace
 
 _THINNEST = 1e-9  # rad: in a box without any extent OMPL cannot sample
 _ROUNDING = 1e-9  # relative: a straight path is as long as its ends are apart

@@ -18,7 +18,7 @@ Part = Literal["transit", "approach", "retreat"]
 _NAMED = 3  # contacts in the sentence
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SegmentTimes(Record):
     """When a segment runs in the motion of all."""
 
@@ -30,7 +30,7 @@ class SegmentTimes(Record):
     proven: bool
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SegmentRecord(Record):
     """A stretch from rest to rest."""
 
@@ -69,7 +69,7 @@ class Event(Record):
     """values that the gripper's joints go to, of a gripper event"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class StepFails(Reason, Record):
     """The first step that cannot be done: no grasp or placement of it is left, or no path leads there."""
 
@@ -117,7 +117,7 @@ class StepFails(Reason, Record):
         return f"{head}no path leads there within the budget{seen}: raise --nodes, or try another --seed."
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ModesRecord(Record):
     """The network over all modes, and what was proven of it."""
 
@@ -130,7 +130,7 @@ class ModesRecord(Record):
     arcs_refused: int
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class TaskPlanRecord(RunRecord):
     """What ``planner task`` writes as plan.json; units rad, m and s."""
 

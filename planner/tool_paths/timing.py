@@ -77,7 +77,7 @@ class ToolGuide:
         return self.tube.prove(self._bound, coefficients, lines)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ToolSpeedRecord(Record):
     """How fast the tool goes along the path."""
 

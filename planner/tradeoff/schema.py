@@ -12,7 +12,7 @@ from planner.problem.run_schema import Nodes, Record, RoadmapRecord, RunRecord
 Beta = Annotated[float, Field(ge=0, le=1)]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class IntervalRecord(Record):
     """A path and the betas that it is optimal for."""
 
@@ -33,7 +33,7 @@ class IntervalRecord(Record):
     """joint waypoints, rad (m where a joint slides), start first"""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PointRecord(Record):
     """A non-dominated path."""
 
@@ -43,7 +43,7 @@ class PointRecord(Record):
     path_nodes: Nodes
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FrontRecord(Record):
     """The non-dominated paths."""
 
@@ -54,7 +54,7 @@ class FrontRecord(Record):
     points: list[PointRecord]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SupportRecord(Record):
     """A path that is optimal at a beta."""
 
@@ -62,7 +62,7 @@ class SupportRecord(Record):
     path_nodes: Nodes
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SearchRecord(Record):
     """What --resume goes on from."""
 
@@ -72,7 +72,7 @@ class SearchRecord(Record):
     found: list[SupportRecord]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SweepRecord(RunRecord):
     """What ``planner sweep`` writes as sweep.json; units rad, m and s."""
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from planner.base.arrays import as_frozen, distinct_rows, frozen, indices, numbers, placement, ranges, rows
+from planner.base.arrays import as_frozen, distinct_rows, frozen, indices, numbers, placement, quantile, ranges, rows
 from planner.base.errors import ArrayError, StateError
 
 
@@ -95,3 +95,10 @@ def test_others_are_refused_in_one_sentence(call: Callable[[], object], words: s
 def test_the_error_is_the_callers() -> None:
     with pytest.raises(StateError, match=r"^start has shape"):
         numbers("start", np.zeros(3), (2,), StateError)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.5, 0.97, 1.0])
+@pytest.mark.parametrize("count", [1, 2, 3, 10, 101])
+def test_quantiles_are_numpys(count: int, share: float) -> None:
+    values = np.random.default_rng(count).normal(size=count)
+    assert quantile(values, share) == pytest.approx(float(np.quantile(values, share)), rel=1e-14)

@@ -13,7 +13,8 @@ from planner.collision.looks import recheck
 from planner.problem.request import PlanRequest
 from planner.roadmap.straight_motions import Motions
 from planner.sampling.first_path import FIRST_PATH, FirstPathSearch, JoinSettings
-from planner.sampling.ompl_planners import JointSpace, TreePlanners
+from planner.sampling.joint_space import JointSpace
+from planner.sampling.ompl_planners import TreePlanners
 from planner.setup.open import make_query
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
 

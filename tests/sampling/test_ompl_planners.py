@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from planner.base.progress import Progress
-from planner.sampling.ompl_planners import JointSpace, TreePlanners
+from planner.sampling.joint_space import JointSpace
+from planner.sampling.ompl_planners import TreePlanners
 
 LOWER, UPPER = np.array([-1.0, -1.0]), np.array([1.0, 1.0])
 PLANE = JointSpace(LOWER, UPPER, np.array([False, False]))

@@ -12,7 +12,7 @@ from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.paths.measure import path_contact
 from planner.roadmap.straight_motions import Motions
-from planner.sampling.ompl_planners import JointSpace
+from planner.sampling.joint_space import JointSpace
 from planner.setup.open import make_query
 from tests.benchmarks.quality.test_run import PLAIN
 
