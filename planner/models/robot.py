@@ -19,9 +19,10 @@ from planner.base.notes import Note
 from planner.base.places import Place
 from planner.base.yamlfile import FARTHEST
 from planner.models.files import urdf
+from planner.models.files.dae import dae_notes
 from planner.models.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, Rows, read_robot
 from planner.models.files.srdf import states_of_joints
-from planner.models.files.urdf_geometry import bodies, read_geometry
+from planner.models.files.urdf_geometry import bodies, mesh_files, read_geometry
 from planner.models.poses import pose
 from planner.models.shapes import Body, Carried
 from planner.problem.targets import TURN
@@ -267,7 +268,7 @@ def assemble(
         states=states_of_joints(files.srdf, planned) if files.srdf else {},
         motion=files.motion(planned),
         world_frame=files.srdf.world_frame if files.srdf else "",
-        notes=files.notes,
+        notes=(*files.notes, *dae_notes(mesh_files(description))),
         model=model,
         bodies=bodies(placed, geometry),
         fixed_joints=held,

@@ -29,6 +29,7 @@ from planner.base.yamlfile import (
     repeated,
     validate,
 )
+from planner.models.files.dae import dae_notes
 from planner.models.files.meshes import read_mesh
 from planner.models.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
 from planner.models.poses import pose
@@ -318,6 +319,7 @@ def _build(file: SceneFile, path: Path) -> Scene:
         Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links) for item in file.carried
     )
     allowed = frozenset(frozenset(pair) for pair in file.allowed)
+    meshes = [folder / item.file for item in (*file.obstacles, *file.carried) if isinstance(item, _Mesh)]
     return Scene(
         file.name or path.stem,
         obstacles,
@@ -327,5 +329,6 @@ def _build(file: SceneFile, path: Path) -> Scene:
         moving,
         carried,
         allowed,
+        notes=tuple(dae_notes(meshes)),
         keep=keeps_text(file.keep),
     )

@@ -5,14 +5,23 @@ An index that is no number makes it fill all memory, and so do thirty nodes that
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+from planner.base.errors import choices
+from planner.base.notes import Note
+from planner.base.yamlfile import shown
 
 _DEEPEST = 200  # levels of elements
 _WHOLE = ("p", "vcount", "v", "h")  # elements that hold whole numbers
 _INSTANCES = {"instance_node": "url", "instance_geometry": "url", "instance_controller": "url", "skin": "source"}
 _HOLDERS = ("node", "mesh", "triangles", "polylist", "polygons", "trifans", "tristrips", "ph")  # of what is drawn
 _MOST = 30_000_000  # indices, of positions, normals and colours: two million triangles have fewer
+_HEAD = 1 << 16  # bytes in which a file says its unit and axis
+_UNIT = re.compile(rb"<unit\b[^>]*?\bmeter\s*=\s*[\"']([^\"'<>]{1,40})")
+_AXIS = re.compile(rb"<up_axis>\s*([XY]_UP)\b")
 _COUNTS = ("count", "stride", "offset", "set")  # attributes
 
 
@@ -31,6 +40,38 @@ def dae_fault(content: bytes) -> str | None:
         if not level:
             return _scene_fault(root)
     return f"nests elements more than {_DEEPEST} deep"
+
+
+def dae_notes(files: Iterable[Path]) -> Iterator[Note]:
+    """What the COLLADA files among ``files`` say of their unit and axis, which is not followed.
+
+    Nor do MoveIt and most readers of URDF: numbers count as they stand, times what scale the URDF or the scene gives.
+    """
+    turned: list[str] = []
+    for path in dict.fromkeys(files):
+        if path.suffix.lower() != ".dae":
+            continue
+        try:
+            with path.open("rb") as file:
+                head = file.read(_HEAD)
+        except OSError:  # who reads its triangles says so
+            continue
+        unit, axis = _UNIT.search(head), _AXIS.search(head)
+        if unit and not _is_one(unit[1]):
+            said = shown(unit[1].decode(errors="replace"))
+            text = f"mesh file {path} says that its unit is {said} m, which is not followed: its numbers are metres, "
+            yield Note(f"{text}unless its 'scale' makes them so; give it that, or export the file in metres.")
+        turned += [path.name] if axis else []
+    if turned:
+        text = f"an up_axis other than Z_UP is not followed, as in MoveIt: of {choices(turned)} z stays z."
+        yield Note(text, grave=False)
+
+
+def _is_one(number: bytes) -> bool:
+    try:
+        return abs(float(number) - 1.0) <= 1e-9
+    except ValueError:
+        return False
 
 
 def _scene_fault(root: ET.Element) -> str | None:
