@@ -29,6 +29,8 @@ _NUMBERS = {  # how many each has: of fewer, and of words, Pinocchio takes whate
 }
 _NUMBERED = ("body", "geom", "joint", "site", "mesh")  # elements that have them
 _DIRECTED, _SHORTEST = ("axis", "quat", "zaxis"), 1e-6
+_LIMITED = ("true", "false", "auto")
+_REMEDY = f"give {choices(_LIMITED)}, and a range where it is limited"
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3}  # numbers that say how large a geom is
 
 _Defaults = Mapping[str, Mapping[str, str]]  # attributes by the elements that have them where they say nothing
@@ -149,9 +151,8 @@ def _written_out(path: Path) -> Iterator[str]:
     """
     root = read_root(path, "MJCF")
     compiler, defaults = root.find("compiler"), _defaults(root)
-    degrees = compiler is None or compiler.get("angle", "degree") == "degree"
     for world in root.iter("worldbody"):
-        _write_out(world, defaults, "main", degrees)
+        _write_out(world, defaults, "main", {} if compiler is None else compiler.attrib)
     for said in root.findall("default"):  # at the elements themselves by now
         root.remove(said)
     for mesh in root.iterfind("asset/mesh"):
@@ -167,19 +168,33 @@ def _written_out(path: Path) -> Iterator[str]:
         yield str(file)
 
 
-def _write_out(body: ET.Element, defaults: Mapping[str, _Defaults], inherited: str, degrees: bool) -> None:
+def _write_out(
+    body: ET.Element, defaults: Mapping[str, _Defaults], inherited: str, compiler: Mapping[str, str]
+) -> None:
     """Give the elements of a body, and of those below it, what defaults say of them."""
     inherited = body.attrib.pop("childclass", inherited)
     for element in body:
         if element.tag == "body":
-            _write_out(element, defaults, inherited, degrees)
+            _write_out(element, defaults, inherited, compiler)
             continue
         _say(element, defaults, inherited)
         if element.tag == "geom":
             _require_size(element)
-        if degrees and element.tag == "joint" and element.get("type") == "slide" and "range" in element.attrib:
-            ends = (math.degrees(float(end)) for end in element.attrib["range"].split())
-            element.set("range", " ".join(map(repr, ends)))
+        if element.tag == "joint":
+            _write_range(element, compiler)
+
+
+def _write_range(joint: ET.Element, compiler: Mapping[str, str]) -> None:
+    """Leave a joint its range where that limits it, in the unit that Pinocchio takes it for."""
+    limited = joint.attrib.pop("limited", "auto")
+    if limited not in _LIMITED or (limited == "true" and "range" not in joint.attrib):
+        without = "" if limited not in _LIMITED else " and no range"
+        raise RobotError(f"the MJCF has a <joint> with limited={shown(limited)}{without}: {_REMEDY}.")
+    if limited == "false" or (limited == "auto" and compiler.get("autolimits", "true") == "false"):
+        joint.attrib.pop("range", None)
+    if joint.get("type") == "slide" and compiler.get("angle", "degree") == "degree" and "range" in joint.attrib:
+        ends = (math.degrees(float(end)) for end in joint.attrib["range"].split())
+        joint.set("range", " ".join(map(repr, ends)))
 
 
 def _say(element: ET.Element, defaults: Mapping[str, _Defaults], inherited: str) -> None:

@@ -135,3 +135,32 @@ def test_metres_of_sliding_joints_are_no_degrees(tmp_path: Path) -> None:
     )
     robot = Robot.load(str(path), tool="slider")
     np.testing.assert_allclose([robot.lower, robot.upper], [[-np.pi, -np.radians(2), -1], [np.pi, np.radians(2), 2]])
+
+
+@pytest.mark.parametrize(
+    ("compiler", "joint", "turns_freely"),
+    [
+        ("", 'range="-2 2" limited="true"', False),
+        ("", 'range="-2 2" limited="auto"', False),
+        ("", 'range="-2 2"', False),
+        ("", 'range="-2 2" limited="false"', True),
+        ("", 'limited="false"', True),
+        ('autolimits="false"', 'range="-2 2"', True),
+        ('autolimits="false"', 'range="-2 2" limited="true"', False),
+    ],
+)
+def test_a_range_counts_where_it_limits(tmp_path: Path, compiler: str, joint: str, turns_freely: bool) -> None:
+    path = arm(tmp_path)
+    text = path.read_text().replace('angle="radian"', f'angle="radian" {compiler}')
+    path.write_text(text.replace('range="-2 2" limited="true"', joint))
+    robot = Robot.load(str(path), tool="tip")
+    assert robot.continuous.tolist() == [True, turns_freely]
+    np.testing.assert_allclose(robot.upper[1], np.pi if turns_freely else 2.0)
+
+
+@pytest.mark.parametrize("joint", ['range="-2 2" limited="maybe"', 'limited="true"'])
+def test_limits_that_make_no_sense_are_refused(tmp_path: Path, joint: str) -> None:
+    path = arm(tmp_path)
+    path.write_text(path.read_text().replace('range="-2 2" limited="true"', joint))
+    with pytest.raises(RobotError, match=r"limited=.*give true, false, auto, and a range"):
+        Robot.load(str(path), tool="tip")
