@@ -52,10 +52,10 @@ class MotionCost:
     states: int = W_STATES_PER_EDGE
 
     @staticmethod
-    def of_length(robot: Robot, floor: float = 0.0) -> MotionCost:
-        """What motions cost that are to be short: how far all joints together go (rad), where w is above the floor."""
+    def of_length(robot: Robot) -> MotionCost:
+        """What motions cost that are to be short: how far all joints together go (rad)."""
         unit = CostScale(w_low=1.0, w_high=2.0, joint_length=1.0, tool_length=1.0, zeta=0.0)
-        return MotionCost(robot, unit, Objective(1.0, floor=floor), longest=np.inf)
+        return MotionCost(robot, unit, Objective(1.0), longest=np.inf)
 
     def above(self, floor: float) -> MotionCost:
         """The same with another floor under w."""

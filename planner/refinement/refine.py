@@ -44,8 +44,8 @@ class PathRefiner:
         refiner = PathRefiner(prover, MotionCost(robot, scale, Objective()))
         path = refiner.round(path)                     # again and again, until it gains nothing
 
-    Paths are (k, dof), angles unwound, their ends stay. Under the cost's floor w, sampled ``W_ALONG_PATH`` apart, does
-    not fall. The same ``seed`` gives the same paths.
+    Paths are (k, dof), angles unwound, their ends stay. Under ``floor``, or that of the cost, w, sampled
+    ``W_ALONG_PATH`` apart, does not fall on what is new. The same ``seed`` gives the same paths.
     """
 
     prover: EdgeProver
@@ -54,10 +54,12 @@ class PathRefiner:
     seed: int = 0
     progress: Progress = QUIET
     tries: int = 16  # partial shortcuts per round
+    floor: float = 0.0
     _rng: np.random.Generator = field(init=False)
 
     def __post_init__(self) -> None:
         self._rng = np.random.default_rng(self.seed)
+        self.floor = max(self.floor, self.cost.objective.floor)
 
     def total(self, path: Floats) -> float:
         """The cost of a path."""
@@ -121,7 +123,7 @@ class PathRefiner:
     @property
     def _test(self) -> MotionTest | None:
         """What motions have to pass besides being proven."""
-        return self._above_floor if self.cost.objective.floor > 0 else None
+        return self._above_floor if self.floor > 0 else None
 
     def _above_floor(self, start: Floats, delta: Floats) -> Bools:
         """(k,) whether w is above the floor along the motions from ``start`` by ``delta`` (k, dof)."""
@@ -129,7 +131,7 @@ class PathRefiner:
         for row in range(len(start)):
             count = max(1, int(np.ceil(np.abs(delta[row]).max() / W_ALONG_PATH)))
             states = start[row] + np.linspace(0.0, 1.0, count + 1)[:, None] * delta[row]
-            above[row] = (manipulability(self.prover.robot, states) >= self.cost.objective.floor).all()
+            above[row] = (manipulability(self.prover.robot, states) >= self.floor).all()
         return above
 
     def _cornered(self, path: Floats) -> Floats:

@@ -192,10 +192,13 @@ class FirstPathSearch:
         if self._settings.shortcuts < 1:
             return path
         robot, prover, floor, longest = self._robot, self._motions.prover, self._motions.floor, self._settings.range
-        roomy, seed = Motions(prover, floor, EXTRA_CLEARANCE), int(self._rng.integers(2**31))
-        refiner = PathRefiner(
-            prover, MotionCost.of_length(robot, floor), EXTRA_CLEARANCE, seed, self._progress, self._settings.shortcuts
+        roomy, cost, tries = (
+            Motions(prover, floor, EXTRA_CLEARANCE),
+            MotionCost.of_length(robot),
+            self._settings.shortcuts,
         )
+        seed = int(self._rng.integers(2**31))
+        refiner = PathRefiner(prover, cost, EXTRA_CLEARANCE, seed, self._progress, tries, floor)
         path = roomy.shortest_way(subdivided(robot, path, longest))
         path = robot.normalise(refiner.partial_shortcuts(robot.unwound(path)))
         return roomy.shortest_way(subdivided(robot, path, longest))
