@@ -34,6 +34,7 @@ _FIRST_STEP, _LEAST_STEP = 0.3, 0.02  # rad
 _MIXES = np.array([[1.0, 0], [0.5, 0], [0.25, 0], [0.1, 0], [0, 1.0], [0, 0.5], [0.5, 0.5], [0.25, 0.5]])
 _RANDOM, _SPREAD = 6, 1.4  # random directions per waypoint; length of what is added to the downhill one, of length 1
 _PROVEN_PER_WAYPOINT = 3  # of its candidates, the best ones are proven
+_ENDLESS = 1e6  # instead of an infinite cost, of motions on which w falls below the floor
 _STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
 
 
@@ -154,7 +155,7 @@ class PathRefiner:
         k = len(points)
         i, j = np.triu_indices(k, 1)
         cost = self.cost(points[i], points[j])
-        along = so_far(cost[j == i + 1])
+        along = so_far(np.minimum(cost[j == i + 1], _ENDLESS))  # of infinite costs no difference is left
         pays = (j == i + 1) | (cost + corner < along[j] - along[i] + corner * (j - i))
         price = np.full((k, k), np.inf)
         price[i, j] = np.where(pays, cost + corner, np.inf)

@@ -87,3 +87,11 @@ def test_motion_cost_is_the_integral(length: float) -> None:
         off.append(abs(value / exact - 1.0))
     assert np.mean(off) < 0.002
     assert max(off) < 0.02
+
+
+@pytest.mark.parametrize("name", ["panda", "kinova"])
+def test_what_is_to_be_short_costs_its_length(name: str) -> None:
+    robot = load(name)
+    a, b = random_q(robot, 40, seed=0), random_q(robot, 40, seed=1)
+    b = a + robot.difference(a, b)
+    np.testing.assert_allclose(MotionCost.of_length(robot)(a, b), np.linalg.norm(b - a, axis=1), rtol=1e-13)
