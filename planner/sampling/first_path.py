@@ -130,8 +130,9 @@ class FirstPathSearch:
             path, looked_at = self._looked_for(space, starts, goals, step, sample, limit)
             self.checked += max(looked_at, 1)  # a try that could not even begin counts, so that tries end
             return path
-        look, inside = self._motions.looks_free(sample), self._within and self._within.holds
         from planner.sampling.ompl_planners import TreePlanners  # takes 0.02 s to load, and few first paths need it
+
+        look, inside = self._motions.looks_free(sample), self._within and self._within.holds
 
         def check(first: Floats, delta: Floats) -> bool:
             if planners.checked % _REPORT_EVERY == 0:
@@ -192,12 +193,8 @@ class FirstPathSearch:
         if self._settings.shortcuts < 1:
             return path
         robot, prover, floor, longest = self._robot, self._motions.prover, self._motions.floor, self._settings.range
-        roomy, cost, tries = (
-            Motions(prover, floor, EXTRA_CLEARANCE),
-            MotionCost.of_length(robot),
-            self._settings.shortcuts,
-        )
-        seed = int(self._rng.integers(2**31))
+        roomy, cost = Motions(prover, floor, EXTRA_CLEARANCE), MotionCost.of_length(robot)
+        tries, seed = self._settings.shortcuts, int(self._rng.integers(2**31))
         refiner = PathRefiner(prover, cost, EXTRA_CLEARANCE, seed, self._progress, tries, floor)
         path = roomy.shortest_way(subdivided(robot, path, longest))
         path = robot.normalise(refiner.partial_shortcuts(robot.unwound(path)))

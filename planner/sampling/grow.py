@@ -137,12 +137,10 @@ def grow_tree(
     long as proving them one by one. Branches behind a motion without a proof are dropped, and the tree grows on.
     Returns the number of motions that were checked.
     """
-    if wanted < 1:
-        return 0
-    from planner.sampling.ompl_planners import TreePlanners
-
     full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
     while len(forest) < full and checked < limit and not progress.stopped:
+        from planner.sampling.ompl_planners import TreePlanners  # not loaded where nothing is to grow
+
         before = len(forest)
         check = motions.looks_free(MOTION_IN_GROWTH)
         with TreePlanners(JointSpace.of(motions.robot), check, rng, progress, motions.keeps) as planners:

@@ -13,6 +13,7 @@ from pathlib import Path
 from planner.base.errors import choices
 from planner.base.notes import Note
 from planner.base.yamlfile import shown
+from planner.models.files.urdf_rules import floats
 
 _DEEPEST = 200  # levels of elements
 _WHOLE = ("p", "vcount", "v", "h")  # elements that hold whole numbers
@@ -57,21 +58,14 @@ def dae_notes(files: Iterable[Path]) -> Iterator[Note]:
         except OSError:  # who reads its triangles says so
             continue
         unit, axis = _UNIT.search(head), _AXIS.search(head)
-        if unit and not _is_one(unit[1]):
-            said = shown(unit[1].decode(errors="replace"))
-            text = f"mesh file {path} says that its unit is {said} m, which is not followed: its numbers are metres, "
-            yield Note(f"{text}unless its 'scale' makes them so; give it that, or export the file in metres.")
+        metres = unit[1].decode(errors="replace") if unit else "1"
+        if [abs(value - 1.0) <= 1e-9 for value in floats(metres)] != [True]:
+            text = f"mesh file {path} says that its unit is {shown(metres)} m, which is not followed: its numbers are "
+            yield Note(f"{text}metres, unless its 'scale' makes them so; give it that, or export the file in metres.")
         turned += [path.name] if axis else []
     if turned:
         text = f"an up_axis other than Z_UP is not followed, as in MoveIt: of {choices(turned)} z stays z."
         yield Note(text, grave=False)
-
-
-def _is_one(number: bytes) -> bool:
-    try:
-        return abs(float(number) - 1.0) <= 1e-9
-    except ValueError:
-        return False
 
 
 def _scene_fault(root: ET.Element) -> str | None:

@@ -30,7 +30,6 @@ _NUMBERS = {  # how many each has: of fewer, and of words, Pinocchio takes whate
 _NUMBERED = ("body", "geom", "joint", "site", "mesh")  # elements that have them
 _DIRECTED, _SHORTEST = ("axis", "quat", "zaxis"), 1e-6
 _LIMITED = ("true", "false", "auto")
-_REMEDY = f"give {choices(_LIMITED)}, and a range where it is limited"
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3}  # numbers that say how large a geom is
 
 _Defaults = Mapping[str, Mapping[str, str]]  # attributes by the elements that have them where they say nothing
@@ -187,9 +186,10 @@ def _write_out(
 def _write_range(joint: ET.Element, compiler: Mapping[str, str]) -> None:
     """Leave a joint its range where that limits it, in the unit that Pinocchio takes it for."""
     limited = joint.attrib.pop("limited", "auto")
-    if limited not in _LIMITED or (limited == "true" and "range" not in joint.attrib):
-        without = "" if limited not in _LIMITED else " and no range"
-        raise RobotError(f"the MJCF has a <joint> with limited={shown(limited)}{without}: {_REMEDY}.")
+    without = " and no range" if limited == "true" and "range" not in joint.attrib else ""
+    if without or limited not in _LIMITED:
+        remedy = f"give {choices(_LIMITED)}, and a range where it is limited"
+        raise RobotError(f"the MJCF has a <joint> with limited={shown(limited)}{without}: {remedy}.")
     if limited == "false" or (limited == "auto" and compiler.get("autolimits", "true") == "false"):
         joint.attrib.pop("range", None)
     if joint.get("type") == "slide" and compiler.get("angle", "degree") == "degree" and "range" in joint.attrib:
