@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import cycle
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from planner.problem.reasons import Gap
 from planner.roadmap.roadmap import Roadmap
 from planner.view.canvas import Canvas
 from planner.view.surfaces import smoothed, tube
+
+Kind: TypeAlias = Literal["visual", "collision"]  # of a robot's bodies: to look at, or to collide
 
 _OBSTACLES = (  # one after another: neighbours in the list are told apart, and none looks like a path or red
     (0.55, 0.60, 0.68, 0.85),
@@ -45,40 +47,32 @@ EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
 MOST_EDGES = 8_000  # that a page draws: more make a black cloud of tens of megabytes
 
 
-def draw_robot(canvas: Canvas, robot: Robot, q: Floats, touching: Collection[str] = ()) -> dict[str, str]:
-    """The robot's collision bodies under one frame per joint (0 the base), links in ``touching`` red; names by path.
+def draw_bodies(
+    canvas: Canvas, kind: Kind, bodies: Sequence[Body], touching: Collection[str] = (), first: int = 0
+) -> dict[str, str]:
+    """Bodies as they are under one frame per joint (0 the base), links in ``touching`` red; the links by path.
 
-    What hangs under the same frames to be looked at is drawn by :func:`draw_visuals`.
+    They are numbered from ``first``.
     """
-    paths = _paths("collision", robot.bodies)
-    for path, body in paths.items():
-        canvas.shape(path, smoothed(body.shape), body.placement, TOUCHING if body.link in touching else _COLLISION)
+    for k, body in enumerate(bodies, first):
+        rgba = TOUCHING if body.link in touching else body.color if kind == "visual" else _COLLISION
+        canvas.shape(_path(kind, k, body), body.shape, body.placement, rgba)
+    return body_names(kind, bodies, first)
+
+
+def body_names(kind: Kind, bodies: Sequence[Body], first: int = 0) -> dict[str, str]:
+    """The links by path, as :func:`draw_bodies` returns them."""
+    return {_path(kind, k, body): body.link for k, body in enumerate(bodies, first)}
+
+
+def _path(kind: Kind, number: int, body: Body) -> str:
+    return f"robot/{body.joint}/{kind}/{number}"
+
+
+def place_joints(canvas: Canvas, robot: Robot, q: Floats) -> None:
+    """Put the frames of the joints where ``q`` (dof,) has them."""
     for joint, matrix in enumerate(joint_matrices(robot, q[None])[0], start=1):
         canvas.transform(f"robot/{joint}", matrix)
-    return _links(paths)
-
-
-def draw_visuals(
-    canvas: Canvas, visuals: Sequence[Body], touching: Collection[str] = (), first: int = 0
-) -> dict[str, str]:
-    """Bodies as they are, links in ``touching`` red, numbered from ``first``; the links by path."""
-    paths = _paths("visual", visuals, first)
-    for path, body in paths.items():
-        canvas.shape(path, body.shape, body.placement, TOUCHING if body.link in touching else body.color)
-    return _links(paths)
-
-
-def visual_names(visuals: Sequence[Body]) -> dict[str, str]:
-    """The links by path, as :func:`draw_visuals` returns them."""
-    return _links(_paths("visual", visuals))
-
-
-def _paths(kind: str, bodies: Sequence[Body], first: int = 0) -> dict[str, Body]:
-    return {f"robot/{body.joint}/{kind}/{k}": body for k, body in enumerate(bodies, first)}
-
-
-def _links(bodies: Mapping[str, Body]) -> dict[str, str]:
-    return {path: body.link for path, body in bodies.items()}
 
 
 def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> dict[str, str]:

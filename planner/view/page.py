@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,31 +19,25 @@ from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.models.shapes import Body
 from planner.problem.reasons import NoWay
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import (
-    boxed,
     draw_gap,
     draw_path,
     draw_roadmap,
-    draw_robot,
     draw_rungs,
     draw_scene,
     draw_tool_line,
-    draw_visuals,
     drawn_part,
     extent,
     moving_data,
-    visual_names,
 )
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.shown_path import W_UNIT, Rows, ShownPath
-from planner.view.surfaces import smoothed
-from planner.view.visuals import drawn_bodies, visuals_of
+from planner.view.visuals import draw_robot
 
 _LOOKS = 9  # places of each path that the picture is made to hold
 
@@ -128,8 +122,7 @@ def page(content: Content) -> str:
     robot, canvas = content.robot, Canvas()
     configuration = content.paths[content.current].path[0] if content.paths else content.configuration
     red = content.red if content.live is None else frozenset()  # a live page colours by itself, as that changes
-    names, boxes = _draw_visuals(canvas, robot, red)
-    names |= draw_robot(canvas, robot, configuration, red)
+    names, boxes = draw_robot(canvas, robot, configuration, red)
     names |= draw_scene(canvas, content.scene, red)
     for k, (line, radius) in enumerate(content.tool_lines):
         draw_tool_line(canvas, f"tool_path/{k}", line, radius)
@@ -166,19 +159,6 @@ def page(content: Content) -> str:
         "live": content.live,
     }
     return render_page(canvas, data, f"{robot.name} in {content.scene.name}", content.live is not None)
-
-
-def _draw_visuals(canvas: Canvas, robot: Robot, red: frozenset[str]) -> tuple[dict[str, str], tuple[Body, ...]]:
-    """Draw the visual bodies and what the robot carries; their links by path, and the boxes around them."""
-    visuals = visuals_of(robot)
-    names = visual_names(visuals.boxes)
-    if red.isdisjoint(names.values()):
-        canvas.begin_with(visuals.commands)
-    else:
-        draw_visuals(canvas, drawn_bodies(robot), red)
-    carried = [replace(body, shape=smoothed(body.shape)) for body in robot.carried]
-    names |= draw_visuals(canvas, carried, red, first=len(names))
-    return names, (*visuals.boxes, *map(boxed, carried))
 
 
 def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:

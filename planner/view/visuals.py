@@ -1,28 +1,30 @@
-"""The bodies of a robot that are drawn, smoothed for the viewer, and kept in the user's cache.
+"""The bodies of a robot on a page: smoothed for the viewer, and kept in the user's cache.
 
 Reading detailed meshes and smoothing them takes seconds, most of the time of a page. They are kept twice: as bodies,
-and as what a page takes of these.
+and as what a page takes of these and of the bodies that collide.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from planner.base.arrays import Floats
 from planner.base.cache import cached
 from planner.models.files.urdf_geometry import mesh_files
 from planner.models.robot import Robot, load_visuals
 from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
 from planner.view.canvas import Canvas
 from planner.view.commands import Packed, packed
-from planner.view.drawing import boxed, draw_visuals
+from planner.view.drawing import body_names, boxed, draw_bodies, place_joints
 from planner.view.surfaces import smoothed
 
-_FORMAT = 3  # of the arrays, of how meshes are smoothed, and of the viewer's commands
+_FORMAT = 4  # of the arrays, of how meshes are smoothed, and of the viewer's commands
 _LEVEL = 9  # of gzip: it is done once
 _SHAPES: dict[str, type[Any]] = {kind.__name__: kind for kind in (Box, Sphere, Cylinder, Capsule)}
 
@@ -33,10 +35,35 @@ class _StandIns(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Visuals:
-    """The visual bodies of a robot as a page takes them: commands that draw them, and ``boxes`` around them."""
+    """What a page takes of a robot that carries nothing.
+
+    ``commands`` draw its visual bodies and those that collide, ``boxes`` stand around the visual ones.
+    """
 
     commands: Packed
     boxes: tuple[Body, ...]
+
+
+def draw_robot(
+    canvas: Canvas, robot: Robot, q: Floats, touching: Set[str] = frozenset()
+) -> tuple[dict[str, str], tuple[Body, ...]]:
+    """Draw the robot at ``q`` (dof,), links in ``touching`` red: bodies to look at, and under the same frames those
+    that collide.
+
+    Returns the links by path, and boxes around the bodies to look at.
+    """
+    visuals, colliding = visuals_of(robot), _own(robot)
+    names = body_names("visual", visuals.boxes) | body_names("collision", colliding)
+    if touching.isdisjoint(names.values()):
+        canvas.begin_with(visuals.commands)
+    else:
+        draw_bodies(canvas, "visual", drawn_bodies(robot), touching)
+        draw_bodies(canvas, "collision", _smoothed(colliding), touching)
+    carried = _smoothed(robot.carried)
+    names |= draw_bodies(canvas, "visual", carried, touching, first=len(visuals.boxes))
+    names |= draw_bodies(canvas, "collision", carried, touching, first=len(colliding))
+    place_joints(canvas, robot, q)
+    return names, (*visuals.boxes, *map(boxed, carried))
 
 
 def drawn_bodies(robot: Robot) -> tuple[Body, ...]:
@@ -48,34 +75,52 @@ def drawn_bodies(robot: Robot) -> tuple[Body, ...]:
 
 
 def visuals_of(robot: Robot) -> Visuals:
-    """The :func:`drawn_bodies` of ``robot``, ready for a page: they are packed once, when they are kept."""
-    arrays = _kept(robot, "page", _page_arrays)
+    """The :func:`drawn_bodies` of ``robot`` and those that collide, packed for a page once, when they are kept."""
+    arrays = _kept(robot, "page", lambda bodies: _page_arrays(bodies, _own(robot)))
     return Visuals(Packed(arrays["commands"].tobytes(), tuple(arrays["lengths"].tolist())), _bodies(arrays))
 
 
-def _kept(robot: Robot, what: str, arrays_of: Callable[[Iterable[Body]], dict[str, Any]]) -> Mapping[str, Any]:
+def _own(robot: Robot) -> list[Body]:
+    """The bodies that collide, without what the robot carries."""
+    carried = {body.link for body in robot.carried}
+    return [body for body in robot.bodies if body.link not in carried]
+
+
+def _smoothed(bodies: Iterable[Body]) -> list[Body]:
+    return [replace(body, shape=smoothed(body.shape)) for body in bodies]
+
+
+def _kept(robot: Robot, what: str, arrays_of: Callable[[list[Body]], dict[str, Any]]) -> Mapping[str, Any]:
     """What is made of the smoothed bodies, out of the cache where it is there."""
-    held = (*robot.joints, *sorted(robot.fixed_joints.items()))
-    files = [np.frombuffer(file.read_bytes(), dtype=np.uint8) for file in mesh_files(robot.source, "visual")]
+    made_of = [_FORMAT, what, robot.source.xml, *robot.joints, *sorted(robot.fixed_joints.items()), robot.base]
+    made_of += [_stamp(file) for file in mesh_files(robot.source, "visual")]
+    made_of += [part for body in _own(robot) for part in (body.placement, *body.shape.content())]
 
     def make() -> dict[str, Any]:
         loaded = load_visuals(replace(robot, carried=()))
         if loaded is robot.bodies:
             raise _StandIns
-        return arrays_of(replace(body, shape=smoothed(body.shape)) for body in loaded)
+        return arrays_of(_smoothed(loaded))
 
     try:
-        return cached("visuals", [_FORMAT, what, robot.source.xml, *held, robot.base, *files], make)
+        return cached("visuals", made_of, make)
     except _StandIns:
-        return arrays_of(replace(body, shape=smoothed(body.shape)) for body in robot.bodies)
+        return arrays_of(_smoothed(robot.bodies))
 
 
-def _page_arrays(bodies: Iterable[Body]) -> dict[str, Any]:
-    canvas, drawn = Canvas(), list(bodies)
-    draw_visuals(canvas, drawn)
+def _stamp(file: Path) -> tuple[str, int, int, int]:
+    """What changes whenever a file does: reading detailed meshes to hash them would take longer than what is kept."""
+    found = file.stat()
+    return (str(file), found.st_ino, found.st_size, found.st_ctime_ns)
+
+
+def _page_arrays(bodies: list[Body], colliding: Iterable[Body]) -> dict[str, Any]:
+    canvas = Canvas()
+    draw_bodies(canvas, "visual", bodies)
+    draw_bodies(canvas, "collision", _smoothed(colliding))
     commands = packed(canvas.commands, _LEVEL)
     content, lengths = np.frombuffer(commands.content, dtype=np.uint8), np.array(commands.lengths, dtype=np.int64)
-    return {"commands": content, "lengths": lengths, **_arrays(map(boxed, drawn))}
+    return {"commands": content, "lengths": lengths, **_arrays(map(boxed, bodies))}
 
 
 def _arrays(bodies: Iterable[Body]) -> dict[str, Any]:

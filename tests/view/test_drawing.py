@@ -17,18 +17,17 @@ from planner.models.shapes import Box, Obstacle, Sphere
 from planner.view import drawing
 from planner.view.canvas import Canvas
 from planner.view.drawing import (
+    body_names,
+    draw_bodies,
     draw_path,
     draw_roadmap,
-    draw_robot,
     draw_scene,
     draw_tool_line,
-    draw_visuals,
     drawn_part,
     extent,
     joint_matrices,
     moving_data,
     swept_corners,
-    visual_names,
 )
 from tests.worlds import load, make_post, post_roadmap, random_q, scene_of
 
@@ -53,19 +52,19 @@ def test_joint_frames_are_pinocchios(name: str) -> None:
 def test_bodies_hang_under_their_joints_and_are_named() -> None:
     canvas = Canvas()
     touching = {ROBOT.bodies[-1].link}
-    names = draw_visuals(canvas, load_visuals(ROBOT), touching)
-    assert names == visual_names(load_visuals(ROBOT))
-    names |= draw_robot(canvas, ROBOT, Q, touching)
+    names = draw_bodies(canvas, "visual", load_visuals(ROBOT), touching)
+    assert names == body_names("visual", load_visuals(ROBOT))
+    names |= draw_bodies(canvas, "collision", ROBOT.bodies, touching)
     assert set(names.values()) == {body.link for body in ROBOT.bodies}
     assert set(paths(canvas, "set_object")) == set(names)
     for body in ROBOT.bodies:
         assert any(path.startswith(f"robot/{body.joint}/collision/") and names[path] == body.link for path in names)
-    red = [c["path"] for c in canvas.commands if c["type"] == "set_object" and _red(c)]
+    red = [c["path"] for c in canvas.commands if c["type"] == "set_object" and is_red(c)]
     assert red
     assert all(names[path.removeprefix("/meshcat/")] == ROBOT.bodies[-1].link for path in red)
 
 
-def _red(command: dict) -> bool:
+def is_red(command: dict) -> bool:
     colour = command["object"]["materials"][0]["color"]
     return colour >> 16 > 200 and colour & 0xFF < 60
 
@@ -82,7 +81,7 @@ def test_what_moves_is_drawn_where_it_begins_with_its_way() -> None:
     scene = replace(make_post().world.scene, moving=moving)
     assert draw_scene(canvas, scene, ["cart"]) == {"obstacles/0": "thing0", "moving/0/shape": "cart"}
     assert paths(canvas, "set_object") == ["obstacles/0", "moving/0/shape", "ways/0"]
-    assert [_red(c) for c in canvas.commands if c["type"] == "set_object"] == [False, True, False]
+    assert [is_red(c) for c in canvas.commands if c["type"] == "set_object"] == [False, True, False]
     (item,) = moving_data(scene)
     assert {0.0, 2.0, 3.0} <= set(item["times"])
     for t, position, quaternion in zip(item["times"], item["positions"], item["quaternions"], strict=True):
