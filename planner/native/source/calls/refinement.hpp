@@ -42,6 +42,11 @@ int path_descend(const World* world, const double* reach, const double* body_rea
         require(sweeps >= 0 && most >= 0 && mix_count >= 0 && draw_count >= 0, "a number is below 0");
         require(within(step, 2, farthest) && least > 0.0, "a step is no finite number, or has no least");
         require(between(chosen, most_waypoints, 0, INT32_MAX), "there is no such place to begin with");
+        const size_t drawn = static_cast<size_t>(sweeps) * most_waypoints * draw_count * (dof + 1);
+        require(within(mixes, 2 * static_cast<size_t>(mix_count), farthest) && within(draws, drawn, farthest),
+                "a mix or a draw is no finite number");
+        require(within(&gain, 1, farthest), "the gain is no finite number");
+        for (int j = 0; j < dof; ++j) require(lower[j] <= upper[j], "there is no position between lower and upper");
         const MoveRules rules{gain, lower, upper, mixes, mix_count, draw_count, most};
         const std::vector<int64_t> left_out(chosen, chosen + most_waypoints);
         struct Worker {
@@ -102,6 +107,7 @@ int path_even_stretches(const World* world, const double* reach, const double* b
         require(tries >= 0 && count >= 0 && begin >= 0, "a number is below 0");
         require(between(ends, 2 * all, 0, n), "a stretch ends at no row of the path");
         for (size_t k = 0; k < all; ++k) require(ends[2 * k] < ends[2 * k + 1], "a stretch ends before it begins");
+        require(within(share, all, farthest) && within(&gain, 1, farthest), "a share or the gain is no finite number");
         const StretchRules rules{count, most, gain, ends, joints, share};
         std::vector<double> now(std::max(n - 1, 0));
         if (n > 1) Pricing(*chain, tool, prices).price(n - 1, path, path + dof, now.data());

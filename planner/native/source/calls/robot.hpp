@@ -32,6 +32,7 @@ Tool tool_of(const Chain& chain, int last, const double* point, int rows) {
 Prices prices_of(const double* k, int kind, int at_end, int fewest, const uint8_t* wraps) {
     require(kind >= 0 && kind <= 2, "there is no such kind of cost");
     require(fewest >= 3 && fewest < 1000 && fewest % 2, "Simpson's rule takes an odd number of states");
+    require(within(k, 9, infinity) && k[3] > 0.0, "a price is no number, or lengths are divided by none above 0");
     return {{k[0], k[1], k[2], kind}, k[3], k[4], k[5], k[6], k[7], k[8], fewest, at_end != 0, wraps};
 }
 
