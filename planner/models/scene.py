@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -303,6 +303,11 @@ def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle:
     return Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
 
 
+def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path()) -> tuple[Note, ...]:
+    """What was passed over in the mesh files that ``items`` name, in that ``folder``."""
+    return tuple(dae_notes(folder / item.file for item in items if isinstance(item, _Mesh)))
+
+
 def _build(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
     obstacles = tuple(obstacle_of(item, folder) for item in file.obstacles if not item.motion)
@@ -319,7 +324,6 @@ def _build(file: SceneFile, path: Path) -> Scene:
         Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links) for item in file.carried
     )
     allowed = frozenset(frozenset(pair) for pair in file.allowed)
-    meshes = [folder / item.file for item in (*file.obstacles, *file.carried) if isinstance(item, _Mesh)]
     return Scene(
         file.name or path.stem,
         obstacles,
@@ -329,6 +333,6 @@ def _build(file: SceneFile, path: Path) -> Scene:
         moving,
         carried,
         allowed,
-        notes=tuple(dae_notes(meshes)),
+        notes=mesh_notes((*file.obstacles, *file.carried), folder),
         keep=keeps_text(file.keep),
     )

@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from planner.base.errors import OptionError, PlannerError, choices
+from planner.base.notes import Note
 from planner.base.progress import Progress
 from planner.gate.gate import JUDGED, Gate
-from planner.models.scene import obstacle_of
+from planner.models.model_checks import notes
+from planner.models.scene import mesh_notes, obstacle_of
 from planner.planning.result import Plan
 from planner.problem.request import LimitsRequest
 from planner.serve import messages as ask
@@ -32,6 +34,7 @@ class World:
     gate: Gate
     session: Session
     listeners: dict[object, Tell] = field(default_factory=dict)
+    _of_added: list[Note] = field(default_factory=list)  # what was passed over in files of obstacles that were added
     _waiting: list[Callable[[Session], object]] = field(default_factory=list)
     _order: threading.Lock = field(default_factory=threading.Lock)
     _planning: threading.Lock = field(default_factory=threading.Lock)
@@ -59,7 +62,13 @@ class World:
             "joints": list(robot.joints),
             "obstacles": [item.name for item in scene.obstacles],
             "carried": [item.name for item in scene.carried],
+            "notes": self._notes(),
         }
+
+    def _notes(self) -> list[str]:
+        """What is doubtful about robot and scene as they are now, and what of their files was passed over."""
+        found = (*notes(self.gate.robot, self.gate.scene), *self._of_added)
+        return list(dict.fromkeys(note.text for note in found))
 
     def check(self, asked: ask.Check) -> dict[str, Any]:
         """The gate's verdict on a chunk."""
@@ -82,15 +91,19 @@ class World:
     def change(self, asked: ask.Change) -> dict[str, Any]:
         """Apply changes to the gate now, and to the session before it plans again; what comes first is done first."""
         begin, done = time.perf_counter(), 0
+        before = self._notes()
         try:
             for each in asked.changes:
                 with self._order:
                     self._waiting.append(_applied(each, self.gate))
+                if isinstance(each, ask.Add):
+                    self._of_added += mesh_notes([each.obstacle])
                 done += 1
         finally:
             if done:
                 self.tell({"event": "world", **self.record()})
-        return {"changes": done, "seconds": time.perf_counter() - begin}
+        new = [note for note in self._notes() if note not in before]
+        return {"changes": done, "seconds": time.perf_counter() - begin, "notes": new}
 
     def plan(self, question: Callable[[Session, Progress], Plan], motion: bool, progress: Progress) -> dict[str, Any]:
         """The answer to a question, asked in the world as it is when its turn comes."""

@@ -26,6 +26,7 @@ from planner.base.errors import FileError, OptionError, PlannerError
 from planner.serve.messages import METHODS, schema
 from planner.serve.server import read_token, require_token, running
 from tests.command_line import command
+from tests.models.files.test_dae import TETRAHEDRON
 from tests.serve.client import Client, Refused, code_on_page
 
 ROW = {"do": "add", "obstacle": {"name": "post", "type": "sphere", "radius": 0.1, "position": [0.75, 0.0, 0.0]}}
@@ -85,6 +86,20 @@ def test_the_gate_knows_a_change_at_once_and_the_planner_before_its_next_plan(cl
     moved = client.ask("change", changes=[{"do": "move", "name": "post", "position": [5.0, 0.0, 0.0]}])
     assert moved["changes"] == 1
     assert client.ask("replan", motion=False)["path"] == before["path"]
+
+
+def test_what_was_passed_over_in_files_is_told(client: Client, tmp_path: Path) -> None:
+    """Of a world that is loaded, and of what is added to it; what is known already is not told again."""
+    told = client.ask("load", world="noted", robot="panda", scene="shelf", nodes=60, replace=True)
+    assert ["sets up ur5" in note for note in told["notes"]] == [True]
+    (tmp_path / "part.dae").write_text(TETRAHEDRON)
+    part = {"name": "part", "type": "mesh", "file": str(tmp_path / "part.dae"), "position": [9.0, 0.0, 0.0]}
+    new = client.ask("change", world="noted", changes=[{"do": "add", "obstacle": part}])["notes"]
+    assert ["its unit is '0.01' m" in note for note in new] == [True]
+    moved = {"do": "move", "name": "part", "position": [8.0, 0.0, 0.0]}
+    assert client.ask("change", world="noted", changes=[moved])["notes"] == []
+    (world,) = [each for each in client.ask("worlds")["worlds"] if each["world"] == "noted"]
+    assert set(world["notes"]) == {*told["notes"], *new}
 
 
 @pytest.mark.parametrize(
