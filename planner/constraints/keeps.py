@@ -232,7 +232,10 @@ def narrowed(robot: Robot, conditions: Iterable[Condition]) -> tuple[Robot, tupl
             )
         k = robot.joints.index(each.joint)
         if robot.continuous[k]:
-            raise RobotError(f"'{each.text}' is for a joint that turns without end, whose range cannot be kept.")
+            raise RobotError(
+                f"'{each.text}' is for a joint that turns without end, whose range cannot be kept: "
+                "leave it out, or make the joint revolute, with limits, in the URDF."
+            )
         lower[k], upper[k] = max(lower[k], each.lower), min(upper[k], each.upper)
         if not lower[k] < upper[k]:
             raise RobotError(f"'{each.text}' leaves nothing of the joint's range.")
