@@ -22,7 +22,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 33  # of the functions' arguments: what planner_version() says
+_VERSION = 34  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -133,7 +133,8 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
         _int,
         (*6 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _Pointer, _int, _Pointer, _long, _int, *2 * [_Pointer]),
     ),
-    "world_walk": (_int, (*4 * [_Pointer], _int, _int, _double, *3 * [_Pointer])),
+    "world_parts": (_int, (*3 * [_Pointer], _int, _int, _double, _Pointer)),
+    "world_walk": (_int, (*4 * [_Pointer], _int, _int, _Pointer, _int, _Pointer, _Pointer)),
     "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, _int, *3 * [_Pointer])),
 }
 

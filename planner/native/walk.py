@@ -8,6 +8,7 @@ from planner.base.arrays import Floats, Ints
 from planner.native.loading import address as _at
 from planner.native.loading import floats as _floats
 from planner.native.loading import library as _library
+from planner.native.loading import threads
 from planner.native.world import NativeBounds, NativeWorld
 
 
@@ -20,9 +21,9 @@ def walk(world: NativeWorld, bounds: NativeBounds, coefficients: Floats, longest
     """
     m = len(coefficients)
     coefficients = _floats(coefficients, m, coefficients.shape[1], world.dof)
-    parts, shares = np.empty(m, dtype=np.int64), np.zeros(world.pairs)
+    parts, shares = np.empty(m, dtype=np.int64), np.empty(world.pairs)
     reach, body_reach, _ = bounds.addresses
-    known = world.handle, reach, body_reach, _at(coefficients), m, coefficients.shape[1] - 1, longest
-    moved = np.empty(_library.world_walk(*known, _at(parts), None, None))
-    _library.world_walk(*known, None, _at(moved), _at(shares))
+    pieces = body_reach, _at(coefficients), m, coefficients.shape[1] - 1
+    moved = np.empty(_library.world_parts(world.handle, *pieces, longest, _at(parts)))
+    _library.world_walk(world.handle, reach, *pieces, _at(parts), threads(), _at(moved), _at(shares))
     return parts, moved, shares

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -153,6 +155,27 @@ def test_no_point_is_faster_anywhere_on_a_long_part(checker, degree: int) -> Non
     for _ in range(2):
         found = minimize(excess, rng.normal(size=(degree + 1) * robot.dof), method="Powell", options={"maxfev": 100})
         assert 0.1 < -found.fun <= 1 + 1e-6
+
+
+def test_joints_that_carry_each_other_speed_a_point_up_together(urdf_file) -> None:
+    """A point on the axis about which seven joints turn all in all stands still for a moment.
+
+    Their axes meet in one place, each a little farther round than the one that carries it: nothing turns that axis away
+    faster, by sum_jk |sin|, j < k, where the joints by themselves come to their number.
+    """
+    angles = np.pi * (np.arange(7) + 0.5) / 7
+    inside = "".join(link_xml(f"link{k}") for k in range(7))
+    inside += link_xml("link7", '<sphere radius="0.001"/>', '<origin xyz="0 1 0"/>')
+    for k, angle in enumerate(angles.tolist()):
+        inside += joint_xml(f"j{k}", f"link{k}", f"link{k + 1}", axis=f"{math.cos(angle)!r} {math.sin(angle)!r} 0")
+    checker = make_checker(Robot.load(urdf_file(inside)), scene_of((Box((0.2, 0.2, 0.2)), pose([3.0, 0, 0]))))
+    together = sum(np.sin(angles[k] - angles[:k]).sum() for k in range(7))
+    assert together > 2 * len(angles)
+    for longest in (0.01, 0.05):
+        line = np.array([np.full(7, -longest), np.full(7, 2 * longest)])[None]
+        _, moved, _ = walk(checker.bound.native, checker.bound.of_all, line, 1e3)
+        fastest = moved_by(checker, evaluate(np.repeat(line, 2, axis=0), np.array([1 - 1e-6, 1.0]))).max() / 1e-6
+        assert 0.8 * together * longest * 2 * longest < fastest <= moved[0]
 
 
 def test_a_motion_without_length_is_looked_at_in_both_ends() -> None:

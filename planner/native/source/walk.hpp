@@ -1,7 +1,7 @@
 // How far an arm's bodies move along joint paths, part by part, so that looks at them can be evenly spread.
 #pragma once
 
-#include "prover.hpp"
+#include "pieces.hpp"
 #include "speeds.hpp"
 
 namespace planner {
@@ -11,7 +11,7 @@ class Walk {
     Walk(const World& world, const double* reach, const double* body_reach, const Pieces& pieces)
         : world_(world), reach_(reach), body_reach_(body_reach), pieces_(pieces), dof_(pieces.dof),
           speeds_(world, body_reach), scratch_(world.scratch()), q_(dof_), velocity_(dof_), rates_(dof_), bends_(dof_),
-          fastest_(world.bodies), of_body_(world.bodies, 0.0) {}
+          fastest_(world.bodies), of_body_(world.bodies, 0.0), of_pair_(world.pair_count(), 0.0) {}
 
     // Into how many parts of one length in s a piece is cut, so that joints alone could move no point farther than
     // `longest` (m) on one; infinite numbers for what is none.
@@ -22,9 +22,8 @@ class Walk {
         return motion <= longest ? 1.0 : std::ceil(motion / longest);
     }
 
-    // Metres that no point exceeds on a part, from `low` to `high`. `shares` (pairs,) of pairs of bodies are made as large
-    // as what their distance can change by, of that.
-    double part(int piece, double low, double high, double* shares) {
+    // Metres that no point exceeds on a part, from `low` to `high`.
+    double part(int piece, double low, double high) {
         const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
         pieces_.at(piece, middle, q_.data());
         pieces_.velocity(piece, middle, velocity_.data());
@@ -42,17 +41,21 @@ class Walk {
         for (int b = 0; b < world_.bodies; ++b) of_body_[b] = std::max(of_body_[b], fastest_[b] / fastest);
         for (int pair = world_.bodies * world_.obstacles(); pair < world_.pair_count(); ++pair) {
             const int first = world_.pairs[pair].first, second = world_.pairs[pair].second;
-            double apart = std::min(sum(reach_, pair), fastest_[first] + fastest_[second]);
-            if (apart > shares[pair] * fastest) apart = std::min(apart, speeds_.between(first, second).anywhere(half));
-            shares[pair] = std::max(shares[pair], apart / fastest);
+            const double apart = std::min(sum(reach_, pair), fastest_[first] + fastest_[second]);
+            double& share = of_pair_[pair];  // of the rest the largest is the same, in whatever order parts come
+            if (apart / fastest > share)
+                share = std::max(share, std::min(apart, speeds_.between(first, second).anywhere(half)) / fastest);
         }
         return fastest * (high - low);
     }
 
-    // The shares (pairs,) of bodies and obstacles, once all parts are there.
-    void finish(double* shares) const {
+    // Make `shares` (pairs,) as large as what distances of pairs change by at most on the parts that were asked about, of
+    // what the fastest point moves on these.
+    void raise(double* shares) const {
         const int obstacles = world_.obstacles();
-        for (int b = 0; b < world_.bodies; ++b) std::fill_n(shares + b * obstacles, obstacles, of_body_[b]);
+        const auto at_least = [&](int pair, double share) { shares[pair] = std::max(shares[pair], share); };
+        for (int pair = 0; pair < world_.bodies * obstacles; ++pair) at_least(pair, of_body_[pair / obstacles]);
+        for (int pair = world_.bodies * obstacles; pair < world_.pair_count(); ++pair) at_least(pair, of_pair_[pair]);
     }
 
    private:
@@ -69,7 +72,8 @@ class Walk {
     const int dof_;
     Speeds speeds_;
     Scratch scratch_;
-    std::vector<double> q_, velocity_, rates_, bends_, fastest_, of_body_;
+    std::vector<double> q_, velocity_, rates_, bends_, fastest_;
+    std::vector<double> of_body_, of_pair_;  // the largest shares so far
 };
 
 }  // namespace planner

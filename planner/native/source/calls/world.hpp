@@ -1,6 +1,9 @@
 // What Python asks of a robot among obstacles; see ../../library.py for shapes and units.
 #pragma once
 
+#include <mutex>
+#include <numeric>
+
 #include "../choices.hpp"
 #include "../glance.hpp"
 #include "../sharing.hpp"
@@ -30,6 +33,17 @@ int added(World& world, Item item) {
     if (item.joint >= 0) ++world.bodies;
     world.items.push_back(std::move(item));
     return static_cast<int>(world.items.size()) - 1;
+}
+
+constexpr int64_t most_parts = INT32_MAX / 8;  // of a walk
+
+// Pieces (count, degree + 1, dof) of numbers that can be walked along.
+Pieces to_walk(const World& world, const double* coefficients, int count, int degree) {
+    require(degree >= 0 && degree <= highest_degree, "the pieces are of a higher degree than is supported");
+    const Pieces pieces{coefficients, count, degree, world.chain.dof()};
+    require(within(coefficients, static_cast<size_t>(count) * (degree + 1) * pieces.dof, farthest),
+            "a coefficient is no finite number");
+    return pieces;
 }
 
 }  // namespace
@@ -323,31 +337,56 @@ int world_cheapest_chain(const World* world, const double* reach, const double* 
     });
 }
 
-// How far an arm moves along pieces (count, degree + 1, dof). Where `moved` is null into how many parts each is cut that
-// no joint moves anything farther on than `longest` (m), parts (count,). Else by how many metres, moved (all parts,), no
-// point is moved farther on each part, and in `shares` (pairs,), all 0 before, by how much the distances of pairs change
-// at most, of that. How many parts there are.
-int world_walk(const World* world, const double* reach, const double* body_reach, const double* coefficients, int count,
-               int degree, double longest, int64_t* parts, double* moved, double* shares) {
+// Into how many parts each of the pieces (count, degree + 1, dof) is cut that no joint moves anything farther on than
+// `longest` (m), parts (count,). How many these are in all.
+int world_parts(const World* world, const double* body_reach, const double* coefficients, int count, int degree,
+                double longest, int64_t* parts) {
     return answered([&] {
-        require(degree >= 0 && degree <= highest_degree, "the pieces are of a higher degree than is supported");
+        const Pieces pieces = to_walk(*world, coefficients, count, degree);
         require(longest > 0.0, "a part is longer than nothing");
-        const Pieces pieces{coefficients, count, degree, world->chain.dof()};
-        require(within(coefficients, static_cast<size_t>(count) * (degree + 1) * pieces.dof, farthest),
-                "a coefficient is no finite number");
-        Walk walk(*world, reach, body_reach, pieces);
+        Walk walk(*world, nullptr, body_reach, pieces);
         int64_t all = 0;
         for (int k = 0; k < count; ++k, heed()) {
             const double cut = walk.parts(k, longest);
-            require(cut + all <= INT32_MAX / 8, "a motion is too long to be walked along in such short parts");
-            if (!moved)
-                parts[k] = static_cast<int64_t>(cut);
-            else
-                for (int i = 0; i < cut; ++i) *moved++ = walk.part(k, i / cut, (i + 1) / cut, shares);
-            all += static_cast<int64_t>(cut);
+            require(cut + all <= most_parts, "a motion is too long to be walked along in such short parts");
+            all += parts[k] = static_cast<int64_t>(cut);
         }
-        if (moved) walk.finish(shares);
         return static_cast<int>(all);
+    });
+}
+
+// By how many metres, moved (all parts,), no point of an arm is moved farther on each of the parts (count,) of pieces, and
+// in `shares` (pairs,) by how much the distances of pairs change at most meanwhile, of that.
+int world_walk(const World* world, const double* reach, const double* body_reach, const double* coefficients, int count,
+               int degree, const int64_t* parts, int threads, double* moved, double* shares) {
+    return answered([&] {
+        const Pieces pieces = to_walk(*world, coefficients, count, degree);
+        require(between(parts, count, 0, most_parts), "there are no so many parts");
+        std::vector<int> of;  // a piece of each part
+        for (int k = 0; k < count; ++k) of.insert(of.end(), parts[k], k);
+        std::vector<int64_t> first(count);
+        std::exclusive_scan(parts, parts + count, first.begin(), int64_t{0});
+        std::fill_n(shares, world->pair_count(), 0.0);
+        std::mutex alone;
+        struct Worker {
+            Walk walk;
+            std::mutex& alone;
+            double* shares;
+            ~Worker() {
+                const std::lock_guard<std::mutex> held(alone);
+                walk.raise(shares);
+            }
+        };
+        constexpr int at_a_time = 8;
+        const int all = static_cast<int>(of.size());
+        share_out((all + at_a_time - 1) / at_a_time, threads, 2,
+                  [&] { return Worker{{*world, reach, body_reach, pieces}, alone, shares}; },
+                  [&](int batch, Worker& at) {
+                      for (int i = batch * at_a_time; i < std::min(all, (batch + 1) * at_a_time); ++i) {
+                          const double number = i - first[of[i]], cut = parts[of[i]];
+                          moved[i] = at.walk.part(of[i], number / cut, (number + 1) / cut);
+                      }
+                  });
     });
 }
 
