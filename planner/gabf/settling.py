@@ -73,6 +73,7 @@ class Course:
         self._readings: list[tuple[float, float]] = []
 
     def add(self, state: State) -> None:
+        """Remember the state that comes next."""
         lowest, highest = state.standing.lowest, state.standing.highest
         self.lowest, self.highest = min(self.lowest, lowest), max(self.highest, highest)
         self._readings.append((state.tau, state.residual))

@@ -90,6 +90,7 @@ class _Run:
         return self._follow(partial(self.solver.states, self.problem, self.law.flow, self.y0))
 
     def on_blocks(self, partition: Partition) -> CostToGo:
+        """The same, to the bit; :class:`OptionError` where the solver is another one, or a trajectory is kept."""
         if not isinstance(self.solver, Splitting) or self.recorder.keeps:
             raise OptionError("blocks run the splitting solver and keep no trajectory: leave solver and save out.")
         clear_above = Course(self.bounds, self.tolerance).clear_above

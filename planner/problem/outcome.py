@@ -29,6 +29,7 @@ class Outcome(Enum):
 
     @property
     def exit_code(self) -> int:
+        """What a command that ends so exits with."""
         return {
             Outcome.SOLVED: 0,
             Outcome.NO_PATH: 4,
