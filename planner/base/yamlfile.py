@@ -66,12 +66,33 @@ def read_text(path: Path, what: str) -> str:
 
 
 class _Loader(yaml.CSafeLoader):
-    """PyYAML's safe loader, for which ``1e-3`` is a number as in YAML 1.2, not a text."""
+    """PyYAML's safe loader, for which numbers are those of YAML 1.2.
+
+    ``1e-3`` is one, not a text; 010 is ten, not eight; ``1:30`` and ``1_000`` are texts, not numbers.
+    """
 
 
+_NUMBERS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag not in _NUMBERS]
+    for first, resolvers in _Loader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver(_NUMBERS[0], re.compile(r"[-+]?\d+$|0o[0-7]+$|0x[0-9a-fA-F]+$"), list("-+0123456789"))
 _Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
+    _NUMBERS[1],
+    re.compile(r"[-+]?(\d+\.\d*|\.\d+|\d+(?=[eE]))([eE][-+]?\d+)?$|[-+]?\.(inf|Inf|INF)$|\.(nan|NaN|NAN)$"),
+    list("-+.0123456789"),
 )
+
+
+def _whole(loader: yaml.CSafeLoader, node: yaml.ScalarNode) -> int:
+    """A whole number; its resolver knows the digits, a tag may stand at any text."""
+    text = loader.construct_scalar(node)
+    base = {"0o": 8, "0x": 16}.get(text[:2], 10)
+    return int(text[2:] if base != 10 else text, base)
+
+
+_Loader.add_constructor(_NUMBERS[0], _whole)
 
 _DEEPEST = 200  # levels: on deep nesting libyaml's loader overflows the stack, its parser of events does not
 _LEVELS = {

@@ -188,6 +188,8 @@ def without_carried(robot: Robot, name: str) -> Robot:
 def held_in(robot: Robot, item: Carried) -> pin.Frame:
     """The frame that a carried shape is placed in; :class:`RobotError` where it does not move with its link."""
     holder = robot.model.frames[urdf.frame_id(robot.model, item.link)]
+    for frame in (item.link, item.frame or item.link):
+        urdf.require_not_following(robot.source, frame, robot.joints, robot.fixed_joints)
     if item.frame in ("", item.link):
         return holder
     found = [each for each in robot.model.frames if each.name == item.frame and each.parentJoint == holder.parentJoint]
@@ -204,6 +206,7 @@ def with_tool(robot: Robot, tool: str | None) -> Robot:
     if tool is None or tool == robot.tool:
         return robot
     urdf.frame_id(robot.model, tool)
+    urdf.require_not_following(robot.source, tool, robot.joints, robot.fixed_joints)
     return replace(robot, tool=tool)
 
 
@@ -246,7 +249,7 @@ def assemble(
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
     base = pose() if base is None else placement("base", base)
     geometry = read_geometry(description, files.model, "collision")
-    held = urdf.followed(description, files.model, geometry.model, planned, fixed)
+    held = urdf.followed(description, files.model, geometry.model, planned, fixed, tool)
     model, placed = urdf.reduce(files.model, geometry.model, planned, held, base)
     lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
     _check_limits(model, lower, upper)

@@ -17,6 +17,7 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.formats import require_readable_version
 from planner.base.places import Place, place
+from planner.base.words import number
 from planner.base.yamlfile import read_text, repeated, shown
 from planner.models.robot import Robot
 
@@ -45,11 +46,15 @@ _FORMATS = "a plan.json, a list of rows, {joints, path}, {joint_names, points} o
 
 @dataclass(frozen=True, eq=False)
 class PathFile:
-    """Rows (k, columns) of a file in its own order; ``names`` of the columns and the ``robot`` where it says so."""
+    """Rows (k, columns) of a file in its own order; ``names`` of the columns and the ``robot`` where it says so.
+
+    ``notes``: what else it holds that is passed over.
+    """
 
     rows: Floats
     names: tuple[str, ...] | None = None
     robot: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 def read_joint_path(path: Place, robot: Robot) -> Floats:
@@ -71,7 +76,7 @@ def read_joint_path(path: Place, robot: Robot) -> Floats:
         case other:
             raise FileError(f"{where} ends in '{other}': give a .json or .csv file.")
     rows = in_order(content, robot, where)
-    for note in left_out(content.names, robot):
+    for note in (*content.notes, *left_out(content.names, robot)):
         _log.warning("%s: %s", where, note)
     require_of_an_arm(rows, robot, where)
     return frozen(np.where(robot.continuous, robot.unwound(rows), rows))  # other joints to the last bit
@@ -187,11 +192,10 @@ def _from_json(data: Any, where: str) -> PathFile:
                 f"{where} is a sweep, one path an interval of beta: save the 'path' of one of its intervals as a file "
                 "of its own, or plan with 'planner plan --beta'."
             )
-        data, _ = unwrapped(data, where)
-    if isinstance(data, dict):
-        rows = _rows_of(data, where)
+        data, notes = unwrapped(data, where)
+        rows = _rows_of(data, where) if isinstance(data, dict) else None
         if rows is not None:
-            return PathFile(matrix(rows, where), joint_names(data, where), _text(data.get("robot")))
+            return PathFile(matrix(rows, where), joint_names(data, where), _text(data.get("robot")), tuple(notes))
     raise FileError(f"{where} holds no path: give {_FORMATS}.")
 
 
@@ -297,7 +301,7 @@ def cells(line: str, where: str) -> list[str]:
 def is_number(text: str) -> bool:
     """Whether a cell of a CSV holds a number."""
     try:
-        float(text)
+        number(text)
     except ValueError:
         return False
     return True
@@ -323,4 +327,4 @@ def matrix(rows: Any, where: str) -> Floats:
 def _number(cell: Any) -> float:
     if isinstance(cell, bool) or not isinstance(cell, (int, float, str)):
         raise TypeError(cell)
-    return float(cell)
+    return number(cell) if isinstance(cell, str) else float(cell)

@@ -133,10 +133,13 @@ def kept_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> tuple[tup
     found = list(_region(message.path, robot, scene, where))
     for each in message.path_joints:
         lower, upper = each.position - each.tolerance_below, each.position + each.tolerance_above
-        if each.joint_name in robot.joints:
-            found.append(KeepJoint(each.joint_name, lower, upper))
-        else:
+        if each.joint_name not in robot.joints:
             _require_held(each.joint_name, each.position, (lower, upper), robot, start, where)
+            continue
+        try:
+            found.append(KeepJoint(each.joint_name, lower, upper))
+        except OptionError as error:
+            raise SceneError(f"{where}: {error}") from None
     try:
         require_thick(tuple(found))
     except OptionError as error:

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, choices
+from planner.base.words import number
 from planner.base.yamlfile import shown
 from planner.paths.file import OF_A_POINT, joint_names, matrix, require_known, unwrapped
 from planner.trajectory.file import KEYS, POINT_KEYS
@@ -118,7 +119,7 @@ def _seconds(value: Any, where: str) -> float:
         return (whole * _PER_SECOND + part) / _PER_SECOND
     try:
         if not isinstance(value, bool):
-            return float(value)
+            return number(value) if isinstance(value, str) else float(value)
     except (TypeError, ValueError, OverflowError):
         pass
     raise FileError(f"{where}: {shown(value)} is no time; give sec and nanosec, or seconds.")

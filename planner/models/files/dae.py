@@ -5,6 +5,7 @@ An index that is no number makes it fill all memory, and so do thirty nodes that
 
 from __future__ import annotations
 
+import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -21,8 +22,11 @@ _INSTANCES = {"instance_node": "url", "instance_geometry": "url", "instance_cont
 _HOLDERS = ("node", "mesh", "triangles", "polylist", "polygons", "trifans", "tristrips", "ph")  # of what is drawn
 _MOST = 30_000_000  # indices, of positions, normals and colours: two million triangles have fewer
 _HEAD = 1 << 16  # bytes in which a file says its unit and axis
+_ASSET_ENDS = b"</asset>"
 _UNIT = re.compile(rb"<unit\b[^>]*?\bmeter\s*=\s*[\"']([^\"'<>]{1,40})")
 _AXIS = re.compile(rb"<up_axis>\s*([XY]_UP)\b")
+_NOT_READ = ("skew", "convex_mesh", "spline", "brep")  # elements that place things, or hold them
+_UNIT_LENGTH = 1e-3  # by how much an axis may miss it: a reader would scale by it
 _COUNTS = ("count", "stride", "offset", "set")  # attributes
 
 
@@ -55,6 +59,8 @@ def dae_notes(files: Iterable[Path]) -> Iterator[Note]:
         try:
             with path.open("rb") as file:
                 head = file.read(_HEAD)
+                if _ASSET_ENDS not in head:  # its comments are long
+                    head += file.read()
         except OSError:  # who reads its triangles says so
             continue
         unit, axis = _UNIT.search(head), _AXIS.search(head)
@@ -79,6 +85,10 @@ def _scene_fault(root: ET.Element) -> str | None:
                 return f"nests nodes more than {_DEEPEST} deep"
             if size > _MOST:
                 return f"has instances that unfold to {size} nodes and indices, more than {_MOST}"
+    for instance in root.iter():
+        url = instance.get(_INSTANCES.get(_name(instance), ""))
+        if url is not None and url not in known:
+            return f"has a <{_name(instance)}> of {shown(url)}, which is not in it"
     return None
 
 
@@ -116,6 +126,10 @@ def _element_fault(element: ET.Element, most: int) -> str | None:
         return f"has a <{name}> that holds more than whole numbers"
     if name == "float_array" and not _are_numbers(text):
         return "has a <float_array> that holds more than numbers"
+    if name in _NOT_READ:
+        return f"has a <{name}>, which is not read"
+    if name == "rotate" and abs(math.hypot(*list(floats(text))[:3]) - 1.0) > _UNIT_LENGTH:
+        return f"has a <rotate> about {shown(text.strip())}, whose axis is not of length 1"
     for attribute in _COUNTS:
         value = element.get(attribute)
         if value is not None and name != "node" and not _is_count(value, most):

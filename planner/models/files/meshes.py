@@ -23,8 +23,17 @@ from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _STL_HEADER, _STL_RECORD = 84, 50  # bytes before the triangles, and of each: normal, three corners, two bytes
 _NUMBER = rb"[ \t]++[-+]?+\d++(?:\.\d*+)?+(?:[eE][-+]?\d++)?+"  # possessive: the time grows with the length alone
-_VERTEX = rb"v(?:" + _NUMBER + rb"){3}+(?:" + _NUMBER + rb"(?:" + 2 * _NUMBER + rb")?+)?+[ \t]*+(?:#.*+)?+\r?$"
-_SKIPPED = re.compile(rb"^(?:(?!" + _VERTEX + rb")v[ \t].*+|[ \t]++[vf][ \t].*+)", re.MULTILINE)
+_ONE = rb"[ \t]++[+]?+1(?:\.0*+)?+(?![\d.eE])"  # a weight: by any other Assimp divides
+_VERTEX = rb"v(?:" + _NUMBER + rb"){3}+(?:" + 3 * _NUMBER + rb"|" + _ONE + rb")?+[ \t]*+(?:#.*+)?+\r?$"
+_CORNER = rb"[ \t]++[^\s#]++"
+_SKIPPED = re.compile(  # lines that hold a part of the surface
+    rb"^(?:(?!" + _VERTEX + rb")v[ \t].*+"
+    rb"|(?!f(?:" + _CORNER + rb"){3})f(?:[ \t].*+)?$"
+    rb"|[ \t]++[vf][ \t].*+|[VF][ \t].*+|(?:call|cstype|curv|curv2|surf|csh|bzp|bsp|cdp|cdc|res)[ \t].*+)",
+    re.MULTILINE,
+)
+_STL_NUMBER = _NUMBER.replace(rb"\d++(?:\.\d*+)?+", rb"(?:\d++(?:\.\d*+)?+|\.\d++)")
+_STL_CORNER = re.compile(rb"^(?![ \t]*+vertex(?:" + _STL_NUMBER + rb"){3}[ \t]*+\r?$)[ \t]*+vertex\b.*+", re.MULTILINE)
 _LARGEST = 512 << 20  # bytes of a mesh file
 _MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
 
@@ -100,7 +109,7 @@ def require_readable_mesh(path: Path) -> None:
     """Raise :class:`FileError` for a mesh file that its reader would not survive."""
     if path.stat().st_size > _LARGEST:
         raise FileError(f"mesh file {path} is larger than {_LARGEST >> 20} MiB: simplify the mesh.")
-    looked_through = {".ply": ply_fault, ".dae": dae_fault, ".obj": obj_fault}.get(path.suffix.lower())
+    looked_through = _LOOKED_THROUGH.get(path.suffix.lower())
     wrong = looked_through(path.read_bytes()) if looked_through else None
     if wrong:
         raise FileError(f"mesh file {path} {wrong}: export it again.")
@@ -109,11 +118,21 @@ def require_readable_mesh(path: Path) -> None:
 def obj_fault(content: bytes) -> str | None:
     """The first vertex or face of an OBJ file that Assimp skips, or cuts off; None where there is none.
 
-    It takes three, four or six numbers that begin with a digit, in lines that are not indented, and a comma for an end.
-    Vertices behind one that is skipped would get the numbers of others.
+    It takes three numbers that begin with a digit, or six, with a colour, in lines that are not indented, and a comma
+    for an end. Vertices behind one that is skipped would get the numbers of others. By a fourth number, a weight, it
+    divides, which of polygons nobody means. Faces have three corners; free forms, and other files, are not read.
     """
     wrong = _SKIPPED.search(content)
     return None if wrong is None else f"has a line {shown(wrong[0].strip().decode(errors='replace'))} that is skipped"
+
+
+def stl_fault(content: bytes) -> str | None:
+    """The first corner in the text of an STL file that is not three numbers, of which Assimp takes what it can."""
+    wrong = _STL_CORNER.search(content) if binary_stl(content) is None else None
+    return None if wrong is None else f"has a line {shown(wrong[0].strip().decode(errors='replace'))} of no 3 numbers"
+
+
+_LOOKED_THROUGH = {".ply": ply_fault, ".dae": dae_fault, ".obj": obj_fault, ".stl": stl_fault}
 
 
 class MeshFault(ValueError):

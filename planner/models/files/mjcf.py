@@ -19,7 +19,11 @@ from planner.base.yamlfile import FARTHEST, nearest, repeated, shown
 from planner.models.files.urdf_rules import floats
 from planner.models.files.xacro import read_root
 
-IGNORED = ("contact", "equality", "tendon", "keyframe")  # elements by which a robot may move, or stand, otherwise
+IGNORED = ("contact", "equality", "tendon", "keyframe", "deformable")  # by which a robot may move, or be, otherwise
+_SECTIONS = (  # of a model; what stands in those that are not read moves nothing
+    *("compiler", "option", "size", "visual", "statistic", "default", "custom", "asset", "worldbody"),
+    *("actuator", "sensor", "extension", *IGNORED),
+)
 _LOST = ("include", "frame", "replicate", "composite", "flexcomp", "attach")  # Pinocchio sees nothing of what they hold
 _IN_A_BODY = ("body", "geom", "joint", "freejoint", "site", "inertial", "camera", "light", "plugin")
 _TURNS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")  # the ways to say an orientation
@@ -28,7 +32,22 @@ _NUMBERS = {  # how many each has: of fewer, and of words, Pinocchio takes whate
     "range": 2,
 }
 _NUMBERED = ("body", "geom", "joint", "site", "mesh")  # elements that have them
-_DIRECTED, _SHORTEST = ("axis", "quat", "zaxis"), 1e-6
+_DIRECTED, _SHORTEST = {"axis": 3, "quat": 4, "zaxis": 3, "axisangle": 3}, 1e-6  # numbers that say a direction
+_PLACED = ("pos", *_TURNS)
+_ATTRIBUTES = {  # that have a meaning here
+    "body": ("name", "childclass", "mocap", "gravcomp", "sleep", *_PLACED),
+    "joint": (
+        *("name", "class", "type", "group", "pos", "axis", "range", "limited", "ref", "springref", "margin"),
+        *("stiffness", "damping", "armature", "frictionloss", "springdamper", "actuatorfrcrange", "user"),
+    ),
+    "geom": (
+        *("name", "class", "type", "mesh", "size", "fromto", "contype", "conaffinity", "condim", "group", "priority"),
+        *("material", "rgba", "margin", "gap", "mass", "density", "hfield", "fitscale", "friction", "user", *_PLACED),
+    ),
+    "mesh": ("name", "class", "file", "scale", "vertex", "face", "normal", "texcoord", "refpos", "refquat", "inertia"),
+}
+_ALIKE = 0.7
+_AXES = {axis: np.eye(3)[k] for k, axis in enumerate("xyz")}
 _LIMITED = ("true", "false", "auto")
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3}  # numbers that say how large a geom is
 
@@ -51,6 +70,13 @@ def require_readable(root: ET.Element, path: Path) -> None:
         raise RobotError(f"MJCF {path} has global coordinates, which are not read: let MuJoCo save it with local ones.")
     if len(root.findall("worldbody")) != 1:
         raise RobotError(f"MJCF {path} has not one worldbody: put all bodies into one.")
+    if len(root.findall("compiler")) > 1:
+        raise RobotError(f"MJCF {path} has several compiler elements, of which one would count: put all into one.")
+    sections = [child.tag for child in root if child.tag not in _SECTIONS]
+    if sections:
+        meant = nearest(sections[0], _SECTIONS)
+        raise RobotError(f"MJCF {path} has an unknown element {shown(sections[0])}{meant}; mend the file.")
+    _require_spelling(root, path)
     shifted = next((mesh for mesh in root.iter("mesh") if mesh.get("refpos") or mesh.get("refquat")), None)
     if shifted is not None:
         raise RobotError(
@@ -66,6 +92,16 @@ def require_readable(root: ET.Element, path: Path) -> None:
     _require_one_robot(root, path)
 
 
+def _require_spelling(root: ET.Element, path: Path) -> None:
+    """Raise where an attribute is nearly one that means something, which MuJoCo refuses and Pinocchio passes over."""
+    for element in root.iter():
+        known = _ATTRIBUTES.get(element.tag, ())
+        for word in element.attrib if known else ():
+            meant = nearest(word, known, _ALIKE) if word not in known else ""
+            if meant:
+                raise RobotError(f"MJCF {path}: a <{element.tag}> has an unknown {shown(word)}{meant}; mend the file.")
+
+
 def _require_numbers(root: ET.Element, path: Path) -> None:
     for element in (each for each in root.iter() if each.tag in _NUMBERED):
         for name in element.attrib.keys() & _NUMBERS.keys():
@@ -75,7 +111,7 @@ def _require_numbers(root: ET.Element, path: Path) -> None:
             quoted = f"MJCF {path}: {name}={shown(text)} of <{element.tag}>{called}"
             if len(values) != count or not all(abs(value) <= FARTHEST for value in values):
                 raise RobotError(f"{quoted} is not {count} numbers of at most {FARTHEST:g}; mend the file.")
-            if name in _DIRECTED and math.hypot(*values) < _SHORTEST:
+            if name in _DIRECTED and math.hypot(*values[: _DIRECTED[name]]) < _SHORTEST:
                 raise RobotError(f"{quoted} has no direction; mend the file.")
 
 
@@ -131,6 +167,18 @@ def mesh_files_of(root: ET.Element) -> list[str]:
     return sorted(str(_mesh_file(mesh, root.find("compiler"))) for mesh in root.iter("mesh") if mesh.get("file"))
 
 
+def bare_links(path: Path) -> frozenset[str]:
+    """The bodies that have geoms, and none that collides."""
+    with _written_out(path) as file:
+        bodies = ET.parse(file).getroot().iterfind("worldbody//body")
+        return frozenset(
+            body.get("name", "")
+            for body in bodies
+            if (geoms := body.findall("geom"))
+            and all(geom.get("contype", "1") == "0" and geom.get("conaffinity", "1") == "0" for geom in geoms)
+        )
+
+
 def passed_over(root: ET.Element) -> list[str]:
     """Elements of the file that are not followed."""
     world = ["worldbody/geom"] if root.find("worldbody/geom") is not None else []
@@ -150,10 +198,13 @@ def _written_out(path: Path) -> Iterator[str]:
     """
     root = read_root(path, "MJCF")
     compiler, defaults = root.find("compiler"), _defaults(root)
+    said = {} if compiler is None else compiler.attrib
     for world in root.iter("worldbody"):
-        _write_out(world, defaults, "main", {} if compiler is None else compiler.attrib)
-    for said in root.findall("default"):  # at the elements themselves by now
-        root.remove(said)
+        _write_out(world, defaults, "main", said)
+    for element in root.iter():
+        _write_turn(element, said)
+    for default in root.findall("default"):  # at the elements themselves by now
+        root.remove(default)
     for mesh in root.iterfind("asset/mesh"):
         _say(mesh, defaults, "main")
         if mesh.get("file"):
@@ -183,6 +234,25 @@ def _write_out(
             _write_range(element, compiler)
 
 
+def _write_turn(element: ET.Element, compiler: Mapping[str, str]) -> None:
+    """Write what Pinocchio would take for another orientation: an axis of any length, and turns about fixed axes."""
+    if "axisangle" in element.attrib:
+        *axis, angle = map(float, element.attrib["axisangle"].split())
+        length = math.hypot(*axis)
+        element.set("axisangle", " ".join(repr(value) for value in (*(part / length for part in axis), angle)))
+    order = compiler.get("eulerseq", "xyz")
+    if len(order) != 3 or not set(order.lower()) <= set("xyz"):
+        raise RobotError(f"the MJCF has a compiler with eulerseq={shown(order)}: give three of x, y, z, X, Y, Z.")
+    if "euler" in element.attrib and not order.islower():
+        degrees, turn = compiler.get("angle", "degree") == "degree", np.eye(3)
+        for text, axis in zip(element.attrib.pop("euler").split(), order, strict=True):
+            angle = math.radians(float(text)) if degrees else float(text)
+            step = pin.AngleAxis(angle, _AXES[axis.lower()]).matrix()
+            turn = turn @ step if axis.islower() else step @ turn
+        x, y, z, w = pin.Quaternion(turn).coeffs().tolist()
+        element.set("quat", " ".join(map(repr, (w, x, y, z))))
+
+
 def _write_range(joint: ET.Element, compiler: Mapping[str, str]) -> None:
     """Leave a joint its range where that limits it, in the unit that Pinocchio takes it for."""
     limited = joint.attrib.pop("limited", "auto")
@@ -208,6 +278,10 @@ def _say(element: ET.Element, defaults: Mapping[str, _Defaults], inherited: str)
 def _require_size(geom: ET.Element) -> None:
     """Refuse a geom with fewer sizes than its type has: Pinocchio takes whatever the memory holds for the others."""
     kind = geom.get("type", "sphere")
+    if kind != "mesh" and geom.get("mesh"):
+        raise RobotError(
+            f"the MJCF has a <geom> of type {kind} fitted to mesh {shown(geom.get('mesh'))}: give its size."
+        )
     count = 1 if geom.get("fromto") else _SIZES.get(kind, 0)
     sizes = [float(size) for size in geom.get("size", "").split()[:count]]
     if kind in _SIZES and (len(sizes) < count or not min(sizes) > 0):

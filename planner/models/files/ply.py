@@ -6,6 +6,8 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from planner.base.words import number
+
 _CODES = (
     {"char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h", "int16": "h", "ushort": "H", "uint16": "H"}
     | {"int": "i", "int32": "i", "uint": "I", "uint32": "I"}
@@ -97,7 +99,7 @@ def _text_rows(elements: list[_Element], body: bytes) -> Iterator[int]:
                 count = _length(_count(words[used])) if item.count_code else 1
                 first = used + bool(item.count_code)
                 used = first + count
-                values = [float(word) for word in words[first:used]]
+                values = [number(word) for word in words[first:used]]
                 if _is_index(element, item):
                     yield from map(int, words[first:used])
                 if len(values) != count:

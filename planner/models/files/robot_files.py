@@ -20,7 +20,14 @@ from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
 from planner.models.files import urdf
 from planner.models.files.descriptions import described, is_description
-from planner.models.files.srdf import Srdf, group_joints, group_tip, read_srdf, require_fitting
+from planner.models.files.srdf import (
+    Srdf,
+    group_joints,
+    group_tip,
+    read_srdf,
+    require_fitting,
+    require_one_value_each,
+)
 from planner.problem.targets import HOME
 
 _log = logging.getLogger(__name__)
@@ -203,8 +210,8 @@ class RobotFiles:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What the SRDF says that is not followed."""
-        srdf, found = self.srdf, []
+        """What the files say that is not followed."""
+        srdf, found = self.srdf, [*self.description.notes]
         if passed := self.description.passed_over:
             text = (
                 f"MJCF {self.description.path}: {choices(passed)} are not followed: home and pairs that need no check "
@@ -215,6 +222,9 @@ class RobotFiles:
             found.append(Note(f"{text}links that is followed, against obstacles they are checked all the same."))
         if srdf is not None and srdf.base_moves:
             text = f"SRDF {srdf.path} has a virtual_joint that moves the base, which stands here: give it a base."
+            found.append(Note(text, grave=False))
+        if srdf is not None and srdf.virtual_joints > 1:
+            text = f"SRDF {srdf.path} has {srdf.virtual_joints} virtual_joints, of which the first counts."
             found.append(Note(text, grave=False))
         if srdf is not None and (strangers := srdf.strangers(self.description)):
             text = f"SRDF {srdf.path}: what it says of links and joints that the URDF has not is passed over: "
@@ -237,6 +247,8 @@ def read_robot(name: Place, srdf: Place | None = None) -> RobotFiles:
     files = RobotFiles(called, name, file, description, read_srdf(said, arguments) if said else None)
     if files.srdf is not None and srdf is not None:
         require_fitting(files.srdf, files.model)
+    if files.srdf is not None:
+        require_one_value_each(files.srdf, files.model)
     return files
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.errors import RobotError, choices
+from planner.base.words import number
 from planner.base.yamlfile import FARTHEST, nearest, repeated, shown
 from planner.models.files import urdf
 from planner.models.files.xacro import read_root
@@ -45,11 +46,12 @@ class Group:
 
 @dataclass(frozen=True)
 class GroupState:
-    """Named values (rad, m) of the joints of a group."""
+    """Named values (rad, m) of the joints of a group; those ``of_several`` degrees of freedom have more than one."""
 
     name: str
     group: str
     values: Mapping[str, float]
+    of_several: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,7 @@ class Srdf:
     enabled: frozenset[frozenset[str]] = frozenset()
     world_frame: str = ""
     base_moves: bool = False
+    virtual_joints: int = 0
     other: tuple[str, ...] = ()
 
     def disabled_among(self, links: Iterable[str]) -> frozenset[frozenset[str]]:
@@ -103,6 +106,7 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
         world_frame="" if virtual is None else virtual.get("parent_frame", ""),
         base_moves=virtual is not None and virtual.get("type", "fixed") != "fixed",
         other=tuple(dict.fromkeys(item.tag for item in root if item.tag not in (*_ELEMENTS, *_HARMLESS))),
+        virtual_joints=len(root.findall("virtual_joint")),
     )
 
 
@@ -155,13 +159,14 @@ def _group(element: ET.Element) -> Group:
 
 
 def _state(element: ET.Element, path: Path) -> GroupState:
-    name, values = element.get("name", ""), {}
+    name, values, of_several = element.get("name", ""), {}, list[str]()
     for joint in element.findall("joint"):
         text = joint.get("value", "").split()
-        if len(text) != 1:
-            continue  # joints of several degrees of freedom, which no robot of ours has
+        if len(text) > 1:
+            of_several.append(joint.get("name", ""))
+            continue
         try:
-            value = float(text[0])
+            value = number(text[0])
         except ValueError:
             value = np.nan
         if not abs(value) <= FARTHEST:
@@ -170,7 +175,7 @@ def _state(element: ET.Element, path: Path) -> GroupState:
                 f"give a number of at most {FARTHEST:g}."
             )
         values[joint.get("name", "")] = value
-    return GroupState(name, element.get("group", ""), values)
+    return GroupState(name, element.get("group", ""), values, tuple(of_several))
 
 
 def require_fitting(srdf: Srdf, model: pin.Model) -> None:
@@ -181,6 +186,17 @@ def require_fitting(srdf: Srdf, model: pin.Model) -> None:
         raise RobotError(
             f"SRDF {srdf.path} names no link of this robot, only {choices(sorted(named))}: give the SRDF of this URDF."
         )
+
+
+def require_one_value_each(srdf: Srdf, model: pin.Model) -> None:
+    """Raise :class:`RobotError` for a state that gives a joint of the model more than its one value."""
+    for state in srdf.states:
+        for joint in state.of_several:
+            if model.existJointName(joint):
+                raise RobotError(
+                    f"SRDF {srdf.path}: state {shown(state.name)} gives joint {shown(joint)} several values, and it "
+                    "has one degree of freedom: give one."
+                )
 
 
 def group_joints(srdf: Srdf, name: str, description: urdf.Description, model: pin.Model) -> list[str]:

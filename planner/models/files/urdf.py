@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -15,6 +15,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats
 from planner.base.errors import RobotError, choices
+from planner.base.notes import Note
 from planner.base.resources import robots_folder
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, shown
@@ -52,6 +53,7 @@ class Description:
     links: frozenset[str] = frozenset()
     joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
     passed_over: tuple[str, ...] = ()  # elements of an MJCF that are not followed
+    notes: tuple[Note, ...] = ()
 
     @cached_property
     def package_dirs(self) -> list[str]:
@@ -74,6 +76,23 @@ class Description:
     @property
     def is_mjcf(self) -> bool:
         return self.xml.startswith(f"<{MJCF}")
+
+    def following(self, frame: str, planned: Iterable[str], held: Collection[str]) -> str | None:
+        """A joint that moves ``frame``, a link or fixed joint, as it mimics one of the ``planned``; None without one.
+
+        Those that are ``held`` mimic nobody.
+        """
+        planned = {*planned}
+        moving, free = {*planned}, [item for item in self.mimics if item.joint not in held]
+        for _ in free:  # one may mimic another
+            moving |= {item.joint for item in free if item.leader in moving}
+        above = {child: (joint, parent) for joint, (parent, child) in self.joints.items()}
+        link = frame if frame in self.links else self.joints.get(frame, ("", ""))[1]
+        while moving > planned and link in above:
+            joint, link = above[link]
+            if joint in moving - planned:
+                return joint
+        return None
 
     def child_of(self, joint: str) -> str:
         """The link that ``joint`` moves."""
@@ -107,6 +126,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
     require_sane_urdf(root, path)
     root.set("version", "1.1")
     links, joints = root.findall("link"), root.findall("joint")
+    notes = tuple(_notes(joints))
     continuous = frozenset(_make_revolute(joint) for joint in joints if joint.get("type") == "continuous")
     for joint in joints:
         _keep_soft_limits(joint)
@@ -122,7 +142,27 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
         bare=frozenset(link.get("name", "") for link in bare),
         links=frozenset(link.get("name", "") for link in links),
         joints={joint.get("name", ""): ends(joint) for joint in joints},
+        notes=notes,
     )
+
+
+def _notes(joints: Iterable[ET.Element]) -> Iterator[Note]:
+    """Limits that a URDF gives and nothing here follows."""
+    limits = [(joint, limit) for joint in joints if (limit := joint.find("limit")) is not None]
+    kinds = ("acceleration", "deceleration", "jerk")
+    changing = [kind for kind in kinds if any(kind in limit.attrib for _, limit in limits)]
+    if changing:
+        yield Note(
+            f"limits on {choices(changing)} in the URDF are not followed: give them with --limits, or in a robot.yaml."
+        )
+    endless = [
+        joint.get("name", "")
+        for joint, limit in limits
+        if joint.get("type") == "continuous" and any(float(limit.get(side, 0)) for side in ("lower", "upper"))
+    ]
+    if endless:
+        text = f"lower and upper of {choices(endless)} are not followed, as in MoveIt: these joints are continuous."
+        yield Note(text, grave=False)
 
 
 def _of_mjcf(path: Path, root: ET.Element) -> Description:
@@ -134,6 +174,7 @@ def _of_mjcf(path: Path, root: ET.Element) -> Description:
         xml=ET.tostring(root, encoding="unicode"),
         continuous=turning,
         collision_elements=0,
+        bare=mjcf.bare_links(path),
         links=frozenset(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY),
         joints=mjcf.ends_of(model),
         passed_over=tuple(mjcf.passed_over(root)),
@@ -153,8 +194,14 @@ def _keep_soft_limits(joint: ET.Element) -> None:
     if limit is None or safety is None or joint.get("type") not in ("revolute", "prismatic"):
         return
     soft = [safety.get(f"soft_{side}_limit") for side in ("lower", "upper")]
-    if None in soft or not float(soft[0] or 0) < float(soft[1] or 0):  # without a soft limit both are 0
+    if not any(float(value or 0) for value in soft):  # it has no soft limits
         return
+    if None in soft or not float(soft[0] or 0) < float(soft[1] or 0):  # of one alone others take 0 for the other
+        said = " and ".join(shown(value) for value in soft if value is not None)
+        raise RobotError(
+            f"joint {shown(joint.get('name'))} of the URDF has a safety_controller with soft limits of {said}: give "
+            "both, the lower one below the upper, or neither."
+        )
     for side, narrower, text in zip(("lower", "upper"), (max, min), soft, strict=True):
         own = limit.get(side, "0")
         limit.set(side, narrower(own, str(text), key=float))
@@ -195,12 +242,14 @@ def followed(
     geometry: pin.GeometryModel,
     planned: Sequence[str],
     fixed: Mapping[str, float],
+    tool: str,
 ) -> dict[str, float]:
     """``fixed`` with the values of held joints that mimic others, which they follow unless ``fixed`` names them.
 
-    Raises :class:`RobotError` where a mimic joint is planned, or follows a planned joint and moves a body.
+    Raises :class:`RobotError` where a mimic joint is planned, or follows a planned joint and moves a body or the tool.
     """
     held, waiting = dict(fixed), {item.joint: item for item in description.mimics if item.joint not in fixed}
+    moving = {*planned}
     while waiting:
         # a leader may mimic another joint: that one first
         item = next((item for item in waiting.values() if item.leader not in waiting), None)
@@ -216,15 +265,28 @@ def followed(
             raise RobotError(
                 f"{follows} and cannot be planned by itself: choose another tool frame, or remove its <mimic>."
             )
-        if item.leader not in planned:
+        if item.leader not in moving:
             value = item.multiplier * held.get(item.leader, 0.0) + item.offset
             held |= {item.joint: value} if value else {}
-        elif any(model.getJointId(item.joint) in model.supports[each.parentJoint] for each in geometry.geometryObjects):
+            continue
+        moving.add(item.joint)
+        if any(model.getJointId(item.joint) in model.supports[each.parentJoint] for each in geometry.geometryObjects):
             raise RobotError(
                 f"{follows}, which is planned, and moves a collision body: hold it with fixed_joints, or remove its "
                 "<mimic> from the URDF."
             )
+    require_not_following(description, tool, planned, fixed)
     return held
+
+
+def require_not_following(description: Description, frame: str, planned: Iterable[str], held: Collection[str]) -> None:
+    """Raise :class:`RobotError` where a joint that mimics a ``planned`` one, and is not ``held``, moves ``frame``."""
+    joint = description.following(frame, planned, held)
+    if joint is not None:
+        raise RobotError(
+            f"frame '{frame}' is moved by joint '{joint}', which mimics one that is planned, and would stand here: "
+            "choose another frame, hold the joint with fixed_joints, or remove its <mimic> from the URDF."
+        )
 
 
 def reduce(

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from planner.base.errors import RobotError, choices
+from planner.base.words import number
 from planner.base.yamlfile import FARTHEST, SMALLEST, nearest, shown
 
 _DEEPEST = 100  # levels of elements: a URDF has five, what extensions put into it a few more
@@ -199,6 +200,6 @@ def floats(text: str) -> Iterator[float]:
     """The numbers of a text, NaN for a word that is none."""
     for word in text.split():
         try:
-            yield float(word)
+            yield number(word)
         except ValueError:
             yield math.nan

@@ -21,6 +21,8 @@ def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) 
     Raises :class:`RobotError` where it cannot be expanded, :class:`InstallationError` without xacrodoc.
     """
     if path.suffix.lower() != ".xacro":
+        if arguments:
+            raise RobotError(f"{what} {path} is no xacro, and would not look at args: call it {path.name}.xacro.")
         return read_text(path, what)
     read_text(path, what)  # whether it is there, and not too long
     try:

@@ -74,8 +74,10 @@ def test_a_few_lines_make_no_mesh_beyond_memory(bad: bytes, words: str) -> None:
     assert words in (dae_fault(bad) or "")
 
 
-def test_instances_that_are_few_are_fine() -> None:
-    assert dae_fault(scene(twice(10), "<instance_node url='#n10'/><instance_node url='#missing'/>")) is None
+def test_instances_that_are_few_are_fine_and_of_what_is_not_there_are_not() -> None:
+    assert dae_fault(scene(twice(10), "<instance_node url='#n10'/>")) is None
+    missing = scene(twice(10), "<instance_node url='#n10'/><instance_geometry url='#missing'/>")
+    assert "has a <instance_geometry> of '#missing', which is not in it" in (dae_fault(missing) or "")
 
 
 ASSET = "<COLLADA><asset><unit {unit}/>{axis}</asset></COLLADA>"

@@ -22,7 +22,7 @@ _SAME = 1e-9  # m, and of a matrix's entries
 
 def _vector(value: Any) -> Any:
     """ROS writes vectors as {x, y, z} or, through some exporters, as lists."""
-    if not isinstance(value, dict) or not set(value) <= set("xyzw"):
+    if not isinstance(value, dict) or set(value) not in (set("xyz"), set("xyzw")):
         return value
     return [value[axis] for axis in "xyzw" if axis in value]
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import SceneError
+from planner.base.errors import SceneError, choices
+from planner.base.notes import Note
+from planner.base.words import number
 from planner.base.yamlfile import shown, validate
 from planner.models.files.moveit.messages import PoseMessage, SolidPrimitive
 from planner.models.files.moveit.objects import require_once, solid
@@ -24,14 +25,16 @@ def scene_text(text: str, path: Path) -> PlanningScene:
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     if not lines:
         raise SceneError(f"MoveIt scene {path} is empty; export it again.")
-    found = tuple(_SceneText(lines[1:], path).obstacles())
-    require_once([name for name, _ in itertools.groupby(item.object for item in found)], f"MoveIt scene {path}")
-    return PlanningScene(lines[0].strip("()")[:1000] or path.stem, "", found)
+    file = _SceneText(lines[1:], path)
+    found = tuple(file.obstacles())
+    require_once(file.objects, f"MoveIt scene {path}")
+    return PlanningScene(lines[0].strip("()")[:1000] or path.stem, "", found, notes=tuple(file.notes))
 
 
 class _SceneText:
     def __init__(self, lines: Sequence[str], path: Path) -> None:
         self._lines, self._at, self._where = lines, 0, f"MoveIt scene {path}"
+        self.objects, self.notes = list[str](), list[Note]()
 
     def obstacles(self) -> Iterator[Obstacle]:
         """Every shape of every object, up to the closing dot."""
@@ -50,6 +53,9 @@ class _SceneText:
         if len(self._peek().split()) == 3:  # newer files place the object first
             whole = self._pose(where)
         count = self._count(where)
+        if not count:
+            raise SceneError(f"{where} has no shapes; take it out, or export it again.")
+        self.objects.append(name)
         for k in range(count):
             kind = self._next()
             if kind not in _NUMBERS:
@@ -62,9 +68,16 @@ class _SceneText:
             placement = self._pose(where)
             self._numbers(4, where)  # colour
             yield Obstacle(name if count == 1 else f"{name}.{k}", shape, whole @ placement, name)
-        if self._peek().isdecimal():  # subframes, which nothing here refers to: name, position, rotation
-            subframes = self._count(where)
-            self._at += 3 * subframes
+        if self._peek().isdecimal():
+            subframes = [self._subframe(where) for _ in range(self._count(where))]
+            if subframes:
+                text = f"{where}: subframes {choices(subframes)} are passed over: nothing here refers to them."
+                self.notes.append(Note(text, grave=False))
+
+    def _subframe(self, where: str) -> str:
+        name = self._next()
+        self._pose(where)
+        return name
 
     def _pose(self, where: str) -> Floats:
         position, rotation = self._numbers(3, where), self._numbers(4, where)
@@ -88,7 +101,7 @@ class _SceneText:
     def _numbers(self, count: int, where: str) -> list[float]:
         line = self._next()
         try:
-            values = [float(part) for part in line.split()]
+            values = [number(part) for part in line.split()]
         except ValueError:
             values = []
         if len(values) != count or not np.isfinite(values).all():

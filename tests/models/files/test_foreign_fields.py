@@ -1,0 +1,246 @@
+"""Fields of foreign files that were once dropped, or read as something else: each is honoured, noted or refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from planner.base.errors import PlannerError
+from planner.base.words import number
+from planner.base.yamlfile import parse_yaml
+from planner.kinematics.forward import tool_positions
+from planner.models.files.meshes import obj_fault, stl_fault
+from planner.models.files.moveit.messages import PoseMessage
+from planner.models.files.moveit.scene_text import scene_text
+from planner.models.files.robot_files import JointChoice
+from planner.models.robot import Robot, with_carried, with_tool
+from planner.models.shapes import Carried, Sphere
+from planner.paths.file import read_joint_path
+from planner.trajectory.limits import MotionLimits
+from tests.models.files.test_mjcf import arm
+from tests.refusals import refusal_of
+from tests.worlds import joint_xml, link_xml, load
+
+LIMIT = '<limit lower="-1" upper="1" velocity="1" effort="1"/>'
+CHAIN = "".join(map(link_xml, ("base", "upper", "fore", "flange", "tcp"))) + (
+    joint_xml("turn", "base", "upper", xyz="0 0 0.5") + joint_xml("bend", "upper", "fore", axis="0 1 0", xyz="0 0 0.5")
+)
+TCP = '<joint name="hold" type="fixed"><parent link="flange"/><child link="tcp"/><origin xyz="0 0 0.3"/></joint>'
+
+TCP_FIXED = TCP + '<joint name="on" type="fixed"><parent link="fore"/><child link="flange"/></joint>'
+
+
+def follows(leader: str = "bend") -> str:
+    joint = joint_xml("follow", "fore", "flange", axis="0 1 0", xyz="0 0 0.2")
+    return CHAIN + joint.replace("</joint>", f'<mimic joint="{leader}"/></joint>') + TCP
+
+
+def test_what_a_mimic_joint_moves_is_no_tool_and_holds_nothing(urdf_file: Callable[..., str]) -> None:
+    """Nothing that collides hangs on it: it was held where it is 0."""
+    path, planned = urdf_file(follows()), JointChoice(joints=("turn", "bend"))
+    for tool in ("tcp", "flange", "hold"):
+        assert "'follow', which mimics one that is planned" in refusal_of(
+            lambda tool=tool: Robot.load(path, tool=tool, choice=planned)
+        )
+    robot = Robot.load(path, tool="fore", choice=planned)
+    assert "frame 'tcp' is moved by joint 'follow'" in refusal_of(lambda: with_tool(robot, "tcp"))
+    held = Carried("tcp", "cup", Sphere(0.03), np.eye(4))
+    assert "frame 'tcp' is moved by joint 'follow'" in refusal_of(lambda: with_carried(robot, [held]))
+    still = Robot.load(path, tool="tcp", choice=planned, fixed_joints={"follow": 0.0})
+    assert len(with_carried(still, [held]).carried) == 1
+    led = Robot.load(path, tool="tcp", choice=JointChoice(joints=("turn",)), fixed_joints={"bend": 0.5})
+    assert led.fixed_joints == {"bend": 0.5, "follow": 0.5}
+
+
+def test_a_mimic_joint_of_a_mimic_joint_follows_too(urdf_file: Callable[..., str]) -> None:
+    second = joint_xml("second", "base", "last").replace("</joint>", '<mimic joint="follow"/></joint>')
+    path = urdf_file(follows() + link_xml("last", '<sphere radius="0.1"/>') + second)
+    assert "'second' mimics 'follow', which is planned" in refusal_of(
+        lambda: Robot.load(path, tool="fore", choice=JointChoice(joints=("turn", "bend")))
+    )
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ('soft_upper_limit="0.5"', "soft limits of '0.5': give both"),
+        ('soft_lower_limit="0.5" soft_upper_limit="-0.5"', "soft limits of '0.5' and '-0.5': give both"),
+        ('soft_lower_limit="0.5" soft_upper_limit="0.5"', "give both"),
+    ],
+)
+def test_half_a_safety_controller_is_refused(urdf_file: Callable[..., str], said: str, words: str) -> None:
+    path = urdf_file(CHAIN.replace(LIMIT, f"{LIMIT}<safety_controller {said} k_velocity='1'/>", 1) + TCP_FIXED)
+    assert words in refusal_of(lambda: Robot.load(path, tool="fore"))
+
+
+def test_limits_that_are_not_followed_are_noted(urdf_file: Callable[..., str]) -> None:
+    quick = LIMIT.replace("effort", 'acceleration="0.5" jerk="3" effort')
+    path = urdf_file("".join(map(link_xml, "abc")) + joint_xml("j", "a", "b") + joint_xml("k", "b", "c"), version="1.2")
+    text = Path(path).read_text().replace(LIMIT, quick, 1)
+    Path(path).write_text(text.replace('name="k" type="revolute"', 'name="k" type="continuous"'))
+    notes = Robot.load(path).notes
+    assert [note.grave for note in notes] == [True, False]
+    assert "limits on acceleration, jerk in the URDF are not followed" in notes[0].text
+    assert "lower and upper of k are not followed" in notes[1].text
+
+
+def test_a_group_state_gives_one_value_to_a_joint(urdf_file: Callable[..., str], tmp_path: Path) -> None:
+    state = '<group_state name="home" group="arm"><joint name="turn" value="0.5 0.3"/></group_state>'
+    (tmp_path / "arm.srdf").write_text(
+        f'<robot name="arm"><group name="arm"><joint name="turn"/></group>{state}</robot>'
+    )
+    load_it = lambda: Robot.load(urdf_file(CHAIN + TCP_FIXED), srdf=tmp_path / "arm.srdf")  # noqa: E731
+    assert "state 'home' gives joint 'turn' several values" in refusal_of(load_it)
+
+
+@pytest.mark.parametrize("word", ["0_3", "1_000", "１", "0x1"])
+def test_what_only_python_calls_a_number_is_none(word: str) -> None:
+    with pytest.raises(ValueError, match="could not convert"):
+        number(word)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        *[("010", 10), ("1:30", "1:30"), ("1_000", "1_000"), ("0o10", 8), ("0x1F", 31), ("-7", -7), ("+3", 3)],
+        *[
+            ("1e-3", 1e-3),
+            ("1.5", 1.5),
+            (".5", 0.5),
+            ("1.", 1.0),
+            ("-.inf", -np.inf),
+            ("1.5e3", 1500.0),
+            ("0b1", "0b1"),
+        ],
+    ],
+)
+def test_numbers_of_yaml_are_those_of_its_version_1_2(text: str, value: object) -> None:
+    found = parse_yaml(f"x: {text}", "here")["x"]
+    assert found == value
+    assert type(found) is type(value)
+
+
+# MJCF
+
+
+def turned(folder: Path, how: str, compiler: str = 'angle="radian"') -> np.ndarray:
+    path = arm(folder)
+    text = path.read_text().replace('<body name="fore" pos="0 0 0.3">', f'<body name="fore" pos="0 0 0.3" {how}>')
+    path.write_text(text.replace('<compiler angle="radian"/>', f"<compiler {compiler}/>"))
+    return tool_positions(Robot.load(str(path), tool="tip"), np.zeros((1, 2)))[0]
+
+
+def placed(rotation: np.ndarray) -> np.ndarray:
+    return np.array([0, 0, 0.4]) + rotation @ [0, 0, 0.2]
+
+
+def test_an_axis_of_any_length_turns_alike(tmp_path: Path) -> None:
+    expected = placed(pin.AngleAxis(0.7, np.array([0.6, 0.8, 0.0])).matrix())
+    for axis in ("0.6 0.8 0", "3 4 0"):
+        np.testing.assert_allclose(turned(tmp_path, f'axisangle="{axis} 0.7"'), expected, atol=1e-12)
+    assert "no direction" in refusal_of(lambda: turned(tmp_path, 'axisangle="0 0 0 0.7"'))
+
+
+@pytest.mark.parametrize("order", ["xyz", "XYZ", "zyx", "ZYX", "zXy", "Zyz"])
+@pytest.mark.parametrize("unit", [1.0, np.pi / 180])
+def test_euler_angles_about_axes_that_move_and_that_stand(tmp_path: Path, order: str, unit: float) -> None:
+    """MuJoCo turns from behind about axes that move (small letters), from before about those that stand."""
+    angles, rotation = np.array([0.3, -0.5, 0.7]), np.eye(3)
+    for angle, axis in zip(angles, order, strict=True):
+        step = pin.AngleAxis(angle, np.eye(3)["xyz".index(axis.lower())]).matrix()
+        rotation = rotation @ step if axis.islower() else step @ rotation
+    how = f'euler="{" ".join(map(repr, (angles / unit).tolist()))}"'
+    compiler = f'angle="{"radian" if unit == 1.0 else "degree"}" eulerseq="{order}"'
+    np.testing.assert_allclose(turned(tmp_path, how, compiler), placed(rotation), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("extra", "after", "words"),
+    [
+        ("", '<compiler meshdir="."/>', "several compiler elements"),
+        ("", "<compilr/>", "unknown element 'compilr'"),
+        ('<geom type="box" size=".1 .1 .1" mesh="m"/>', "", "fitted to mesh 'm'"),
+        ('<geom type="sphere" size=".1" poss="0 0 1"/>', "", "unknown 'poss' (did you mean 'pos'?)"),
+        ('<geom type="sphere" size=".1" eular="0 0 1"/>', "", "unknown 'eular' (did you mean 'euler'?)"),
+    ],
+)
+def test_what_mujoco_reads_otherwise_is_refused(tmp_path: Path, extra: str, after: str, words: str) -> None:
+    assert words in refusal_of(lambda: Robot.load(str(arm(tmp_path, extra, after)), tool="tip"))
+
+
+def test_deformables_and_bare_bodies_are_noted(tmp_path: Path) -> None:
+    seen = '<body name="shell"><geom type="sphere" size=".1" contype="0" conaffinity="0"/></body>'
+    robot = Robot.load(str(arm(tmp_path, seen, '<deformable><flex name="f"/></deformable>')), tool="tip")
+    assert "deformable" in robot.notes[0].text
+    assert robot.source.bare == {"shell"}
+    assert "assumed: the URDF gives none" in MotionLimits.of(robot).source["velocity"]
+
+
+# meshes, scenes and paths
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        *[("v 1 2 3\nf 1 2 3\n", False), ("v 1 2 3 1.0 \r\nf 1//2 2//3 3//1 4\r\n", False)],
+        *[("v 1 2 3 0.5 0.2 1\n", False), ("vn 1 2 3\ng abc\n# F 1 2\nf 1/1/1 2/2/2 3/3/3\n", False)],
+        *[("v 1 2 3 0.5\n", True), ("F 1 2 3\n", True), ("f 1 2\n", True), ("f 1 2 # 3\n", True)],
+        *[("surf 0 1 0 1 1 2\n", True), ("call other.obj\n", True), ("v 1 2 3 1e5\n", True)],
+    ],
+)
+def test_lines_of_an_obj_that_change_its_surface(text: str, wrong: bool) -> None:
+    assert (obj_fault(text.encode()) is not None) == wrong
+
+
+@pytest.mark.parametrize(
+    ("corner", "wrong"),
+    [("0 .5 -1.0e+00", False), ("0 0 2.0D-01", True), ("0 0x1 0", True), ("0 0", True), ("0 0 1 2", True)],
+)
+def test_corners_of_an_stl_are_three_numbers(corner: str, wrong: bool) -> None:
+    text = f"solid x\nfacet normal 0 0 1\n outer loop\n  vertex {corner}\n endloop\nendfacet\n"
+    assert (stl_fault(text.encode()) is not None) == wrong
+
+
+BOX = "* {}\n0 0 0\n0 0 0 1\n1\nbox\n0.1 0.1 0.1\n0 0 0\n0 0 0 1\n0 0 0 0\n{}"
+
+
+def test_objects_and_subframes_of_a_scene_text(tmp_path: Path) -> None:
+    def read(*objects: str) -> object:
+        return scene_text("name\n" + "".join(objects) + ".\n", tmp_path / "a.scene")
+
+    frame = "1\nhandle\n0 0 0.1\n0 0 0 1\n"
+    (note,) = read(BOX.format("a", frame), BOX.format("b", "0\n")).notes  # type: ignore[attr-defined]
+    assert "subframes handle are passed over" in note.text
+    for wrong in (
+        [BOX.format("a", "0\n"), BOX.format("a", "0\n")],
+        ["* a\n0 0 0\n0 0 0 1\n0\n0\n"],
+        [BOX.format("a", "1\n* c\nsphere\nfoo\n")],
+    ):
+        assert refusal_of(lambda wrong=wrong: read(*wrong))
+
+
+def test_a_position_has_no_w() -> None:
+    with pytest.raises(ValueError, match="position"):
+        PoseMessage.model_validate({"position": {"x": 0.1, "y": 0.2, "w": 0.3}})
+
+
+def test_what_wraps_a_path_without_times_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    path = tmp_path / "path.json"
+    inner = '{"joint_names": ["joint1", "joint2"], "points": [{"positions": [0, 0]}, {"positions": [0.1, 0]}]}'
+    path.write_text(f'{{"joint_trajectory": {inner}}}')
+    robot = load("planar_2r")
+    text = path.read_text().replace("joint1", robot.joints[0]).replace("joint2", robot.joints[1])
+    path.write_text(f'{{"trajectory": [{text}], "trajectory_start": {{"joint_state": {{"name": ["x"]}}}}}}')
+    assert len(read_joint_path(path, robot)) == 2
+    assert "trajectory_start of the message are not checked" in caplog.text
+
+
+def test_args_for_what_is_no_xacro_are_refused(tmp_path: Path, urdf_file: Callable[..., str]) -> None:
+    urdf = urdf_file("".join(map(link_xml, "ab")) + joint_xml("j", "a", "b"))
+    (tmp_path / "robot.yaml").write_text(f"name: arm\nurdf: {{file: {urdf}, args: {{long: '1'}}}}\ntool: b\n")
+    with pytest.raises(PlannerError, match="is no xacro, and would not look at args"):
+        Robot.load(tmp_path / "robot.yaml")
