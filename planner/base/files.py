@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from planner.base.errors import FileError
+from planner.base.process_lock import PROCESS
 
 _UNFINISHED = ".unfinished"
 
@@ -117,8 +118,13 @@ def _lock(handle: int) -> bool | None:
 
 
 def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
+    """The process's mask, of which no other thread sees another value meanwhile."""
+    with contextlib.suppress(OSError, StopIteration):
+        lines = Path("/proc/self/status").read_text().splitlines()
+        return int(next(line for line in lines if line.startswith("Umask:")).split()[1], 8)
+    with PROCESS:  # a system without /proc
+        mask = os.umask(0o077)
+        os.umask(mask)
     return mask
 
 

@@ -21,7 +21,7 @@ from planner.base.products import product
 from planner.collision.bounding_volumes import Spheres, box_cover, sphere_cover
 from planner.collision.hulls import hull_of
 from planner.collision.world import World
-from planner.kinematics.forward import Chain, joint_placements
+from planner.kinematics.forward import Chain, joint_placements, travel
 from planner.models.moving import KnownMotion
 from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
 from planner.native.library import NativeChain
@@ -69,6 +69,10 @@ class ClearanceBound:
         scene = np.stack([bodies, len(world.bodies) + obstacles], axis=1)
         checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
         self.native.set_pairs(np.concatenate([scene, world.self_pairs]), checked)
+        chain, arm = Chain.of(world.robot), world.robot.arm
+        if chain.prismatic.any():
+            slides = [travel(arm, chain, j) if chain.prismatic[j] else np.inf for j in range(len(chain.prismatic))]
+            self.native.set_travel(np.array(slides))
 
     def coarse(self, rotation: Floats, position: Floats) -> Floats:
         """(n, pairs) lower bounds in metres; +inf for pairs that are not checked.

@@ -101,8 +101,9 @@ class EdgeProver:
     Planes between the shapes prove; the checker says what touches where they cannot. A motion that is not decided is
     ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop, everything that is still open
     is undecided. What the world's motions keep (:class:`planner.constraints.keeps.Keeps`) is proven of all that is
-    called free; what is not proven to keep it is undecided, with no pair. :class:`PlannerError` for arrays of other
-    shapes, or with what is no finite number.
+    called free; what is not proven to keep it is undecided, with no pair. So is a motion on which a slide leaves what
+    its limits allow, as reaches hold no farther; limits of other joints are not looked at. :class:`PlannerError` for
+    arrays of other shapes, or with what is no finite number.
     """
 
     def __init__(self, checker: CollisionChecker, progress: Progress = QUIET) -> None:
@@ -334,7 +335,7 @@ class EdgeProver:
         """Verdicts on polynomial pieces q(s) = sum_k c_k s^k, s in [0, 1]; ``coefficients`` (m, degree + 1, dof).
 
         As :meth:`prove`, with the largest |q'| on an interval in place of |delta|, bounded by Bernstein coefficients.
-        Joint limits are not looked at.
+        Joint limits are not looked at, but for those of slides.
         """
         coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", self.robot.dof), most=_LARGEST)
         if self.static_contact is not None:

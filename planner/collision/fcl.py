@@ -12,6 +12,7 @@ import fcl
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.interrupts import signals_wait
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.collision.degenerate_triangles import widened
@@ -42,6 +43,7 @@ class _Hit:
 
     nearest: float = np.inf
     pair: int | None = None
+    failure: BaseException | None = None  # of a callback: who calls it, C++, swallows what it raises
 
     def take(self, gap: float, pair: int) -> None:
         if self.pair is None or (gap, pair) < (self.nearest, self.pair):
@@ -141,8 +143,9 @@ class FclChecker(CollisionChecker):
         bodies = self.world.bodies
         placements = [(self._bodies[b], *_world_placement(bodies[b], rotation, position)) for b in self._moving]
         place = fcl.Transform()  # one for all: making each anew takes longer than all that FCL does with it
-        with self._alone:
+        with self._alone, signals_wait() as heed:
             for row in range(len(q)):
+                heed()
                 self._now = rotation[:, row], position[:, row]
                 for body, turns, shifts in placements:
                     place.setRotation(turns[row])
@@ -163,24 +166,32 @@ class FclChecker(CollisionChecker):
                 question.tree.distance(question.asked, hit, self._keep_nearest)
             if self.world.margin <= 0 or hit.nearest <= 0:
                 question.tree.collide(question.asked, hit, self._keep_touching)
+            if hit.failure is not None:
+                raise hit.failure
             if hit.pair is not None:
                 return hit.pair
         return None
 
     def _keep_touching(self, a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> bool:
-        result = fcl.CollisionResult()
-        if fcl.collide(a, b, _ANY_CONTACT, result):
-            hit.take(-1.0, self._pair_of((result.contacts[0].o1, result.contacts[0].o2)))
-        return False
+        try:
+            result = fcl.CollisionResult()
+            if fcl.collide(a, b, _ANY_CONTACT, result):
+                hit.take(-1.0, self._pair_of((result.contacts[0].o1, result.contacts[0].o2)))
+        except BaseException as error:  # raised where the tree was asked
+            hit.failure = error
+        return hit.failure is not None
 
     def _keep_nearest(self, a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> tuple[bool, float]:
-        result = fcl.DistanceResult()
-        fcl.distance(a, b, _NEAREST_POINTS, result)
-        pair = self._pair_of((result.o1, result.o2))
-        gap = float(self._gaps(*self._now, np.array([pair]))[0])
-        if gap <= hit.nearest:
-            hit.take(gap, pair)
-        return hit.nearest <= 0, hit.nearest
+        try:
+            result = fcl.DistanceResult()
+            fcl.distance(a, b, _NEAREST_POINTS, result)
+            pair = self._pair_of((result.o1, result.o2))
+            gap = float(self._gaps(*self._now, np.array([pair]))[0])
+            if gap <= hit.nearest:
+                hit.take(gap, pair)
+        except BaseException as error:  # as above
+            hit.failure = error
+        return hit.failure is not None or hit.nearest <= 0, hit.nearest
 
     def _pair_of(self, hit: tuple[fcl.CollisionGeometry, fcl.CollisionGeometry]) -> int:
         """The number of the pair whose two geometry objects a contact names, in either order."""

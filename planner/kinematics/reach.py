@@ -85,8 +85,8 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
 def _pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
     reach = Reach.of(robot, (first, second)).relative(np.array([[0, 1]]))[0]
     chain, radius = Chain.of(robot), 0.0
-    for joint in _joints_down_to(chain, first.joint, second.joint):
-        if radius == 0.0:
+    for number, joint in enumerate(_joints_down_to(chain, first.joint, second.joint)):
+        if number == 0:
             across, radius = _from_below(robot, first, joint)
         else:
             radius += length(chain.offset[joint - 1])

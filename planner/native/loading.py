@@ -67,6 +67,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
     "world_set_motion": (_Pointer, _int, _int, *6 * [_Pointer], _double),
     "world_set_speed_limit": (_Pointer, _int, _double),
+    "world_set_travel": (_Pointer, _Pointer),
     "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer], _int, *2 * [_Pointer]),

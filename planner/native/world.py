@@ -103,6 +103,13 @@ class NativeWorld:
         """From time 0 on no point of obstacle ``item`` is farther than ``limit`` (m/s) times t from where it was."""
         _library.world_set_speed_limit(self.handle, item, limit)
 
+    def set_travel(self, travel: Floats) -> None:
+        """How far slides go from 0 at most (dof,) m, infinite for joints that turn.
+
+        Reaches hold no farther: motions that go beyond are undecided.
+        """
+        _library.world_set_travel(self.handle, _at(_floats(travel, self.dof)))
+
     def add_spheres(self, item: int, centres: Floats, radii: Floats) -> None:
         """Spheres (k, 3), (k,) that together hold body ``item``, in its joint's frame."""
         centres, radii = _floats(centres, len(radii), 3), _floats(radii, len(radii))

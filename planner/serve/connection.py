@@ -231,7 +231,7 @@ def _decoded(frame: str | bytes) -> Any:
     except (ValueError, RecursionError, msgpack.UnpackException) as error:
         what = "msgpack" if isinstance(frame, bytes) else "JSON"
         raise OptionError(
-            f"the frame is no {what} ({str(error)[:100]}): send text as JSON, bytes as msgpack."
+            f"the frame is no {what} ({str(error)[:100] or type(error).__name__}): send text as JSON, bytes as msgpack."
         ) from None
 
 

@@ -36,6 +36,7 @@ class World:
     listeners: dict[object, Tell] = field(default_factory=dict)
     _of_added: list[Note] = field(default_factory=list)  # what was passed over in files of obstacles that were added
     _waiting: list[Callable[[Session], object]] = field(default_factory=list)
+    _apart: str | None = None  # why the session is not in the gate's world
     _order: threading.Lock = field(default_factory=threading.Lock)
     _planning: threading.Lock = field(default_factory=threading.Lock)
 
@@ -110,11 +111,7 @@ class World:
         while not self._planning.acquire(timeout=0.05):
             _go_on(progress)
         try:
-            while self._waiting:
-                try:
-                    self._waiting[0](self.session)
-                finally:
-                    del self._waiting[0]
+            self._catch_up()
             _go_on(progress)
             plan = question(self.session, progress)
             made = self._motion(plan) if motion and plan.solved and len(plan.path) > 1 else None
@@ -123,6 +120,20 @@ class World:
             self._planning.release()
         self.tell({"event": "field", "world": self.name, **_field(plan)})
         return _answer(plan, made)
+
+    def _catch_up(self) -> None:
+        """Let the session take what the gate has taken; :class:`PlannerError` from then on where it cannot."""
+        self.session.leave()  # the gate knows no place of the arm: a plan from where it touches now is refused
+        while self._waiting:
+            if self._apart is None:
+                try:
+                    self._waiting[0](self.session)
+                except PlannerError as error:
+                    self._apart = str(error)
+            del self._waiting[0]
+        if self._apart is not None:
+            why = self._apart.rstrip(".")
+            raise PlannerError(f"the planner cannot take a change that the gate has taken ({why}): load it anew.")
 
     def _motion(self, plan: Plan) -> Trajectory:
         return time_path(plan.path, self.session.checker, self.gate.limits)

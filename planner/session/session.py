@@ -309,6 +309,12 @@ class Session:
         """The same, for one who watches and may stop it."""
         return replace(planning, progress=Progress(progress, lambda: self._closed.is_set() or progress.stopped))
 
+    def leave(self) -> None:
+        """Let the arm stand nowhere until it plans again, so that a change may put something where it stood."""
+        with self._alone():
+            live = self._now.live
+            self._now = replace(self._now, live=replace(live, stands=live.stands[:0]))
+
     def _change(self, what: str, apply: Callable[[LiveWorld], LiveWorld]) -> Change:
         with self._alone():
             go_on(self._planning.progress)

@@ -21,7 +21,7 @@ from planner.kinematics.forward import Chain, joint_placements
 from planner.models.poses import pose
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
 from tests.coal_judge import CoalWorld, coal_geometry, coal_transform
 from tests.models.test_solids import box as closed_box
 from tests.random_shapes import FCL_AT_ITS_WORST, box_mesh, random_pose
@@ -519,3 +519,46 @@ def test_choices_where_something_fixed_touches() -> None:
     points = random_q(load("panda"), 3, seed=0)
     assert prover.cheapest_chain(points, np.ones((3, 3))).tolist() == [0, 1, 2]
     assert prover.first_free(points, 0.1 * points, np.ones(3, dtype=int), np.array([3])).tolist() == [-1]
+
+
+def test_what_slides_beyond_its_limits_is_not_proven(urdf_file) -> None:
+    """Reaches hold within the limits: a motion 3 m out, where it may go 0.1, was called free through an obstacle."""
+    arm = "".join(map(link_xml, "ab")) + link_xml("c", '<sphere radius="0.05"/>')
+    arm += joint_xml("j", "a", "b", limit="-3 3") + joint_xml("k", "b", "c", "prismatic", "1 0 0", limit="-0.1 0.1")
+    robot = Robot.load(urdf_file(arm))
+    for angle in np.linspace(-0.2, 0.2, 9):
+        at = pose([3 * np.cos(angle), 3 * np.sin(angle), 0])
+        prover = EdgeProver(make_checker(robot, scene_of((Sphere(0.2), at))))
+        swing = np.array([[[-1.0, 3.0], [2.0, 0.0]]])
+        assert prover.prove(swing[:, 0], swing[:, 1]).verdict.tolist() == [Verdict.UNDECIDED]
+        assert not prover.prove_curves(swing).free.any()
+        assert not prover.all_free(swing)
+        within = np.array([[[-1.0, -0.1], [2.0, 0.2]], [[-1.0, 0.1], [2.0, 0.0]]])
+        assert prover.prove_curves(within).free.all()
+        assert prover.all_free(within)
+
+
+def test_a_body_that_is_one_point_of_the_next_joint_has_the_reach_of_the_one_beyond(urdf_file) -> None:
+    arm = "".join(map(link_xml, "abcd")) + joint_xml("j", "a", "b")
+    arm += joint_xml("k", "b", "c", xyz="1 0 0", limit="-3 3") + joint_xml("l", "c", "d", xyz="1 0 0", limit="-3 3")
+    robot = Robot.load(urdf_file(arm), tool="d")
+    point = Body("p", "b", 1, Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]])), pose([1.0, 0, 0]))
+    bar = Body("s", "d", 3, Box((3.0, 0.01, 0.01)), pose([-0.5, 0.5, 0]))
+    checker = make_checker(replace(robot, bodies=(point, bar)), Scene("none"), margin=1e-3)
+    assert checker.world.pair_reach[0, 2] > 0.99
+    for start, free in ((-1.0, True), (0.0, False), (0.5, False)):
+        found = EdgeProver(checker).prove(np.array([[0.0, 0.0, start]]), np.array([[0.0, 0.0, 0.6]]))
+        assert found.free.tolist() == [free]
+        assert not free or found.clearance[0] < 0.8844
+
+
+@pytest.mark.parametrize("c", [0.0, 2.6e-162, 2.7e-162, 1e-155, 1e-3])
+def test_a_direction_whose_square_is_no_number_separates_nothing(urdf_file, c: float) -> None:
+    """The middles of two shapes nearly coincide: the length of the way between them came out too short."""
+    corners = np.array([[1.0, -1, -1], [-1, 1, -1], [-1, -1, 1], [-1, -1, -1]])
+    solid = Mesh(corners, np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]))
+    arm = "".join(map(link_xml, "abc")) + joint_xml("j", "a", "b") + joint_xml("k", "b", "c")
+    robot = replace(Robot.load(urdf_file(arm)), bodies=(Body("body", "b", 1, solid, np.eye(4)),))
+    checker = make_checker(robot, scene_of((Sphere(1e-3), pose([c, c, c]))), margin=0.6)  # they are 0.576 m apart
+    found = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.01, 0.0]]))
+    assert found.verdict.tolist() == [Verdict.COLLIDES]

@@ -1,5 +1,7 @@
 """FCL's verdicts, names and distances against coal's; and whether the error that is allowed for really bounds FCL's."""
 
+import signal
+import time
 from dataclasses import replace
 from itertools import combinations_with_replacement
 
@@ -388,3 +390,48 @@ def test_another_robot_in_the_same_scene_has_its_own_shapes():
     turned = Robot.load("iiwa14", base=pose([0, 0, 3]))
     checker = make_checker(turned, Scene.load("paper"))
     assert checker.first_contact(random_q(turned, 20, seed=28)[:1] * 0) is None
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.005])
+def test_what_a_callback_raises_is_raised_where_it_was_asked(margin: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """C++ swallows it: the state was called free, its check broken off."""
+    checker = checker_of("panda", "shelf", margin=margin)
+    assert isinstance(checker, FclChecker)
+    q = random_q(load("panda"), 200, seed=1)
+    touches = np.flatnonzero([not is_free(checker, each) for each in q])
+    expected = [contact_of(checker, q[k]) for k in touches]
+    for error in (KeyboardInterrupt, MemoryError):
+        with monkeypatch.context() as patch:
+            patch.setattr(checker, "_pair_of", lambda *_, error=error: (_ for _ in ()).throw(error()))
+            for k in touches:
+                with pytest.raises(error):
+                    checker.first_contact(q[k])
+    assert [contact_of(checker, q[k]) for k in touches] == expected
+
+
+def test_a_signal_waits_for_the_check_and_is_not_lost() -> None:
+    """Its handler ran in a callback, where what it raised was swallowed and the check went on without an answer."""
+    checker = checker_of("panda", "shelf", margin=0.005)
+    q = random_q(load("panda"), 300, seed=2)
+    expected, raised = checker.first_contact(q[5:6]), 0
+
+    def stop(number: int, frame: object) -> None:
+        raise InterruptedError
+
+    before = signal.signal(signal.SIGALRM, stop)
+    try:
+        for k in range(200):
+            found = expected
+            try:
+                signal.setitimer(signal.ITIMER_REAL, 2e-5 * (1 + k % 20))
+                found = checker.first_contact(q[5:6])
+                for _ in range(2000):
+                    time.sleep(1e-3)
+            except InterruptedError:
+                raised += 1
+            assert found == expected
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert raised == 200
+    assert checker.first_contact(q[5:6]) == expected

@@ -312,6 +312,24 @@ def of_walks(rng: Rng, size: Size) -> list[Any]:
     return found
 
 
+def of_travels(rng: Rng, size: Size) -> list[Any]:
+    """What goes farther than its travel is undecided, all else is as without one."""
+    _, world = a_world(rng, size)
+    few = replace(size, rows=min(size.rows, 20))
+    curves = np.stack([states(rng, few) * 0.1**k for k in range(3)], axis=1)
+    before = world.prove(bounds_of(world), curves, 1e-3)
+    farthest = np.abs(curves[:, 0]).max(axis=1, initial=0.0)
+    least = 0.9 * float(np.median(farthest)) if few.rows else 1.0
+    world.set_travel(np.full(few.joints, 0.5 * least))
+    within = np.abs(curves).sum(axis=1).max(axis=1, initial=0.0) < 0.5 * least
+    verdict = world.prove(bounds_of(world), curves, 1e-3)[0]
+    assert (verdict[farthest > least] == 2).all()
+    assert (verdict[within] == before[0][within]).all()
+    world.set_travel(np.full(few.joints, np.inf))
+    assert np.array_equal(world.prove(bounds_of(world), curves, 1e-3)[0], before[0])
+    return [verdict, *before]
+
+
 def of_proofs(rng: Rng, size: Size) -> list[Any]:
     _, world = a_world(rng, size)
     found, few = [], replace(size, rows=min(size.rows, 40))
@@ -745,7 +763,8 @@ CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
         of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_tree_paths, of_walks,
-        of_proofs, of_proofs_in_time, of_chunks, of_stops, of_gates, of_curves_of_chunks, of_choices, of_costs,
+        of_proofs, of_travels, of_proofs_in_time, of_chunks, of_stops, of_gates, of_curves_of_chunks, of_choices,
+        of_costs,
         of_motion_costs, of_refinement, of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
     )
 }  # fmt: skip

@@ -23,8 +23,10 @@ from websockets.exceptions import InvalidStatus
 
 from planner import Gate, Session
 from planner.base.errors import FileError, OptionError, PlannerError
+from planner.base.progress import Progress
 from planner.serve.messages import METHODS, schema
 from planner.serve.server import read_token, require_token, running
+from planner.serve.worlds import World
 from tests.command_line import command
 from tests.models.files.test_dae import TETRAHEDRON
 from tests.serve.client import Client, Refused, code_on_page
@@ -86,6 +88,32 @@ def test_the_gate_knows_a_change_at_once_and_the_planner_before_its_next_plan(cl
     moved = client.ask("change", changes=[{"do": "move", "name": "post", "position": [5.0, 0.0, 0.0]}])
     assert moved["changes"] == 1
     assert client.ask("replan", motion=False)["path"] == before["path"]
+
+
+def test_the_planner_takes_whatever_the_gate_has_taken(client: Client) -> None:
+    """A box onto the arm where it last began: the session refused it, and planned on in the world without it."""
+    blocked, clear = [-1.0, 0.8], [1.3, -0.8]
+    box = {"name": "box", "type": "box", "size": [0.2, 0.2, 0.2], "position": [-1.5, 1.5, 0.0]}
+    client.ask("plan", start=blocked, goal=clear, motion=False)
+    client.ask("change", changes=[{"do": "add", "obstacle": box}])
+    client.ask("change", changes=[{"do": "move", "name": "box", "position": [0.5, -0.5, 0.0]}])
+    for _ in range(2):
+        with pytest.raises(Refused, match="start is in collision: 'link_2' and 'box' touch"):
+            client.ask("replan")
+        with pytest.raises(Refused, match="goal is in collision"):
+            client.ask("plan", start=clear, goal=blocked)
+    assert client.ask("plan", start=clear, goal=[1.0, -0.5], motion=False)["outcome"] == "solved"
+
+
+def test_no_plan_is_made_in_a_world_that_is_not_the_gates() -> None:
+    def refused(session: Session) -> None:
+        raise PlannerError("it is refused.")
+
+    world = World("w", Gate("planar_2r", "empty"), Session("planar_2r", "empty", nodes=20))
+    world._waiting.append(refused)
+    for _ in range(2):
+        with pytest.raises(PlannerError, match="has taken \\(it is refused\\): load it anew"):
+            world.plan(lambda *_: pytest.fail("it planned"), False, Progress(lambda *_: None))
 
 
 def test_what_was_passed_over_in_files_is_told(client: Client, tmp_path: Path) -> None:

@@ -162,6 +162,7 @@ struct Gap {
 inline Gap convex_gap(Placed a, Placed b, Vec& apart, double enough) {
     constexpr int rounds = 40;
     constexpr double close = 1e-6, touching = 1e-12;  // m
+    constexpr double no_direction = 1e-150;           // m: of less the length is not what its squares come to
     const double radius = a.set->radius + b.set->radius;
     double low = 0.0, high = infinity;
     Vec direction = apart;
@@ -169,7 +170,7 @@ inline Gap convex_gap(Placed a, Placed b, Vec& apart, double enough) {
     for (int round = 0; round < rounds; ++round) {
         Vec corner = b.farthest(-direction) - a.farthest(direction);
         double size = length(direction), along = dot(corner, direction);
-        double between = size > 0.0 ? along / size : 0.0;
+        double between = size > no_direction ? along / size : 0.0;
         if (between > low) low = between, apart = direction;
         if (low - radius >= enough || high - low <= close || simplex.has(corner)) break;
         simplex.corner[simplex.count] = corner;

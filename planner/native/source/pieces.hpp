@@ -32,6 +32,15 @@ struct Pieces {
             velocity[j] = value;
         }
     }
+    // A bound on |q_j|: its largest Bernstein coefficient.
+    double farthest(int piece, int j) const {
+        const double* c = of(piece);
+        double own[highest_degree + 1], most = 0.0, size = 0.0;
+        for (int i = 0; i <= degree; ++i) own[i] = c[i * dof + j], size += std::fabs(own[i]);
+        to_bernstein(own, degree);
+        for (int i = 0; i <= degree; ++i) most = std::max(most, std::fabs(own[i]));
+        return most + 1e-14 * size;
+    }
     // Bounds on |dq_j / ds|, or with `order` 2 on the second derivative, over [low, high]: its largest Bernstein
     // coefficient there.
     void bounds(int order, int piece, double low, double high, double* bounds) const {

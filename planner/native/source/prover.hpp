@@ -141,7 +141,7 @@ class Prover {
             held = held && moved <= longest_motion;
             motion = std::max(motion, span ? std::min(moved, flat_rate_[k] + first_journey) : moved);
         }
-        if (!held) {  // no finite numbers: nothing is known of such a piece
+        if (!held || leaves_reach(pieces, piece)) {  // no finite numbers, or no reach: nothing is known of such a piece
             attempt.proof.verdict = undecided;
             return;
         }
@@ -150,6 +150,15 @@ class Prover {
             const double low = k / double(count), high = (k + 1) / double(count);
             attempt.push({low, high, std::fabs(low + high - 1.0) - 1.0});  // the middle first, both ends last
         }
+    }
+
+    // Whether a slide may go farther on a piece than reaches allow for, by its Bernstein coefficients.
+    bool leaves_reach(const Pieces& pieces, int piece) const {
+        for (size_t j = 0; j < world_.travel.size(); ++j)
+            if (world_.travel[j] < infinity &&
+                pieces.farthest(piece, static_cast<int>(j)) > world_.travel[j] + rounding)
+                return true;
+        return false;
     }
 
     // One sample more, in the middle of the first open interval.

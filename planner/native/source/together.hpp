@@ -23,7 +23,7 @@ class Together {
     bool prove(int first, int last, const std::vector<Prover::Task>* left = nullptr) {
         if (last - first == 1) return prove_alone(first, left);
         const std::vector<Prover::Task> still = not_clear(first, last, left);
-        if (still.empty()) {
+        if (still.empty() && !leave_reach(first, last)) {
             for (int k = first; k < last; ++k) proofs_[k].samples = 0;
             return true;
         }
@@ -34,6 +34,12 @@ class Together {
     }
 
    private:
+    bool leave_reach(int first, int last) const {
+        for (int k = first; k < last; ++k)
+            if (prover_.leaves_reach(pieces_, k)) return true;
+        return false;
+    }
+
     void measure(int k) {
         const double* c = pieces_.of(k);
         double own[highest_degree + 1];

@@ -114,6 +114,7 @@ class World {
     Balls body_balls, obstacle_balls;  // one around each; of bodies in their joints' frames
     int bodies = 0;
     double margin = 0.0;
+    std::vector<double> travel;  // m (dof,) that slides go from 0 at most, where reaches hold; nothing: they always do
 
     int obstacles() const { return static_cast<int>(items.size()) - bodies; }
     // Of the base, of joints and of all that moves by itself.

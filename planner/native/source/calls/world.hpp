@@ -161,6 +161,14 @@ int world_set_speed_limit(World* world, int item, double limit) {
     });
 }
 
+// How far slides go from 0 at most, travel (dof,) m, infinite for joints that turn: reaches hold as long as they do.
+int world_set_travel(World* world, const double* travel) {
+    return answered([&] {
+        require(not_negative(travel, world->chain.dof(), infinity), "a travel is no distance");
+        world->travel.assign(travel, travel + world->chain.dof());
+    });
+}
+
 // A rounded box or a cylinder that holds a part of obstacle `item`; placement (3, 3) and (3,) in the world.
 int world_add_target(World* world, int item, int is_cylinder, const double* turn, const double* shift,
                      const double* half, double radius) {
