@@ -11,9 +11,10 @@ import fcntl
 import glob
 import json
 import os
+import shutil
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -115,6 +116,55 @@ def _lock(handle: int) -> bool | None:
     except OSError:
         return None
     return True
+
+
+@contextlib.contextmanager
+def staged(folder: Path, names: Sequence[str]) -> Iterator[Path]:
+    """A folder to write files of these ``names`` into, which take the places of those in ``folder`` once all are whole.
+
+    In the order of the names; what is not written is taken away there. Where something fails ``folder`` is as it was.
+    It is made if it does not exist. Raises :class:`FileError` where one of the places cannot be written.
+    """
+    make_folder(folder)
+    taken = next((folder / name for name in names if is_folder(folder / name)), None)
+    if taken is not None:
+        raise FileError(f"{taken} is a folder, and a file is to be written there: move it, or choose another place.")
+    for litter in folder.glob(f".????????{_UNFINISHED}"):  # of writers that have ended
+        with _locked(litter) as ended:
+            if ended:
+                shutil.rmtree(litter, ignore_errors=True)
+    try:
+        inner = Path(tempfile.mkdtemp(prefix=".", suffix=_UNFINISHED, dir=folder))
+    except OSError as error:
+        raise FileError(f"{folder} cannot be written: {error.strerror or error}; choose another place.") from None
+    try:
+        with _locked(inner):
+            yield inner
+            for name in names:
+                if is_file(inner / name):
+                    os.replace(inner / name, folder / name)
+                else:
+                    remove(folder / name)
+    except FileError as error:
+        raise FileError(str(error).replace(str(inner), str(folder))) from None
+    except OSError as error:
+        raise FileError(f"{folder} cannot be written: {error.strerror or error}; choose another place.") from None
+    finally:
+        shutil.rmtree(inner, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _locked(folder: Path) -> Iterator[bool]:
+    """Whether nobody else holds the folder meanwhile."""
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError:
+        yield False
+        return
+    try:
+        yield bool(_lock(handle))
+    finally:
+        os.close(handle)
 
 
 def _umask() -> int:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pydantic
 
-from planner.base.errors import FileError
+from planner.base.errors import FileError, OptionError
 from planner.base.places import Place
 from planner.base.resources import published_scene_names, robot_names, scene_names
 from planner.collision import make_checker
@@ -65,7 +65,7 @@ def reopen_plan(config: Mapping[str, Any], path: Place) -> CollisionChecker:
     said = {names[key]: value for key, value in config.items() if key in names}
     try:
         request = pydantic.TypeAdapter(KeptRequest).validate_python(said)
-    except pydantic.ValidationError:
+    except (pydantic.ValidationError, OptionError):
         raise FileError(f"the options in the plan.json beside {path} are not what a plan writes: plan again.") from None
     roadmap = load_roadmap(path)
     checker = reopen(request, roadmap, path, "and its plan.json says no other place of it")

@@ -15,7 +15,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.beside import hashes
-from planner.base.files import make_folder, remove, write_json
+from planner.base.files import staged, write_json
 from planner.base.html import html_table
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
@@ -71,6 +71,7 @@ if TYPE_CHECKING:
 _CORNERS = ("corners", "corners_blended", "shortcuts")  # what a trajectory's proof says of a path's corners
 _KEPT_APART = 1e-3  # s between two looks at what is kept in motion
 JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
+NAMES = (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME, PAGE_NAME, JSON_NAME)  # the record last
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,34 +237,25 @@ def save_plan_without_page(
 
     The record comes last, with the hashes of the others, see :mod:`planner.base.beside`.
     """
-    save_parts(folder, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
-    began = time.perf_counter()
-    made = plan.certify() if certificate else None
-    if made is not None:
-        made.save(folder / PROOF_NAME)
-        timings = {**(timings or {}), "certificate": time.perf_counter() - began}
-    record = plan_record(plan)
-    record["timings_s"] |= rounded(timings or {})
-    record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME))
-    write_json(folder / JSON_NAME, record)
+    with staged(folder, NAMES) as inner:
+        save_parts(inner, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
+        began = time.perf_counter()
+        made = plan.certify() if certificate else None
+        if made is not None:
+            made.save(inner / PROOF_NAME)
+            timings = {**(timings or {}), "certificate": time.perf_counter() - began}
+        record = plan_record(plan)
+        record["timings_s"] |= rounded(timings or {})
+        record["files"] = hashes(inner, (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME))
+        write_json(inner / JSON_NAME, record)
     return record
 
 
 def save_parts(folder: Path, roadmap: Roadmap | None, motion: Trajectory | None, robot: str, scene: str) -> None:
-    """Write ``roadmap.npz`` and ``trajectory.json``, as far as there are such, in place of an earlier plan's files.
-
-    The folder is made if it does not exist.
-    """
-    make_folder(folder)
-    for name in (PAGE_NAME, PROOF_NAME):
-        remove(folder / name)
-    if roadmap is None:
-        remove(folder / ROADMAP_NAME)
-    else:
+    """Write ``roadmap.npz`` and ``trajectory.json`` into an empty ``folder``, as far as there are such."""
+    if roadmap is not None:
         save_roadmap(roadmap, folder / ROADMAP_NAME)
-    if motion is None:
-        remove(folder / TRAJECTORY_NAME)
-    else:
+    if motion is not None:
         save_trajectory(motion, folder / TRAJECTORY_NAME, robot, scene)
 
 

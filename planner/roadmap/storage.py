@@ -107,6 +107,10 @@ def load_roadmap(path: Place) -> Roadmap:
             raise FileError(f"roadmap {path} is damaged: its content does not match its hash; build it again.")
     except FileError:
         raise
+    except PermissionError as error:
+        raise FileError(
+            f"roadmap {path} cannot be read: {error.strerror}; give yourself the right to read it."
+        ) from None
     except DAMAGE as error:
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise FileError(f"roadmap {path} is damaged or no roadmap ({reason}): build it again.") from None

@@ -12,7 +12,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.beside import hashes
-from planner.base.files import write_json
+from planner.base.files import staged
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import rounded
@@ -24,7 +24,7 @@ from planner.models.robot import Robot
 from planner.models.run_record import run_record
 from planner.models.scene import Scene
 from planner.planning.network import PathCost
-from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME, field_record, motion_record, save_parts
+from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, ROADMAP_NAME, field_record, motion_record, save_parts
 from planner.planning.summary import cost_text, field_rows
 from planner.problem.outcome import Outcome
 from planner.problem.request import TaskRequest
@@ -178,12 +178,12 @@ class TaskPlan:
 
 def save_task(plan: TaskPlan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
     """Write the files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
-    save_parts(folder, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
-    record = plan.to_dict()
-    record["timings_s"] |= rounded(timings or {})
-    record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME))
-    write_json(folder / JSON_NAME, record)
-    return save_page(plan.page, folder / PAGE_NAME, record, folder / JSON_NAME)
+    with staged(folder, NAMES) as inner:
+        save_parts(inner, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
+        record = plan.to_dict()
+        record["timings_s"] |= rounded(timings or {})
+        record["files"] = hashes(inner, (ROADMAP_NAME, TRAJECTORY_NAME))
+        return save_page(plan.page, inner / PAGE_NAME, record, inner / JSON_NAME)
 
 
 def task_rows(record: dict[str, Any]) -> Rows:

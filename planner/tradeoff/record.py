@@ -14,7 +14,7 @@ import pydantic
 
 from planner.base.beside import hashes
 from planner.base.errors import FileError
-from planner.base.files import is_file, make_folder, remove, write_json, write_whole
+from planner.base.files import is_file, staged, write_json, write_whole
 from planner.base.formats import require_readable_version
 from planner.base.html import html_table
 from planner.base.progress import rounded
@@ -76,14 +76,13 @@ def save_sweep_without_page(
     tradeoff: Tradeoff, folder: Path, timings: dict[str, float] | None = None
 ) -> dict[str, Any]:
     """Write all but ``sweep.html``, take that of an earlier sweep away, and return the record, which comes last."""
-    make_folder(folder)
-    remove(folder / PAGE_NAME)
-    save_roadmap(tradeoff.roadmap, folder / ROADMAP_NAME)
-    record = sweep_record(tradeoff)
-    record["timings_s"] |= rounded(timings or {})
-    write_whole(folder / CSV_NAME, to_csv(record).encode())
-    record["files"] = hashes(folder, (ROADMAP_NAME, CSV_NAME))
-    write_json(folder / JSON_NAME, record)
+    with staged(folder, (ROADMAP_NAME, CSV_NAME, PAGE_NAME, JSON_NAME)) as inner:
+        save_roadmap(tradeoff.roadmap, inner / ROADMAP_NAME)
+        record = sweep_record(tradeoff)
+        record["timings_s"] |= rounded(timings or {})
+        write_whole(inner / CSV_NAME, to_csv(record).encode())
+        record["files"] = hashes(inner, (ROADMAP_NAME, CSV_NAME))
+        write_json(inner / JSON_NAME, record)
     return record
 
 

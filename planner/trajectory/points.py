@@ -117,7 +117,7 @@ def read_points(path: Place, robot: Robot) -> Points | None:
     if found is None:
         return None
     points = _in_order(found, robot, where)
-    own = path.suffix.lower() == ".json" and path.name.endswith(TRAJECTORY_NAME)
+    own = path.suffix.lower() == ".json"  # whatever it is called by now
     limits = limits_in(parse(read_text(path, "trajectory"), where), where) if own else None
     return replace(points, limits=limits if limits is not None and limits.joints == robot.joints else None)
 

@@ -144,3 +144,28 @@ def test_files_of_two_runs_are_noticed(run: Run, tmp_path: Path, caplog: pytest.
     roadmap = ("--roadmap", str(first / "roadmap.npz"), "--out", str(tmp_path / "third"))
     assert run("plan", *options, "--goal", "q:1,0.5", *roadmap)[0] == 0
     assert "roadmap.npz is not the one that plan.json beside it was written with: " in caplog.text
+
+
+def test_a_trajectory_is_judged_by_its_own_limits_whatever_it_is_called(run: Run, tmp_path: Path) -> None:
+    made = ("--robot", "planar_2r", "--scene", "empty")
+    slow = ("--start", "q:0,1", "--goal", "q:1,1", "--path-only", "--velocity-scale", "0.3", "--out", str(tmp_path))
+    assert run("plan", *made, *slow)[0] == 0
+    record = json.loads((tmp_path / "trajectory.json").read_text())
+    record["limits"]["velocity"] = [0.01, 0.01]
+    for name in ("trajectory.json", "motion.json"):
+        (tmp_path / name).write_text(json.dumps(record))
+        code, out, _ = run("check", str(tmp_path / name), *made)
+        assert code == 4
+        assert "over its limit of 0.01" in out
+    record["limits"]["velocity"] = [float("nan"), 0.01]
+    (tmp_path / "motion.json").write_text(json.dumps(record))
+    assert run("check", str(tmp_path / "motion.json"), *made)[0] == 3
+
+
+def test_what_is_not_safe_to_stop_is_the_verdict(run: Run, tmp_path: Path) -> None:
+    """Free itself, and so near a board that from one point no stop is proven."""
+    made = ("--robot", "panda", "--scene", "shelf")
+    assert run("plan", *made, "--path-only", "--out", str(tmp_path))[0] == 0
+    code, out, _ = run("check", str(tmp_path), *made, "--prefixes")
+    assert code == 4
+    assert out.strip().splitlines()[-1].startswith("Not usable: unsafe at")

@@ -2,6 +2,7 @@
 
 import contextlib
 import copy
+import errno
 import itertools
 import json
 import os
@@ -109,7 +110,7 @@ def test_a_kill_between_two_files_is_noticed(tmp_path, monkeypatch):
     request = PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", nodes=20)
     first, second = (plan(replace(request, goal=goal), timing=TimingRequest()) for goal in ("q:1,1", "q:1,0.5"))
     moved, told = os.replace, []
-    for writes in range(6):
+    for writes in range(9):  # three files are made, then moved; then come the page and the record with it
         left = iter([True] * writes)
 
         def replaced(*names, left=left):
@@ -129,7 +130,33 @@ def test_a_kill_between_two_files_is_noticed(tmp_path, monkeypatch):
         fits &= motion["points"][-1]["q"] == record["path"][-1]
         told.append(mismatch(folder / "plan.json") is not None)
         assert told[-1] == (not fits)
-    assert told == [False, True, True, False, False, False]
+    assert told == [*4 * [False], True, True, *3 * [False]]
+
+
+@pytest.mark.parametrize("name", ["roadmap.npz", "trajectory.json", "proof.npz", "plan.html", "plan.json"])
+def test_a_plan_that_cannot_be_written_leaves_the_one_that_is_there(name, tmp_path, monkeypatch):
+    request = PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
+    first, second = (plan(replace(request, seed=seed), timing=TimingRequest()) for seed in (0, 1))
+    save_plan(first, tmp_path, certificate=True)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    writes = iter(range(10))
+
+    def full(handle):
+        if next(writes) == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr("planner.base.files.os.fsync", full)
+        with pytest.raises(FileError, match=r"No space left on device; choose") as caught:
+            save_plan(second, tmp_path)
+    assert "unfinished" not in str(caught.value)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    (tmp_path / name).unlink()
+    (tmp_path / name).mkdir()
+    with pytest.raises(FileError, match=f"{name} is a folder"):
+        save_plan(second, tmp_path)
+    left = {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.name != name}
+    assert left == {other: content for other, content in before.items() if other != name}
 
 
 def test_a_folder_that_is_not_there(solved, tmp_path):
