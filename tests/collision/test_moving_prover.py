@@ -187,7 +187,7 @@ def test_no_bar_that_turns_to_and_fro_comes_nearer_than_was_proven(urdf_file: Ca
             free = TimedProver(make_checker(robot, Scene("none"), margin=margin), [bar]).free(still, span)[0]
             assert not (free and must_not)
             proven += bool(free)
-    assert proven > 70, "what keeps clear is proven"
+    assert proven > 40, "what keeps clear is proven"
 
 
 def test_a_proof_takes_no_longer_for_many_poses_than_for_few() -> None:
