@@ -30,6 +30,13 @@ def require_certificate(folder: Path) -> None:
     """Raise :class:`FileError` where the folder holds none."""
     if not is_file(folder / PROOF_NAME):
         raise FileError(f"{folder / PROOF_NAME} not found: plan with --certificate, which writes it.")
+    try:
+        checker.read(folder / PROOF_NAME)
+    except checker.Refused:  # it is one, and what it says is for the checker to judge
+        pass
+    except Exception as error:  # as the checker has it
+        reason = f"{type(error).__name__}: {error}"
+        raise FileError(f"{folder / PROOF_NAME} is damaged ({reason[:200]}): plan with --certificate again.") from None
 
 
 def require_same_world(proof: Path, world: World) -> None:

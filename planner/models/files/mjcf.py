@@ -203,8 +203,8 @@ def _written_out(path: Path) -> Iterator[str]:
         _write_out(world, defaults, "main", said)
     for element in root.iter():
         _write_turn(element, said)
-    for default in root.findall("default"):  # at the elements themselves by now
-        root.remove(default)
+    for said_by_now in root.findall("default"):
+        root.remove(said_by_now)
     for mesh in root.iterfind("asset/mesh"):
         _say(mesh, defaults, "main")
         if mesh.get("file"):
