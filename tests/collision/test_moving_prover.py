@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import coal
 import numpy as np
@@ -178,7 +179,7 @@ def test_no_bar_that_turns_to_and_fro_comes_nearer_than_was_proven(urdf_file: Ca
         t = np.unique(np.clip(np.concatenate([np.linspace(low, high, 4001), bar.motion.times]), low, high))
         k = int(gap(t).argmin())
         around = t[max(0, k - 1)], t[min(len(t) - 1, k + 1)]
-        found = minimize_scalar(lambda x, gap=gap: float(gap(np.array([x]))[0]), bounds=around)
+        found: Any = minimize_scalar(lambda x, gap=gap: float(gap(np.array([x]))[0]), bounds=around)
         least = min(float(gap(t).min()), float(found.fun))
         if least < 1e-3:
             continue
