@@ -17,6 +17,7 @@ import pydantic_core
 import yaml
 
 from planner.base.errors import FileError, PlannerError, choices
+from planner.base.words import number
 
 Model = TypeVar("Model", bound=pydantic.BaseModel)
 
@@ -219,8 +220,8 @@ def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
 
 def _reads_as_number(value: Any) -> bool:
     try:
-        return math.isfinite(float(value)) and isinstance(value, str)
-    except (TypeError, ValueError):
+        return isinstance(value, str) and math.isfinite(number(value))
+    except ValueError:
         return False
 
 

@@ -69,10 +69,10 @@ class ClearanceBound:
         scene = np.stack([bodies, len(world.bodies) + obstacles], axis=1)
         checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
         self.native.set_pairs(np.concatenate([scene, world.self_pairs]), checked)
-        chain, arm = Chain.of(world.robot), world.robot.arm
+        chain = Chain.of(world.robot)
         if chain.prismatic.any():
-            slides = [travel(arm, chain, j) if chain.prismatic[j] else np.inf for j in range(len(chain.prismatic))]
-            self.native.set_travel(np.array(slides))
+            slides = [travel(world.robot.arm, chain, row) for row in range(len(chain.prismatic))]
+            self.native.set_travel(np.where(chain.prismatic, slides, np.inf))
 
     def coarse(self, rotation: Floats, position: Floats) -> Floats:
         """(n, pairs) lower bounds in metres; +inf for pairs that are not checked.

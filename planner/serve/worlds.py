@@ -39,6 +39,10 @@ class World:
     _apart: str | None = None  # why the session is not in the gate's world
     _order: threading.Lock = field(default_factory=threading.Lock)
     _planning: threading.Lock = field(default_factory=threading.Lock)
+    _notes: list[str] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._notes = self._noted()
 
     @staticmethod
     def of(asked: ask.Load) -> World:
@@ -63,10 +67,10 @@ class World:
             "joints": list(robot.joints),
             "obstacles": [item.name for item in scene.obstacles],
             "carried": [item.name for item in scene.carried],
-            "notes": self._notes(),
+            "notes": self._notes,
         }
 
-    def _notes(self) -> list[str]:
+    def _noted(self) -> list[str]:
         """What is doubtful about robot and scene as they are now, and what of their files was passed over."""
         found = (*notes(self.gate.robot, self.gate.scene), *self._of_added)
         return list(dict.fromkeys(note.text for note in found))
@@ -91,8 +95,7 @@ class World:
 
     def change(self, asked: ask.Change) -> dict[str, Any]:
         """Apply changes to the gate now, and to the session before it plans again; what comes first is done first."""
-        begin, done = time.perf_counter(), 0
-        before = self._notes()
+        begin, done, before = time.perf_counter(), 0, self._notes
         try:
             for each in asked.changes:
                 with self._order:
@@ -101,9 +104,11 @@ class World:
                     self._of_added += mesh_notes([each.obstacle])
                 done += 1
         finally:
+            if not all(isinstance(each, ask.Move) for each in asked.changes[:done]):
+                self._notes = self._noted()
             if done:
                 self.tell({"event": "world", **self.record()})
-        new = [note for note in self._notes() if note not in before]
+        new = [note for note in self._notes if note not in before]
         return {"changes": done, "seconds": time.perf_counter() - begin, "notes": new}
 
     def plan(self, question: Callable[[Session, Progress], Plan], motion: bool, progress: Progress) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -97,6 +98,7 @@ def read_points(path: Place, robot: Robot) -> Points | None:
     path = path / TRAJECTORY_NAME if is_folder(path) else path
     where = f"trajectory {path}"
     warn_of_mismatch(path)
+    data: Any = None  # of JSON
     match path.suffix.lower():
         case ".npz":
             found = _from_npz(path, where)
@@ -111,14 +113,14 @@ def read_points(path: Place, robot: Robot) -> Points | None:
             if found is None:
                 raise FileError(f"{where} holds no trajectory: give one with joint_names and points with times.")
         case ".json":
-            found = points_of(parse(read_text(path, "joint path"), where), where)
+            data = parse(read_text(path, "joint path"), where)
+            found = points_of(data, where)
         case _:
             return None
     if found is None:
         return None
     points = _in_order(found, robot, where)
-    own = path.suffix.lower() == ".json"  # whatever it is called by now
-    limits = limits_in(parse(read_text(path, "trajectory"), where), where) if own else None
+    limits = limits_in(data, where)  # of our own file, whatever it is called by now
     return replace(points, limits=limits if limits is not None and limits.joints == robot.joints else None)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from planner.base.errors import choices
 from planner.base.notes import Note
+from planner.base.words import number
 from planner.base.yamlfile import shown
 from planner.models.files.urdf_rules import floats
 
@@ -152,6 +153,6 @@ def _are_counts(words: Sequence[str], most: int) -> bool:
 
 def _are_numbers(text: str) -> bool:
     try:
-        return all(True for _ in map(float, text.split()))
+        return all(True for _ in map(number, text.split()))
     except ValueError:
         return False

@@ -169,14 +169,12 @@ def mesh_files_of(root: ET.Element) -> list[str]:
 
 def bare_links(path: Path) -> frozenset[str]:
     """The bodies that have geoms, and none that collides."""
-    with _written_out(path) as file:
-        bodies = ET.parse(file).getroot().iterfind("worldbody//body")
-        return frozenset(
-            body.get("name", "")
-            for body in bodies
-            if (geoms := body.findall("geom"))
-            and all(geom.get("contype", "1") == "0" and geom.get("conaffinity", "1") == "0" for geom in geoms)
-        )
+    return frozenset(
+        body.get("name", "")
+        for body in _said_in_full(path).iterfind("worldbody//body")
+        if (geoms := body.findall("geom"))
+        and all(geom.get("contype", "1") == "0" and geom.get("conaffinity", "1") == "0" for geom in geoms)
+    )
 
 
 def passed_over(root: ET.Element) -> list[str]:
@@ -191,7 +189,15 @@ def passed_over(root: ET.Element) -> list[str]:
 
 @contextlib.contextmanager
 def _written_out(path: Path) -> Iterator[str]:
-    """A file that says the same, with all attributes at the elements themselves.
+    """A file that says the same, as :func:`_said_in_full` has it."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, path.name)
+        write_whole(file, ET.tostring(_said_in_full(path)), lasting=False)
+        yield str(file)
+
+
+def _said_in_full(path: Path) -> ET.Element:
+    """What an MJCF says, with all attributes at the elements themselves.
 
     Of defaults Pinocchio does not follow places, orientations and scales, and it takes metres of sliding joints for
     degrees where angles are in these.
@@ -201,10 +207,9 @@ def _written_out(path: Path) -> Iterator[str]:
     said = {} if compiler is None else compiler.attrib
     for world in root.iter("worldbody"):
         _write_out(world, defaults, "main", said)
-    for element in root.iter():
-        _write_turn(element, said)
-    for said_by_now in root.findall("default"):
-        root.remove(said_by_now)
+    for classes in root.findall("default"):
+        root.remove(classes)
+    _write_turns(root, said)
     for mesh in root.iterfind("asset/mesh"):
         _say(mesh, defaults, "main")
         if mesh.get("file"):
@@ -212,10 +217,7 @@ def _written_out(path: Path) -> Iterator[str]:
     for each in root.iter("compiler"):  # the files of meshes are whole by now
         for name in ("meshdir", "assetdir", "strippath"):
             each.attrib.pop(name, None)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, path.name)
-        write_whole(file, ET.tostring(root), lasting=False)
-        yield str(file)
+    return root
 
 
 def _write_out(
@@ -234,23 +236,23 @@ def _write_out(
             _write_range(element, compiler)
 
 
-def _write_turn(element: ET.Element, compiler: Mapping[str, str]) -> None:
-    """Write what Pinocchio would take for another orientation: an axis of any length, and turns about fixed axes."""
-    if "axisangle" in element.attrib:
-        *axis, angle = map(float, element.attrib["axisangle"].split())
-        length = math.hypot(*axis)
-        element.set("axisangle", " ".join(repr(value) for value in (*(part / length for part in axis), angle)))
-    order = compiler.get("eulerseq", "xyz")
+def _write_turns(root: ET.Element, compiler: Mapping[str, str]) -> None:
+    """Write what Pinocchio would take for other orientations: axes of any length, and turns about fixed axes."""
+    order, degrees = compiler.get("eulerseq", "xyz"), compiler.get("angle", "degree") == "degree"
     if len(order) != 3 or not set(order.lower()) <= set("xyz"):
         raise RobotError(f"the MJCF has a compiler with eulerseq={shown(order)}: give three of x, y, z, X, Y, Z.")
-    if "euler" in element.attrib and not order.islower():
-        degrees, turn = compiler.get("angle", "degree") == "degree", np.eye(3)
-        for text, axis in zip(element.attrib.pop("euler").split(), order, strict=True):
-            angle = math.radians(float(text)) if degrees else float(text)
-            step = pin.AngleAxis(angle, _AXES[axis.lower()]).matrix()
-            turn = turn @ step if axis.islower() else step @ turn
-        x, y, z, w = pin.Quaternion(turn).coeffs().tolist()
-        element.set("quat", " ".join(map(repr, (w, x, y, z))))
+    for element in root.iter():
+        if "axisangle" in element.attrib:
+            *axis, angle = floats(element.attrib["axisangle"])
+            length = math.hypot(*axis)
+            element.set("axisangle", " ".join(map(repr, (*(part / length for part in axis), angle))))
+        if "euler" in element.attrib and not order.islower():
+            turn = np.eye(3)
+            for angle, axis in zip(floats(element.attrib.pop("euler")), order, strict=True):
+                step = pin.AngleAxis(math.radians(angle) if degrees else angle, _AXES[axis.lower()]).matrix()
+                turn = turn @ step if axis.islower() else step @ turn
+            x, y, z, w = pin.Quaternion(turn).coeffs().tolist()
+            element.set("quat", " ".join(map(repr, (w, x, y, z))))
 
 
 def _write_range(joint: ET.Element, compiler: Mapping[str, str]) -> None:

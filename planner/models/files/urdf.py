@@ -82,17 +82,21 @@ class Description:
 
         Those that are ``held`` mimic nobody.
         """
-        planned = {*planned}
+        moving = self.moving(planned, held) - {*planned}
+        above = {child: (joint, parent) for joint, (parent, child) in self.joints.items()}
+        link = frame if frame in self.links else self.joints.get(frame, ("", ""))[1]
+        while moving and link in above:
+            joint, link = above[link]
+            if joint in moving:
+                return joint
+        return None
+
+    def moving(self, planned: Iterable[str], held: Collection[str]) -> set[str]:
+        """The ``planned`` joints, and those that mimic them and are not ``held``."""
         moving, free = {*planned}, [item for item in self.mimics if item.joint not in held]
         for _ in free:  # one may mimic another
             moving |= {item.joint for item in free if item.leader in moving}
-        above = {child: (joint, parent) for joint, (parent, child) in self.joints.items()}
-        link = frame if frame in self.links else self.joints.get(frame, ("", ""))[1]
-        while moving > planned and link in above:
-            joint, link = above[link]
-            if joint in moving - planned:
-                return joint
-        return None
+        return moving
 
     def child_of(self, joint: str) -> str:
         """The link that ``joint`` moves."""
@@ -249,7 +253,7 @@ def followed(
     Raises :class:`RobotError` where a mimic joint is planned, or follows a planned joint and moves a body or the tool.
     """
     held, waiting = dict(fixed), {item.joint: item for item in description.mimics if item.joint not in fixed}
-    moving = {*planned}
+    moving = description.moving(planned, fixed)
     while waiting:
         # a leader may mimic another joint: that one first
         item = next((item for item in waiting.values() if item.leader not in waiting), None)
@@ -268,9 +272,7 @@ def followed(
         if item.leader not in moving:
             value = item.multiplier * held.get(item.leader, 0.0) + item.offset
             held |= {item.joint: value} if value else {}
-            continue
-        moving.add(item.joint)
-        if any(model.getJointId(item.joint) in model.supports[each.parentJoint] for each in geometry.geometryObjects):
+        elif any(model.getJointId(item.joint) in model.supports[each.parentJoint] for each in geometry.geometryObjects):
             raise RobotError(
                 f"{follows}, which is planned, and moves a collision body: hold it with fixed_joints, or remove its "
                 "<mimic> from the URDF."

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "polynomials.hpp"
 
@@ -32,14 +33,14 @@ struct Pieces {
             velocity[j] = value;
         }
     }
-    // A bound on |q_j|: its largest Bernstein coefficient.
-    double farthest(int piece, int j) const {
+    // What holds joint j all along a piece: its smallest and largest Bernstein coefficient, and what rounding may add.
+    std::pair<double, double> hull(int piece, int j) const {
         const double* c = of(piece);
-        double own[highest_degree + 1], most = 0.0, size = 0.0;
+        double own[highest_degree + 1], size = 0.0;
         for (int i = 0; i <= degree; ++i) own[i] = c[i * dof + j], size += std::fabs(own[i]);
         to_bernstein(own, degree);
-        for (int i = 0; i <= degree; ++i) most = std::max(most, std::fabs(own[i]));
-        return most + 1e-14 * size;
+        const auto [least, most] = std::minmax_element(own, own + degree + 1);
+        return {*least - 1e-13 * size, *most + 1e-13 * size};
     }
     // Bounds on |dq_j / ds|, or with `order` 2 on the second derivative, over [low, high]: its largest Bernstein
     // coefficient there.

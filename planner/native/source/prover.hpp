@@ -152,12 +152,13 @@ class Prover {
         }
     }
 
-    // Whether a slide may go farther on a piece than reaches allow for, by its Bernstein coefficients.
+    // Whether a slide may go farther on a piece than reaches allow for.
     bool leaves_reach(const Pieces& pieces, int piece) const {
-        for (size_t j = 0; j < world_.travel.size(); ++j)
-            if (world_.travel[j] < infinity &&
-                pieces.farthest(piece, static_cast<int>(j)) > world_.travel[j] + rounding)
-                return true;
+        for (size_t j = 0; j < world_.travel.size(); ++j) {
+            if (world_.travel[j] == infinity) continue;
+            const auto [low, high] = pieces.hull(piece, static_cast<int>(j));
+            if (std::max(-low, high) > world_.travel[j] + rounding) return true;
+        }
         return false;
     }
 

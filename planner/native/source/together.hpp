@@ -5,6 +5,8 @@
 // are cleared for many curves at once, and every curve is proven alone only for the pairs that are left.
 #pragma once
 
+#include <tuple>
+
 #include "prover.hpp"
 
 namespace planner {
@@ -41,15 +43,9 @@ class Together {
     }
 
     void measure(int k) {
-        const double* c = pieces_.of(k);
-        double own[highest_degree + 1];
         for (int j = 0; j < pieces_.dof; ++j) {
-            double size = 0.0;
-            for (int i = 0; i <= pieces_.degree; ++i) own[i] = c[i * pieces_.dof + j], size += std::fabs(own[i]);
-            to_bernstein(own, pieces_.degree);
-            const auto [least, most] = std::minmax_element(own, own + pieces_.degree + 1);
-            low_[static_cast<size_t>(k) * pieces_.dof + j] = *least - 1e-13 * size;
-            high_[static_cast<size_t>(k) * pieces_.dof + j] = *most + 1e-13 * size;
+            const size_t at = static_cast<size_t>(k) * pieces_.dof + j;
+            std::tie(low_[at], high_[at]) = pieces_.hull(k, j);
         }
     }
 
