@@ -100,10 +100,12 @@ def cluster(address: str) -> Iterator[Cluster]:
     """
     try:
         from distributed import Client, KilledWorker  # pyright: ignore[reportMissingImports]
+        from distributed.comm import get_address_host_port  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InstallationError("a cluster needs Dask: pip install 'gabf-planner[cluster]', here and there.") from None
     logging.getLogger("distributed").setLevel(logging.ERROR)  # what it says while it closes is nobody's news
     try:
+        get_address_host_port(address)  # a client that finds out what is wrong itself takes 20 s to close
         client = Client(address, timeout=_SECONDS, set_as_default=False, direct_to_workers=True)
     except ValueError as error:
         raise OptionError(f"scheduler '{address}' is no address ({error}): give one like tcp://host:8786.") from None

@@ -17,10 +17,15 @@ def options_in(words: Sequence[str]) -> set[str]:
 
 def prepared(words: Sequence[str]) -> list[str]:
     """The words with all ``--goal`` made one, which stands where the first stood, and all ``--keep``; others twice are
-    refused.
+    refused, and what is empty.
 
-    Of an option given twice the parser would take the last and say nothing. Raises :class:`OptionError`.
+    Of an option given twice the parser would take the last and say nothing, and an empty folder is the one that the
+    shell stands in. Raises :class:`OptionError`.
     """
+    for before, word in zip(("", *words), words, strict=False):
+        if not word or (word.startswith("--") and word.find("=") == len(word) - 1):
+            of = word[:-1] or (before if before.startswith("--") else "a word")
+            raise OptionError(f"{of} is empty: give a value, or leave it out.")
     seen: set[str] = set()
     out: list[str] = []
     first: dict[str, int] = {}  # where the first value of these stands in ``out``

@@ -26,12 +26,14 @@ def verify(out: tyro.conf.Positional[Path] = Path("out"), debug: Debug = False) 
     Exit code 0: proven; 4: not, and why; 2: a wrong option; 3: an unusable robot, scene or file.
 
     Args:
-        out: The folder with plan.json, roadmap.npz and proof.npz.
+        out: The folder with plan.json, roadmap.npz and proof.npz, or one of these files.
     """
+    from planner.base.files import is_file
     from planner.certificate import verify as verified
     from planner.certificate.verification import require_certificate
     from planner.certificate.verify_proof import Refused
 
+    out = out.parent if is_file(out) else out
     require_certificate(out)
     try:
         say(verified(out, world_of_plan(out).world))

@@ -86,6 +86,8 @@ def view(
         warn_of_mismatch(page.with_suffix(".json"))
     else:
         if out is not None:
+            if port or open:
+                raise OptionError("--out writes the page and serves none: leave out --port and --open, or --out.")
             require_writable_file(out)
         page = _state_page(request, state)
         if out is not None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import logging
+
 from planner.base.progress import QUIET, Progress
 from planner.construction.connect_endpoints import attach
-from planner.problem.request import SweepRequest
+from planner.problem.request import PAPER_NODES, SweepRequest
 from planner.roadmap.node_checks import with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, kept_part
 from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.setup.open import Query
+
+_log = logging.getLogger(__name__)
 
 _FEWEST_NODES = 2  # those of the first paths, and no links: they pass no states that they need not
 
@@ -33,6 +37,12 @@ def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUI
             0.0 if path_only else DENSITY,
         )
     roadmap = load_roadmap(request.roadmap)
+    if request.nodes not in (PAPER_NODES, len(roadmap.nodes)):
+        _log.warning(
+            "%s has %d nodes, and none grow: --nodes is not followed; 'planner roadmap extend' adds some.",
+            request.roadmap,
+            len(roadmap.nodes),
+        )
     require_same_world(roadmap, query.checker, request.roadmap)
     roadmap = kept_part(roadmap, query.checker.world.keeps)
     roadmap = with_checked_nodes(roadmap, query.checker)

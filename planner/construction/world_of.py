@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,9 @@ from planner.base.places import Place
 from planner.base.resources import published_scene_names, robot_names, scene_names
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
+from planner.models.files.robot_files import read_robot
 from planner.models.robot import with_widened_limits
-from planner.problem.request import KeptRequest, WorldRequest
+from planner.problem.request import KeptRequest, Thing, WorldRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.setup.open import open_world
@@ -29,7 +31,9 @@ def reopen(
     Raises :class:`FileError` with the ``remedy`` where the file names one that is not built in, and nobody says where
     it is.
     """
-    origin = roadmap.origin
+    origin, given = roadmap.origin, request.robot
+    if given is not None and _name_of(given) != origin.robot:
+        raise FileError(f"roadmap {path} is for robot '{origin.robot}', not '{given}': build one for this robot.")
     world = WorldRequest(
         robot=request.robot or _built_in("robot", origin.robot, robot_names(), path, remedy),
         scene=request.scene
@@ -45,10 +49,6 @@ def reopen(
     )
     checker = open_world(world, request.motion_plan_request, lambda _: roadmap.nodes[roadmap.starts[0]])
     robot = checker.robot
-    if robot.name != origin.robot:
-        raise FileError(
-            f"roadmap {path} is for robot '{origin.robot}', not '{request.robot}': build one for this robot."
-        )
     if request.widen_limits and robot.joints == origin.joints:
         wide = with_widened_limits(robot, np.array([origin.world.lower, origin.world.upper]))
         keep = checker.world.conditions
@@ -71,6 +71,10 @@ def reopen_plan(config: Mapping[str, Any], path: Place) -> CollisionChecker:
     checker = reopen(request, roadmap, path, "and its plan.json says no other place of it")
     require_same_world(roadmap, checker, path)
     return checker
+
+
+def _name_of(robot: Thing) -> str:
+    return read_robot(robot).name if isinstance(robot, str | PathLike) else robot.name
 
 
 def _built_in(what: str, name: str, names: Sequence[str], path: Place, remedy: str) -> str:

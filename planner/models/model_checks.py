@@ -21,6 +21,7 @@ _log = logging.getLogger(__name__)
 _TOO_LARGE = 50  # times the arm's length: a part in millimetres that was read as metres is 1000 times too large
 _TOO_SMALL = 1e-4  # of the arm's length
 _SHOWN = 3  # pairs of links in a note
+_OCTOMAP = "<octomap>"  # as MoveIt's matrices name one that is not there
 _SHORTEST = 1e-3  # m: of an arm without length nothing can be said
 
 
@@ -106,11 +107,11 @@ def _strangers(robot: Robot, scene: Scene) -> Iterator[Note]:
         text = "name obstacles and links of the robot alike: what is allowed of the one is allowed of the other"
         yield Note(f"scene '{scene.name}': {choices(sorted(both))} {text}; rename the obstacles.")
     known = {*robot.source.links, *(item.object for item in scene.obstacles), *(body.link for body in robot.bodies)}
-    known |= {item.name for item in (*scene.obstacles, *scene.moving)}
+    known |= {item.name for item in (*scene.obstacles, *scene.moving)} | {item.object for item in scene.carried}
     named = [*itertools.chain(*scene.allowed), *(link for item in scene.carried for link in item.touch_links)]
-    unknown = sorted({name for name in named if name not in known}) if message is None else []
-    if unknown:
-        yield Note(f"scene '{scene.name}' allows contacts of {choices(unknown)}, which neither it nor the robot has.")
+    if unknown := sorted({*named} - known - {_OCTOMAP}):
+        text = f"scene '{scene.name}' allows contacts of {choices(unknown)}, which neither it nor the robot has."
+        yield Note(text, grave=message is None)  # MoveIt's matrices name what came and went
 
 
 def _permissions(robot: Robot, scene: Scene) -> Iterator[Note]:

@@ -143,6 +143,13 @@ def require_known(keys: Iterable[Any], known: Sequence[str], where: str, what: s
             )
 
 
+def require_header(header: Any, where: str) -> None:
+    """Raise :class:`FileError` for what is no header of a ROS message: its date is for its readers to judge."""
+    if not isinstance(header, dict):
+        raise FileError(f"{where}: its header is {shown(header)}; give stamp and frame_id, or leave it out.")
+    require_known(header, ("seq", "stamp", "frame_id"), f"{where}: its header")
+
+
 def unwrapped(data: Any, where: str) -> tuple[Any, list[str]]:
     """The innermost message of what ROS wraps it in, and what is to be said of what stands beside it."""
     notes: list[str] = []
@@ -208,6 +215,7 @@ def _rows_of(data: dict[str, Any], where: str) -> Any:
     if not given:
         return None
     require_known(data, _OF_A_PATH, where)
+    require_header(data.get("header") or {}, where)
     if len(given) > 1:
         raise FileError(f"{where} holds more than one path ({choices(given)}): leave one.")
     if given == ["points"] and isinstance(data["points"], list):

@@ -184,7 +184,7 @@ def _require_within_urdf(robot: Robot, limits: MotionLimits) -> None:
 class _JointLimit(Strict):
     """One joint of a joint_limits.yaml, as MoveIt and ros2_control write it; limits count unless has_ is false.
 
-    Positions are the URDF's: narrower ones are refused. Of efforts and gains no motion here knows.
+    Positions are the URDF's: narrower ones are refused. Efforts, gains and wider positions are passed over.
     """
 
     has_position_limits: bool = True
@@ -210,13 +210,12 @@ class _JointLimit(Strict):
     @pydantic.model_validator(mode="after")
     def _said(self) -> _JointLimit:
         """A limit that is announced is there."""
-        for kind in ("velocity", "acceleration", "deceleration", "jerk"):
-            if (
-                f"has_{kind}_limits" in self.model_fields_set
-                and self._given(kind)
-                and getattr(self, f"max_{kind}") is None
-            ):
-                raise ValueError(f"it has_{kind}_limits and no max_{kind}; add it, or say false")
+        of_kinds = {kind: (f"max_{kind}",) for kind in ("velocity", "acceleration", "deceleration", "jerk")}
+        of_places = {"position": ("min_position", "max_position"), "soft": ("soft_lower_limit", "soft_upper_limit")}
+        for kind, values in (of_kinds | of_places).items():
+            missing = [value for value in values if getattr(self, value) is None]
+            if f"has_{kind}_limits" in self.model_fields_set and self._given(kind) and missing:
+                raise ValueError(f"it has_{kind}_limits and no {missing[0]}; add it, or say false")
         return self
 
     def _given(self, kind: str) -> bool:
@@ -241,6 +240,14 @@ class _JointLimit(Strict):
             min((value for value in upper if value is not None), default=np.inf),
         )
 
+    def passed_over(self, lower: float, upper: float) -> list[str]:
+        """What it says that no motion of a joint within ``lower`` and ``upper`` follows."""
+        low, high = self.bounds()
+        gains = self.has_soft_limits and (self.k_position is not None or self.k_velocity is not None)
+        wider = -np.inf < low < lower - 1e-9 or upper + 1e-9 < high < np.inf
+        said = {"efforts": self.max_effort is not None, "gains": gains, "wider positions": wider}
+        return [what for what, so in {**said, "angle_wraparound": self.angle_wraparound}.items() if so]
+
 
 class _LimitsFile(Strict):
     joint_limits: dict[str, _JointLimit]
@@ -260,15 +267,16 @@ def _with_file(limits: MotionLimits, path: Place, robot: Robot) -> tuple[MotionL
     if missing:
         raise LimitError(f"{where} has no joint '{missing[0]}'; it has {choices(file.joint_limits)}: add it.")
     _require_positions_within(file, robot, where)
-    efforts = [file.joint_limits[joint].max_effort for joint in limits.joints]
-    effort = "" if all(each is None for each in efforts) else " (its efforts are passed over)"
+    spans = zip(robot.joints, robot.lower, robot.upper, strict=True)
+    passed = {what: None for joint, *span in spans for what in file.joint_limits[joint].passed_over(*span)}
+    told = f" (of it {choices(passed)} are passed over)" if passed else ""
     for kind in KINDS:
         found = [file.joint_limits[joint].value(kind) for joint in limits.joints]
         if any(value is not None for value in found):
             own = getattr(limits, kind)
             values = np.array([own[k] if value is None else value for k, value in enumerate(found)], dtype=float)
             partly = "" if all(value is not None for value in found) else f", the rest {limits.source[kind]}"
-            limits = _with(limits, kind, values, f"{path.name}{effort}{partly}")
+            limits = _with(limits, kind, values, f"{path.name}{told}{partly}")
     scales = {kind: getattr(file, f"default_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
     return limits, scales
 

@@ -11,7 +11,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import FileError, choices
 from planner.base.words import number
 from planner.base.yamlfile import shown
-from planner.paths.file import OF_A_POINT, joint_names, matrix, require_known, unwrapped
+from planner.paths.file import OF_A_POINT, joint_names, matrix, require_header, require_known, unwrapped
 from planner.trajectory.file import KEYS, POINT_KEYS
 from planner.trajectory.trajectory import DEGREE
 
@@ -60,7 +60,7 @@ def points_of(data: Any, where: str) -> Raw | None:
     if own and data.get("events"):
         notes.append(EVENTS)
     if not own:
-        notes += _notes_on(data, points)
+        notes += _notes_on(data, points, where)
         if not names:
             raise FileError(f"{where} names no joints, which a joint trajectory controller refuses: add joint_names.")
     columns = as_columns([_column(points, key, where) for key in keys], where)
@@ -77,10 +77,11 @@ def as_columns(given: list[Floats | None], where: str) -> tuple[Floats, ...]:
     return tuple(rows for rows in given if rows is not None)
 
 
-def _notes_on(message: dict[str, Any], points: list[dict[str, Any]]) -> list[str]:
-    notes, header = [], message.get("header")
-    stamp = header.get("stamp") if isinstance(header, dict) else None
-    if isinstance(stamp, dict) and any(stamp.values()):
+def _notes_on(message: dict[str, Any], points: list[dict[str, Any]], where: str) -> list[str]:
+    notes, header = [], message.get("header") or {}
+    require_header(header, where)
+    stamp = header.get("stamp")
+    if any(stamp.values()) if isinstance(stamp, dict) else stamp:
         notes.append("the header's stamp, when a controller is to begin, is not looked at")
     if any(point.get("effort") for point in points):
         notes.append("effort is not checked, and refused by a controller that does not command it")

@@ -13,6 +13,7 @@ from typing import Any
 
 from planner.base.errors import FileError, InstallationError
 from planner.base.npz import require_sane_size
+from planner.base.yamlfile import shown
 
 TYPE, TOPIC = "trajectory_msgs/msg/JointTrajectory", "/joint_trajectory"
 _RULE = "=" * 80
@@ -72,8 +73,9 @@ def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
     try:
         _require_sane_chunks(path, where)
         with path.open("rb") as file:
-            for schema, _, message in library.make_reader(file).iter_messages():
+            for schema, channel, message in library.make_reader(file).iter_messages():
                 if schema is not None and schema.name == TYPE:
+                    _require_readable(channel.message_encoding, message.data, where)
                     first, count = message.data if first is None else first, count + 1
         if first is not None:
             return _decoded(first), count
@@ -84,6 +86,16 @@ def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
     except Exception as error:  # of many kinds, as the library looks at what it reads
         raise FileError(f"{where} is no readable MCAP file: {type(error).__name__}; write it again.") from None
     raise FileError(f"{where} holds no message of the type {TYPE}: record one.")
+
+
+def _require_readable(encoding: str, data: bytes, where: str) -> None:
+    """Raise :class:`FileError` for another encoding than CDR, whose first two bytes say which kind of it follows."""
+    kind = data[:2]
+    if encoding != "cdr" or kind not in (b"\x00\x00", b"\x00\x01"):
+        raise FileError(
+            f"{where}: its JointTrajectory is in {shown(encoding)} of kind 0x{kind.hex()}: record it in plain CDR, "
+            "as ROS 2 writes it."
+        )
 
 
 def _require_sane_chunks(path: Path, where: str) -> None:
@@ -156,4 +168,6 @@ def _decoded(data: bytes) -> dict[str, Any]:
     for _ in range(number("I")):
         point: dict[str, Any] = {key: [number("d") for _ in range(number("I"))] for key in _COLUMNS}
         points.append({**point, "time_from_start": time()})
+    if len(body) - at > 3:  # what is left of a multiple of four
+        raise EOFError
     return {"header": header, "joint_names": names, "points": points}

@@ -22,6 +22,16 @@ def test_goals_become_one(words: list[str], expected: list[str]) -> None:
     assert prepared(words) == expected
 
 
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [(["plan", "--out="], "--out"), (["plan", "--out", "", "--view"], "--out"), (["batch", ""], "a word")],
+)
+def test_an_empty_word_is_refused(words: list[str], what: str) -> None:
+    """An empty folder would be the one that the shell stands in."""
+    with pytest.raises(OptionError, match=f"{what} is empty"):
+        prepared(words)
+
+
 @pytest.mark.parametrize("second", ["--ik-solutions=4", "--ik_solutions"])
 def test_any_other_option_stands_once(second: str) -> None:
     with pytest.raises(OptionError, match="--ik-solutions is given twice"):

@@ -134,6 +134,7 @@ def test_check_names_what_differs(run: Run, kept: Path, tmp_path: Path) -> None:
         (world(tmp_path, BALL), "obstacle 'post' removed, obstacle 'ball' added"),
         (["--scene", "empty"], "is for scene 'cell', not 'empty'"),
         (["--robot", "iiwa14", "--scene", "paper", "--tool", "flange"], "is for robot 'planar_2r', not 'iiwa14'"),
+        (["--robot", "ur5"], "is for robot 'planar_2r', not 'ur5'"),
         ([*world(tmp_path), "--margin", "0.01"], "margin of 0 m, less than the 0.01 m"),
         ([*world(tmp_path), "--tool", "link_2"], "tool frame 'tool', not 'link_2'"),
         ([], "is for scene 'cell', which is not built in: say where it is with --scene"),

@@ -14,6 +14,8 @@ def test_a_certificate_is_written_and_verified(run: Run, tmp_path: Path) -> None
     code, _, error = run(*PLAN, "--certificate", "--out", str(out))
     assert code == 0, error
     assert (out / "proof.npz").exists()
+    for name in ("plan.json", "proof.npz"):
+        assert run("verify", str(out / name))[0] == 0
     code, said, error = run("verify", str(out))
     assert (code, said[:7]) == (0, "Proven:"), error
     assert "number by number, those that plan.json names" in said

@@ -339,6 +339,7 @@ LIVE_REFUSED = {
     "a state": (("view", "--live", *STATE, "--state", "home"), 2, "--live plans anew"),
     "a question without it": (("view", *STATE, "--beta", "0.5"), 2, "are for --live"),  # the default, said
     "a page as its file": (("view", "--live", *STATE, "--out", "state.html"), 2, "ends in .yaml"),
+    "a port for a file": (("view", *STATE, "--out", "state.html", "--port", "8000"), 2, "leave out --port and --open"),
     "beta": (("view", "--live", *STATE, "--beta", "2"), 2, "outside [0, 1]"),
     "a start beyond its limits": (
         ("view", "--live", *STATE, "--start", "q:0,9", "--goal", "q:1,1"),

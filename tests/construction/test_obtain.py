@@ -25,7 +25,7 @@ def test_without_a_file_it_is_grown_as_the_request_says() -> None:
     assert obtain_roadmap(REQUEST, query).sha256 == direct.sha256
 
 
-def test_a_kept_one_gets_the_querys_ends(tmp_path: Path) -> None:
+def test_a_kept_one_gets_the_querys_ends(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     save_roadmap(post_roadmap(), tmp_path / "kept.npz")
     request = replace(REQUEST, roadmap=tmp_path / "kept.npz", start="q:-1.1,0.7")
     query = make_query(request)
@@ -34,6 +34,9 @@ def test_a_kept_one_gets_the_querys_ends(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.nodes[found.goals], query.goals)
     np.testing.assert_array_equal(found.nodes[: len(post_roadmap().nodes)], post_roadmap().nodes)
     assert found.connected
+    assert ("--nodes is not followed" in caplog.text) == (len(post_roadmap().nodes) != request.nodes)
+    obtain_roadmap(replace(request, nodes=41), query)
+    assert "--nodes is not followed" in caplog.text
 
 
 def test_a_file_of_another_world_is_refused(tmp_path: Path) -> None:

@@ -134,10 +134,13 @@ def test_a_stop_reaches_the_workers_of_a_cluster(dask_cluster: WorkersRequest, t
     assert (done.rows, done.complete) == ((), False)
 
 
-def test_a_scheduler_that_is_not_there_is_one_sentence() -> None:
-    pytest.importorskip("distributed")
+@pytest.mark.parametrize("address", ["gopher://x", "tcp://x"])
+def test_a_scheduler_that_is_no_address_is_one_sentence(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No client is made of it: that would take 20 s to close, and say so in a traceback."""
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(distributed, "Client", None)
     with pytest.raises(OptionError, match="is no address"):
-        list(measured_cases([1], square, WorkersRequest(backend="dask", scheduler="gopher://x"), QUIET))
+        list(measured_cases([1], square, WorkersRequest(backend="dask", scheduler=address), QUIET))
 
 
 def test_nothing_imports_dask_unless_asked() -> None:

@@ -79,7 +79,7 @@ joint_limits:
 """
     limits = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
     assert limits.acceleration.tolist() == [2.0, 3.0]
-    assert limits.source["acceleration"] == "joint_limits.yaml (its efforts are passed over)"
+    assert limits.source["acceleration"] == "joint_limits.yaml (of it efforts, wider positions are passed over)"
 
 
 def test_the_shares_of_a_request_come_between_a_files_factors_and_the_options(tmp_path: Path) -> None:

@@ -226,6 +226,15 @@ class RobotFiles:
         if srdf is not None and srdf.virtual_joints > 1:
             text = f"SRDF {srdf.path} has {srdf.virtual_joints} virtual_joints, of which the first counts."
             found.append(Note(text, grave=False))
+        roots = self.description.links - {child for _, child in self.description.joints.values()}
+        if srdf is not None and srdf.virtual_child and srdf.virtual_child not in roots:
+            text = f"SRDF {srdf.path}: its virtual_joint holds link {shown(srdf.virtual_child)}, which is not the "
+            found.append(
+                Note(f"{text}robot's root {choices(sorted(roots))}: the root stands in its place.", grave=False)
+            )
+        if srdf is not None and (lost := sorted({state.group for state in srdf.states} - srdf.groups.keys())):
+            text = f"SRDF {srdf.path} has states of {choices(lost)}, which it has no group of: they count all the same."
+            found.append(Note(text, grave=False))
         if srdf is not None and (strangers := srdf.strangers(self.description)):
             text = f"SRDF {srdf.path}: what it says of links and joints that the URDF has not is passed over: "
             found.append(Note(f"{text}{choices(strangers)}.", grave=False))

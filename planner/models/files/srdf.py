@@ -59,7 +59,8 @@ class Srdf:
     """What we take from an SRDF; ``disabled`` are pairs of links that need no collision check.
 
     Nor do the links ``unchecked`` against any other link, but for the pairs ``enabled``. ``world_frame`` is how it
-    calls the frame that the robot's root stands or moves in; ``other`` are its elements that mean nothing here.
+    calls the frame that the robot's root, to it ``virtual_child``, stands or moves in; ``other`` are its elements that
+    mean nothing here.
     """
 
     path: Path
@@ -72,6 +73,7 @@ class Srdf:
     world_frame: str = ""
     base_moves: bool = False
     virtual_joints: int = 0
+    virtual_child: str = ""
     other: tuple[str, ...] = ()
 
     def disabled_among(self, links: Iterable[str]) -> frozenset[frozenset[str]]:
@@ -107,6 +109,7 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
         base_moves=virtual is not None and virtual.get("type", "fixed") != "fixed",
         other=tuple(dict.fromkeys(item.tag for item in root if item.tag not in (*_ELEMENTS, *_HARMLESS))),
         virtual_joints=len(root.findall("virtual_joint")),
+        virtual_child="" if virtual is None else virtual.get("child_link", ""),
     )
 
 

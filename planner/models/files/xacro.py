@@ -9,8 +9,8 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from pathlib import Path
 
-from planner.base.errors import InstallationError, RobotError
-from planner.base.yamlfile import read_text
+from planner.base.errors import InstallationError, RobotError, choices
+from planner.base.yamlfile import nearest, read_text, shown
 
 _XACRO = "/xacro}"  # ends the names of its namespace, http://www.ros.org/wiki/xacro and others
 
@@ -32,15 +32,37 @@ def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) 
             f"{path} is xacro, which needs the Python package xacrodoc: run pip install 'gabf-planner[xacro]', or "
             "expand it to a URDF first."
         ) from None
+    given = _Arguments(arguments or {})
     try:
-        document = xacrodoc.XacroDoc.from_file(str(path), subargs=dict(arguments or {}))
-        return document.to_urdf_string(pretty=False)
+        text = xacrodoc.XacroDoc.from_file(str(path), subargs=given).to_urdf_string(pretty=False)
     except Exception as error:  # whatever an expression in the file raises
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise RobotError(
             f"xacro file {path} cannot be expanded ({reason}): mend it, or give its arguments in a robot.yaml, as "
             "urdf: {file: ..., args: {...}}."
         ) from None
+    if unknown := sorted({*(arguments or {})} - given.asked):
+        raise RobotError(
+            f"xacro file {path} has no argument {shown(unknown[0])}{nearest(unknown[0], given.asked)}; it has "
+            f"{choices(sorted(given.asked))}: mend the args."
+        )
+    return text
+
+
+class _Arguments(dict[str, str]):
+    """Values of arguments, and the names that the file has ``asked`` for: xacro passes over the others."""
+
+    def __init__(self, given: Mapping[str, str]) -> None:
+        super().__init__(given)
+        self.asked: set[str] = set()
+
+    def __contains__(self, name: object) -> bool:
+        self.asked.add(str(name))
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.asked.add(name)
+        return super().__getitem__(name)
 
 
 def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> ET.Element:

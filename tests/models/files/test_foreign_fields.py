@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,10 +18,14 @@ from planner.models.files.meshes import obj_fault, stl_fault
 from planner.models.files.moveit.messages import PoseMessage
 from planner.models.files.moveit.scene_text import scene_text
 from planner.models.files.robot_files import JointChoice
+from planner.models.model_checks import notes
 from planner.models.robot import Robot, with_carried, with_tool
+from planner.models.scene import Scene
 from planner.models.shapes import Carried, Sphere
 from planner.paths.file import read_joint_path
+from planner.problem.request import LimitsRequest
 from planner.trajectory.limits import MotionLimits
+from planner.trajectory.messages import points_of
 from tests.models.files.test_mjcf import arm
 from tests.refusals import refusal_of
 from tests.worlds import joint_xml, link_xml, load
@@ -95,6 +100,53 @@ def test_a_group_state_gives_one_value_to_a_joint(urdf_file: Callable[..., str],
     )
     load_it = lambda: Robot.load(urdf_file(CHAIN + TCP_FIXED), srdf=tmp_path / "arm.srdf")  # noqa: E731
     assert "state 'home' gives joint 'turn' several values" in refusal_of(load_it)
+
+
+def test_what_an_srdf_says_of_a_root_or_group_that_is_not_there_is_noted(
+    urdf_file: Callable[..., str], tmp_path: Path
+) -> None:
+    state = '<group_state name="home" group="amr"><joint name="turn" value="0.5"/></group_state>'
+    held = '<virtual_joint name="v" type="fixed" parent_frame="hall" child_link="{}"/>'
+    notes = {}
+    for root in ("base", "fore"):
+        (tmp_path / "arm.srdf").write_text(f'<robot name="arm">{state}{held.format(root)}</robot>')
+        robot = Robot.load(urdf_file(CHAIN + TCP_FIXED), tool="fore", srdf=tmp_path / "arm.srdf")
+        notes[root] = [note.text for note in robot.notes]
+    assert any("has states of amr, which it has no group of" in text for text in notes["base"])
+    (more,) = [text for text in notes["fore"] if text not in notes["base"]]
+    assert "holds link 'fore', which is not the robot's root base" in more
+
+
+def test_contacts_allowed_to_names_that_nobody_has_are_noted(tmp_path: Path) -> None:
+    robot, matrix = load("planar_2r"), "entry_names: [link1, gripper, <octomap>], entry_values: "
+    rows = "[[false, true, true], [true, false, true], [true, true, false]]"
+    (tmp_path / "scene.yaml").write_text(f"world: {{}}\nallowed_collision_matrix: {{{matrix}{rows}}}\n")
+    scene = Scene.load(tmp_path / "scene.yaml")
+    (note,) = [note for note in notes(robot, scene) if "neither it nor the robot has" in note.text]
+    assert "contacts of gripper," in note.text
+    assert not note.grave
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ("has_position_limits: true, max_position: 9", "it has_position_limits and no min_position"),
+        ("has_soft_limits: true, soft_lower_limit: -9", "it has_soft_limits and no soft_upper_limit"),
+        ("k_velocity: 1, max_velocity: 0.1", "(of it gains are passed over)"),
+        ("max_velocity: 0.1, min_position: -9, max_effort: 1", "(of it efforts, wider positions are passed over)"),
+        ("angle_wraparound: true, max_velocity: 0.1", "(of it angle_wraparound are passed over)"),
+    ],
+)
+def test_what_is_said_of_limits_is_taken_told_or_refused(said: str, words: str, tmp_path: Path) -> None:
+    robot = load("planar_2r")
+    (tmp_path / "limits.yaml").write_text(
+        f"joint_limits: {{{robot.joints[0]}: {{{said}}}, {robot.joints[1]}: {{max_velocity: 0.1}}}}"
+    )
+    request = LimitsRequest(limits=tmp_path / "limits.yaml")
+    if words.startswith("it has"):
+        assert words in refusal_of(lambda: MotionLimits.of(robot, request))
+    else:
+        assert words in MotionLimits.of(robot, request).source["velocity"]
 
 
 @pytest.mark.parametrize("word", ["0_3", "1_000", "１", "0x1"])
@@ -244,3 +296,38 @@ def test_args_for_what_is_no_xacro_are_refused(tmp_path: Path, urdf_file: Callab
     (tmp_path / "robot.yaml").write_text(f"name: arm\nurdf: {{file: {urdf}, args: {{long: '1'}}}}\ntool: b\n")
     with pytest.raises(PlannerError, match="is no xacro, and would not look at args"):
         Robot.load(tmp_path / "robot.yaml")
+
+
+def test_args_that_a_xacro_does_not_have_are_refused(tmp_path: Path, urdf_file: Callable[..., str]) -> None:
+    pytest.importorskip("xacrodoc")
+    urdf = Path(urdf_file("".join(map(link_xml, "ab")) + joint_xml("j", "a", "b")))
+    declared = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="arm"><xacro:arg name="prefix"'
+    text = urdf.read_text()
+    head = text[text.index("<robot") : text.index(">", text.index("<robot")) + 1]
+    (tmp_path / "arm.urdf.xacro").write_text(text.replace(head, f'{declared} default=""/>'))
+    for name, fits in (("prefix", True), ("prefx", False)):
+        (tmp_path / "robot.yaml").write_text(f"urdf: {{file: arm.urdf.xacro, args: {{{name}: left_}}}}\ntool: b\n")
+        if fits:
+            assert Robot.load(tmp_path / "robot.yaml").name == "arm"
+        else:
+            message = refusal_of(lambda: Robot.load(tmp_path / "robot.yaml"))
+            assert "has no argument 'prefx' (did you mean 'prefix'?); it has prefix" in message
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ('{"stamp": 12.5}', "header's stamp"),
+        ('{"stmp": 1}', "its header has a key 'stmp' that is not known: did you mean 'stamp'"),
+        ('"now"', "its header is 'now'; give stamp and frame_id"),
+    ],
+)
+def test_a_header_has_a_stamp_and_a_frame(header: str, words: str) -> None:
+    point = '"points": [{"positions": [0, 0], "time_from_start": 0}]'
+    data = json.loads(f'{{"header": {header}, "joint_names": ["a", "b"], {point}}}')
+    if words.startswith("header"):
+        raw = points_of(data, "it")
+        assert raw is not None
+        assert any(words in note for note in raw.notes)
+    else:
+        assert words in refusal_of(lambda: points_of(data, "it"))
