@@ -108,15 +108,22 @@ def indices(what: str, values: Any, shape: Shape, count: int, error: type[Planne
 
 
 def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, most: float = np.inf) -> Floats:
-    """``values`` as a rigid placement (4, 4): rotation, position, and 0 0 0 1 below; otherwise as :func:`numbers`."""
+    """``values`` as a rigid placement (4, 4): rotation, position, and 0 0 0 1 below; otherwise as :func:`numbers`.
+
+    A rotation that is rounded, by 1e-6 at most, becomes the nearest one: scaled bodies would be other bodies.
+    """
     array = numbers(what, values, (4, 4), error, most)
-    turn = array[:3, :3]
-    rigid = np.abs(turn @ turn.T - np.eye(3)).max() <= 1e-6 and np.linalg.det(turn) > 0
-    if not rigid or np.abs(array[3] - [0.0, 0.0, 0.0, 1.0]).max() > 1e-9:
+    turn, last = array[:3, :3], np.array([0.0, 0.0, 0.0, 1.0])
+    off = np.abs(turn @ turn.T - np.eye(3)).max()
+    if off > 1e-6 or np.linalg.det(turn) <= 0 or np.abs(array[3] - last).max() > 1e-9:
         raise error(f"{what} is not rigid: give a (4, 4) placement, as planner.pose makes it.")
+    if off > _ROUNDED:
+        left, _, right = np.linalg.svd(turn)
+        array = frozen(np.vstack([np.column_stack([left @ right, array[:3, 3]]), last]))
     return array
 
 
+_ROUNDED = 1e-12
 _FLOAT = np.dtype(np.float64)
 _LONG = 5000  # numbers
 

@@ -59,9 +59,8 @@ class KnownMotion:
         if why := wrong_times(self.times):
             raise SceneError(f"the times of a motion {why}; mend them.")
         found = numbers("KnownMotion.poses", poses, (k, 4, 4), SceneError, FARTHEST)
-        for row, pose in enumerate(found):
-            placement(f"KnownMotion.poses[{row}]", pose, SceneError)
-        object.__setattr__(self, "poses", frozen(found))
+        placed = [placement(f"KnownMotion.poses[{row}]", pose, SceneError) for row, pose in enumerate(found)]
+        object.__setattr__(self, "poses", frozen(placed))
 
     @property
     def end(self) -> float:

@@ -72,6 +72,12 @@ def test_a_motion_that_is_none(name: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+def test_rounded_rotations_become_rotations() -> None:
+    turned = pose((1, 2, 3), rpy=(0.1, 0.2, 0.3))
+    scaled = turned * np.array([[1 - 4e-7] * 3 + [1]])
+    np.testing.assert_allclose(KnownMotion([0.0, 1.0], [scaled, turned]).poses, [turned, turned], atol=1e-15)
+
+
 def test_what_vanishes_within_a_microsecond_is_a_motion() -> None:
     motion = KnownMotion([0.0, 5.0, 5.0 + 2e-6], [pose(), pose(), pose([0, 0, 9])])
     np.testing.assert_allclose(motion.at(np.array([5.0, 6.0]))[:, 2, 3], [0, 9])
