@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -10,10 +12,11 @@ from planner.collision import make_checker, second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
 from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.kinematics.forward import Chain, joint_placements
 from planner.models.poses import pose
 from planner.models.robot import Robot
-from planner.models.shapes import Box
-from tests.worlds import checker_of, load, scene_of
+from planner.models.shapes import Box, Sphere
+from tests.worlds import checker_of, joint_xml, link_xml, load, scene_of
 
 WALL = scene_of((Box((0.02, 0.3, 0.3)), pose([0.6, 0.3, 0.0])))
 
@@ -99,6 +102,36 @@ def test_a_segment_is_a_curve_of_degree_one() -> None:
     free = line[whole.free & (whole.clearance > 1e-3)]
     half = part(free, np.zeros(len(free)), np.full(len(free), 0.5))
     assert prover.prove_curves(half).free.all()
+
+
+FROM_REST = {  # q(s) of (slide, shoulder, elbow) whose tip stands still at s = 0.5 and then goes as quickly as it may
+    "a turn that speeds up": [[0.0] * 3, [0.0, -0.1, 0.0], [0.0, 0.1, 0.0]],
+    "a slide that speeds up": [[0.0] * 3, [-0.1, 0.0, 0.0], [0.1, 0.0, 0.0]],
+    "a turn that speeds up more and more": [[0.0] * 3, [0.0, -0.075, 0.0], [0.0] * 3, [0.0, 0.1, 0.0]],
+    "one turn, held by the slide": [[0.1, -0.1, 0.0], [-0.2, 0.2, 0.0]],
+    "two turns, held by the slide": [[0.15, -0.1, -0.1], [-0.3, 0.2, 0.2]],
+    "two turns of two speeds": [[0.1, -0.05, -0.1], [-0.2, 0.1, 0.2]],
+}
+
+
+@pytest.mark.parametrize("name", FROM_REST)
+def test_what_is_reached_from_rest_is_not_called_clear(name: str, urdf_file: Callable[..., str]) -> None:
+    """Along an arm that is stretched out joints add up in how they speed up a point: nothing of that may be left out.
+
+    An obstacle stands where the tip comes to in the end, and the sample in the middle sees it at its farthest.
+    """
+    arm = "".join(map(link_xml, "abc")) + link_xml("d", '<sphere radius="1e-4"/>', '<origin xyz="0.5 0 0"/>')
+    arm += joint_xml("slide", "a", "b", "prismatic", "0 1 0") + joint_xml("turn", "b", "c")
+    robot = Robot.load(urdf_file(arm + joint_xml("bend", "c", "d", xyz="0.5 0 0")))
+    curve = np.array(FROM_REST[name])
+    turn, shift = joint_placements(Chain.of(robot), states(curve, 3))
+    middle, end = (turn[3, k] @ [0.5, 0.0, 0.0] + shift[3, k] for k in (1, 2))
+    for share in (0.9, 1.0):
+        place = pose(((1 - share) * middle + share * end).tolist())
+        prover = EdgeProver(make_checker(robot, scene_of((Sphere(1e-4), place))))
+        assert not prover.prove_curves(curve[None]).free.any()
+    away = EdgeProver(make_checker(robot, scene_of((Sphere(1e-4), pose((1.3 * end - 0.3 * middle).tolist())))))
+    assert away.prove_curves(curve[None]).free.all()
 
 
 def test_a_curve_that_swings_into_a_wall_between_its_ends() -> None:
