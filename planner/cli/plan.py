@@ -60,8 +60,9 @@ def plan(
     speed_limit plan.json says until when they cannot touch.
 
     Writes plan.json, plan.html (open it in a browser), roadmap.npz and trajectory.json, which 'planner export' turns
-    into what a controller takes. Exit code 0: solved; 2: a wrong option;
-    3: an unusable robot, scene, state or file; 4: no path within the budget; 130: interrupted.
+    into what a controller takes. They take the places of an earlier run's, also where no path is found. Exit code 0:
+    solved; 2: a wrong option; 3: an unusable robot, scene, state or file (with both nothing is written); 4: no path
+    within the budget; 130: interrupted.
 
     Ctrl-C saves what there is, without the page; where --out holds a plan already that is kept, and the interrupted
     one goes into the folder 'interrupted' inside it ('interrupted-2' and so on where that is taken).
