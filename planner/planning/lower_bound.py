@@ -15,6 +15,7 @@ from planner.roadmap.roadmap import Roadmap
 def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> float:
     """A lower bound on the cost, as the network of ``roadmap`` charges it, of every path from a start to a goal.
 
+    Starts and goals are the roadmap's: of what is asked of the tool, other configurations may be nearer to each other.
     No path is shorter than the straight line between its ends, in joint space or (metric "workspace") from tool to
     tool. omega is nowhere below ``scale.zeta``: integrated over that length it costs so much at least. Charged at
     nodes, the goal's own omega is all that every path pays. The least of all pairs of a start and a goal counts.

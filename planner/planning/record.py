@@ -36,9 +36,9 @@ class QualityRecord(Record):
     """rounds of refinement and search"""
     curve: list[PointRecord]
     lower_bound: float
-    """no path costs less"""
+    """no path between the roadmap's start and goal configurations costs less"""
     gap: float | None
-    """how much more this one costs at most, as a share"""
+    """how much more this one costs at most than the optimum between these, as a share"""
     corners: int
     dip: DipRecord
 

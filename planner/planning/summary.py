@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from planner.base.errors import choices
+from planner.planning.manipulability_floor import rounded_down
 from planner.roadmap.record_text import roadmap_text
 from planner.trajectory.clearance import clearance_rows
 from planner.trajectory.report import floor_text
 
 CONDITIONING = "conditioning"  # the row that is there only where it is bad
+_ROUNDING = 1e-9  # %, of a cost that is a sum
 
 
 def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
@@ -84,8 +86,11 @@ def _tool_path_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
 def _quality_rows(quality: dict[str, Any], in_time: bool) -> list[tuple[str, str]]:
     """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""
     bound, gap = quality["lower_bound"], quality["gap"]
-    apart = "" if gap is None or in_time else f"; this path is at most {100 * gap:.1f} % above the optimum"
-    rows = [("bound", f"no path costs less than {bound:.4f}{apart}")]
+    ends, apart = "between the roadmap's start and goal configurations", ""
+    if gap is not None and not in_time:
+        share = max(0.0, 100 * gap - _ROUNDING)
+        apart = f"; this path is at most {_outward(share, 1, up=True)} % above the optimum between them"
+    rows = [("bound", f"no path {ends} costs less than {_outward(bound, 4, up=False)}{apart}")]
     costs = [point["cost"] for point in quality["curve"]]
     if len(costs) > 1:
         rounds = quality["curve"][-1]["rounds"]
@@ -153,8 +158,18 @@ def _certified(field: dict[str, Any]) -> list[tuple[str, str]]:
         return []
     best = min(proven, key=lambda c: c["bound"])
     remaining = best["log10_remaining"]
-    ahead = "" if remaining is None else f", {10**remaining:.2g} s before T_p" if remaining > -300 else ", before T_p"
-    return [("certified", f"to settle by tau = {best['bound']:.1f}{ahead} ({best['name']})")]
+    ahead = "" if remaining is None else ", before T_p"
+    if remaining is not None and remaining > -300:
+        ahead = f", {rounded_down(10**remaining):.2g} s before T_p"
+    return [("certified", f"to settle by tau = {_outward(best['bound'], 1, up=True)}{ahead} ({best['name']})")]
+
+
+def _outward(bound: float, digits: int, *, up: bool) -> str:
+    """A bound with so many digits behind the point, nowhere sharper than it is."""
+    text, step = f"{bound:.{digits}f}", 10.0**-digits
+    if up:
+        return f"{bound + step:.{digits}f}" if float(text) < bound else text
+    return f"{bound - step:.{digits}f}" if float(text) > bound else text
 
 
 def _settling(field: dict[str, Any]) -> str:

@@ -1,0 +1,62 @@
+"""What the rows of a plan's summary promise is no more than what its record holds."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planner
+from planner.kinematics.forward import tool_positions
+from planner.planning.result import plan_record
+from planner.planning.summary import summary_rows
+
+
+@cache
+def solved() -> planner.Plan:
+    return planner.plan(robot="panda", scene="empty", start="home", goal="xyz:0.45,0.25,0.5", beta=1.0, nodes=60)
+
+
+def rows(bound: float, gap: float | None, tau: float = 10.0, remaining: float = 0.0) -> dict[str, str]:
+    record: dict[str, Any] = plan_record(solved())
+    record["quality"] |= {"lower_bound": bound, "gap": gap}
+    certificate = {"quantity": "settling tau", "applies": True, "proven": True, "name": "ours", "bound": tau}
+    record["gabf"] |= {"certificate": [certificate | {"log10_remaining": remaining}]}
+    return dict(summary_rows(record))
+
+
+@pytest.mark.parametrize(
+    ("bound", "gap", "told"),
+    [
+        (0.24637, 0.00032, ("0.2463;", "0.1 %")),
+        (0.2463, 0.021, ("0.2463;", "2.1 %")),
+        (0.2463, -1e-16, ("0.2463;", " 0.0 %")),
+        (0.24631, None, ("less than 0.2463",)),
+    ],
+)
+def test_a_bound_on_the_cost_is_rounded_to_the_side_on_which_it_holds(
+    bound: float, gap: float | None, told: tuple[str, ...]
+) -> None:
+    assert all(words in rows(bound, gap)["bound"] for words in told)
+
+
+def test_a_bound_on_the_settling_time_is_rounded_up_and_what_is_left_down() -> None:
+    assert rows(0.1, 0.1, 12.34, np.log10(0.0468))["certified"].startswith("to settle by tau = 12.4, 0.046 s before")
+    assert rows(0.1, 0.1, 1e40)["certified"].startswith("to settle by tau = 1000000")
+
+
+def test_another_configuration_of_the_same_tool_position_may_cost_less() -> None:
+    plan, start = solved(), solved().path[0]
+    bound = plan_record(plan)["quality"]["lower_bound"]
+    target, q = tool_positions(plan.robot, plan.path[-1:])[0], plan.path[-1]
+    for _ in range(200):  # towards the start in the null space of the tool's position, and back onto the target
+        ahead = np.array([tool_positions(plan.robot, (q + step)[None])[0] for step in 1e-6 * np.eye(q.size)])
+        here = tool_positions(plan.robot, q[None])[0]
+        slope = (ahead - here).T / 1e-6
+        inverse = np.linalg.pinv(slope)
+        q = q + inverse @ (target - here) + 0.1 * (np.eye(q.size) - inverse @ slope) @ (start - q)
+    assert np.abs(tool_positions(plan.robot, q[None])[0] - target).max() < 1e-6
+    assert np.linalg.norm(q - start) / plan.roadmap.scale.joint_length < 0.99 * bound
+    assert "between the roadmap's start and goal configurations" in dict(summary_rows(plan_record(plan)))["bound"]
