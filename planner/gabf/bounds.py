@@ -48,18 +48,31 @@ def log_errorbound(e_max: float, L: float, hops: int, tau: float) -> float:
     return math.log(e_max) - tau + top + math.log(float(np.exp(terms - top).sum()))
 
 
-def tau_when(log_bound: Callable[[float], float], tolerance: float) -> float:
-    """The tau from which a bound stays below ``tolerance``, by bisection from the far side of its single hump."""
+def tau_when(log_bound: Callable[[float], float], tolerance: float, hump: float = 0.0) -> float:
+    """The tau from which a bound stays below ``tolerance``, by bisection; it falls from ``hump`` on at the latest.
+
+    Before, it may rise once: a kernel of slope above 1 enlarges errors that are within the tolerance at first.
+    """
     goal = math.log(tolerance)
-    low, high = 0.0, 1.0
-    while log_bound(high) > goal or log_bound(2.0 * high) > goal:
-        low, high = high, 2.0 * high
+    low = _top(log_bound, hump)
     if log_bound(low) <= goal:
-        return low
+        return 0.0
+    high = max(1.0, 2.0 * low)
+    while log_bound(high) > goal:
+        low, high = high, 2.0 * high
     for _ in range(100):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if log_bound(middle) > goal else (low, middle)
     return high
+
+
+def _top(log_bound: Callable[[float], float], end: float) -> float:
+    """Where in [0, end] a bound of one hump is largest, in thirds."""
+    low, high = 0.0, end
+    for _ in range(100 if end else 0):
+        third = (high - low) / 3.0
+        low, high = (low + third, high) if log_bound(low + third) < log_bound(high - third) else (low, high - third)
+    return low
 
 
 def input_bounds(clock: PrescribedClock, log_M: float, L: float, e_start: Floats, tau: Floats) -> tuple[Floats, Floats]:

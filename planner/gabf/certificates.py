@@ -207,7 +207,7 @@ def _exponential(facts: Facts) -> Iterator[Certificate]:
         def log_bound(tau: float, hops: int = hops) -> float:
             return bounds.log_errorbound(facts.e_max, L, hops, tau)
 
-        tight = bounds.tau_when(log_bound, tolerance)
+        tight = bounds.tau_when(log_bound, tolerance, hump=hops if L > 1.0 else 0.0)
         yield _settling(facts, name, "eq. (errorbound)", tight, facts.over, ours=ours)
     if facts.result.history is not None:
         yield from _along_trajectory(facts, log_M)

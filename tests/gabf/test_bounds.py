@@ -65,6 +65,16 @@ def test_tau_when_finds_the_last_crossing():
     assert bounds.tau_when(lambda tau: -1.0 - tau, 0.5) == 0.0
 
 
+def test_errors_that_grow_out_of_the_tolerance_before_they_fall_are_no_end():
+    """x -> 2 x + 1.01 from -1: each of seven nodes doubles the error of the one before, at values below 1."""
+    kernel = gabf.UserKernel(lambda i, a, b: 2.0 * a + b)
+    net = chain(8, 1.01, source_values=[-1.0], kernel=kernel)
+    result = solve(net, gabf.Nominal(), x0=gabf.oracle(net) + 1e-4, settle_tolerance=1e-3)
+    assert result.settling_tau > 8.0
+    certificates = [c for c in gabf.certify(net, result.law, result) if c.quantity == "settling tau"]
+    assert min(c.bound for c in certificates) == pytest.approx(result.settling_tau, rel=0.01)  # as it is sharp
+
+
 def test_input_bounds_go_to_zero_at_the_prescribed_time():
     law = gabf.PrescribedTime()
     tau = np.array([0.0, 20.0, 80.0, 400.0, 4000.0])
