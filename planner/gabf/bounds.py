@@ -123,9 +123,15 @@ def T_star_sharp(law: FixedTime | SingularityFree) -> float:
 def T_f(flow: PowerFlow, highest: float, lowest: float, zeta: float) -> float:
     """Right side of eq. (Tf), in tau: (xbar_R* - zeta - min{xbar_1*, x_min(0)}) / phi(zeta).
 
-    It may be negative.
+    It may be negative, and infinite where no double holds phi(zeta) to its digits.
     """
-    return (highest - zeta - lowest) / flow.speed(zeta)
+    return _at_pace(highest - zeta - lowest, flow.speed(zeta))
+
+
+def _at_pace(distance: float, speed: float) -> float:
+    if speed < np.finfo(float).tiny:
+        return math.copysign(math.inf, distance) if distance else 0.0
+    return distance / speed
 
 
 def settling_bound(levels: int, T_star: float, rise: float) -> float:
@@ -146,6 +152,6 @@ def two_sided_bound(flow: PowerFlow, T_star: float, hops: int, rungs: Floats | N
     if rungs is None:
         return above
     gaps = np.diff(rungs)
-    rise = np.maximum(gaps - zeta, 0.0).sum() / flow.speed(zeta)
+    rise = _at_pace(float(np.maximum(gaps - zeta, 0.0).sum()), flow.speed(zeta))
     last = sum(flow.time_between(float(gap), 0.0) for gap in np.minimum(gaps, zeta) if gap > 0)
-    return max(above, float(rise + last))
+    return max(above, rise + last)

@@ -103,7 +103,7 @@ class Facts:
     @property
     def lowest(self) -> float:
         """min{xbar_1*, x_min(0)}, lemma (globalbound)."""
-        rows = self.optimum.longest > 0
+        rows = self.optimum.level > 0
         return float(min(self.optimum.x_star[rows].min(), self.result.x0[rows].min()))
 
     @property
@@ -216,7 +216,7 @@ def _exponential(facts: Facts) -> Iterator[Certificate]:
 def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
     saved = facts.result.history
     assert saved is not None
-    rows, live = facts.optimum.longest > 0, np.isfinite(saved.tau)
+    rows, live = facts.optimum.level > 0, np.isfinite(saved.tau)
     tau, x, u = saved.tau[live], saved.x[live][:, rows], saved.u[live][:, rows]
     error = x - facts.optimum.x_star[rows]
     limit = np.exp(np.minimum(log_M - 0.5 * tau, 700.0))[:, None]

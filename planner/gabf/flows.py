@@ -76,7 +76,7 @@ class Flow(ABC):
 
     @abstractmethod
     def speed(self, size: float) -> float:
-        """phi of one number >= 0; inf where that is beyond the largest double."""
+        """phi of one number >= 0; inf where that is beyond the largest double, the least one where it is below that."""
 
     def half_step(self, dtau: float, size: float) -> float:
         """How far into a step its parent values are taken: half of it for short steps, more for long ones.
@@ -183,7 +183,7 @@ class PowerFlow(Flow):
     def speed(self, size: float) -> float:
         p, q, _, _ = self._floats
         try:
-            return self.beta1 * size**p + self.beta2 * size**q
+            return max(self.beta1 * size**p + self.beta2 * size**q, math.ulp(0.0)) if size else 0.0
         except OverflowError:
             return math.inf
 

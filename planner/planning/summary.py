@@ -154,9 +154,10 @@ def _floor_text(w: dict[str, Any]) -> str:
 def _certified(field: dict[str, Any]) -> list[tuple[str, str]]:
     """The sharpest bound on the settling time that is proven for this run."""
     proven = [c for c in field["certificate"] if c["quantity"] == "settling tau" and c["applies"] and c["proven"]]
-    if not proven:
+    finite = [c for c in proven if c["bound"] is not None]
+    if not finite:
         return []
-    best = min(proven, key=lambda c: c["bound"])
+    best = min(finite, key=lambda c: c["bound"])
     remaining = best["log10_remaining"]
     ahead = "" if remaining is None else ", before T_p"
     if remaining is not None and remaining > -300:

@@ -101,6 +101,22 @@ def test_arcs_that_vanish_beside_the_field_are_no_progress():
     assert gabf.certify(net, result.law, result) == []
 
 
+@pytest.mark.parametrize("arcs", [[(1, 0, 1e-20)], [(1, 0, 1e-20), (2, 0, 1.0)]])
+@pytest.mark.parametrize("law", [gabf.PrescribedTime(), gabf.SingularityFree()], ids=lambda law: law.name)
+def test_nor_are_those_that_vanish_beside_a_source(arcs, law):
+    net = from_arcs(len(arcs) + 1, arcs, source_values=[1.0])
+    assert gabf.certify(net, law, solve(net, law, save=gabf.EverySteps())) == []
+
+
+def test_a_rise_at_no_pace_that_a_double_holds_has_no_end():
+    net, law = chain(4, 1e-300), gabf.FixedTime(beta1=1e-150, beta2=1e-150)
+    settling = [c for c in gabf.certify(net, law, solve(net, law)) if c.quantity == "settling tau"]
+    assert all(c.holds for c in settling if c.proven)
+    theorem, ours = settling[0], settling[-1]
+    assert theorem.to_dict()["bound"] is None
+    assert np.isfinite(ours.bound)
+
+
 def test_a_run_that_did_not_settle_holds_no_certificate_on_its_settling():
     result = solve(NET, max_steps=2)
     settling = [c for c in gabf.certify(NET, result.law, result) if c.quantity == "settling tau"]

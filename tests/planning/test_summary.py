@@ -19,7 +19,7 @@ def solved() -> planner.Plan:
     return planner.plan(robot="panda", scene="empty", start="home", goal="xyz:0.45,0.25,0.5", beta=1.0, nodes=60)
 
 
-def rows(bound: float, gap: float | None, tau: float = 10.0, remaining: float = 0.0) -> dict[str, str]:
+def rows(bound: float, gap: float | None, tau: float | None = 10.0, remaining: float = 0.0) -> dict[str, str]:
     record: dict[str, Any] = plan_record(solved())
     record["quality"] |= {"lower_bound": bound, "gap": gap}
     certificate = {"quantity": "settling tau", "applies": True, "proven": True, "name": "ours", "bound": tau}
@@ -45,6 +45,7 @@ def test_a_bound_on_the_cost_is_rounded_to_the_side_on_which_it_holds(
 def test_a_bound_on_the_settling_time_is_rounded_up_and_what_is_left_down() -> None:
     assert rows(0.1, 0.1, 12.34, np.log10(0.0468))["certified"].startswith("to settle by tau = 12.4, 0.046 s before")
     assert rows(0.1, 0.1, 1e40)["certified"].startswith("to settle by tau = 1000000")
+    assert "certified" not in rows(0.1, 0.1, None)
 
 
 def test_another_configuration_of_the_same_tool_position_may_cost_less() -> None:
