@@ -18,7 +18,7 @@ from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import reduce
 from planner.gabf.result import CostToGo
-from planner.gabf.structure import Structure, structure
+from planner.gabf.structure import TIES, Structure, structure
 
 _NARROWER = (0.1, 0.01)
 """Widths of the brackets of a settling tau that a bound is compared with, after the default one."""
@@ -111,8 +111,15 @@ class Facts:
         return bool((self.error < 0).any())
 
     @property
-    def fewest(self) -> int:
-        return int(self.optimum.fewest.max())
+    def fewest(self) -> tuple[int, float]:
+        """Arcs on a path of fewest hops, at most, and the tolerance that is left of such a path beside the optimum.
+
+        It costs more by what counts as a tie at each of its arcs. Where that is all of the tolerance: the most hops.
+        """
+        hops, L, tolerance = int(self.optimum.fewest.max()), self.result.premises.L, self.result.settle_tolerance
+        errors = hops if L <= 1.0 else math.expm1(min(hops * math.log(L), 700.0)) / (L - 1.0)
+        left = tolerance - TIES * errors * max(1.0, float(np.abs(self.optimum.x_star[self.optimum.level >= 0]).max()))
+        return (hops, left) if left > 0.0 else (self.optimum.diameter - 1, tolerance)
 
     @property
     def over(self) -> tuple[Assumption, ...]:
@@ -192,7 +199,7 @@ def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Cert
     by_levels = bounds.settling_bound(optimum.R, sharp, rise)
     yield _settling(facts, "R levels instead of |V\\S|", "definition (S)", by_levels, facts.base, ours=True)
     rungs = np.concatenate(([facts.lowest], optimum.values[1:])) if facts.below else None
-    both = bounds.two_sided_bound(flow, sharp, facts.fewest, rungs, facts.result.premises.zeta)
+    both = bounds.two_sided_bound(flow, sharp, facts.fewest[0], rungs, facts.result.premises.zeta)
     yield _settling(facts, "from above by hops, from below by levels", "", both, facts.base, ours=True)
 
 
@@ -202,12 +209,13 @@ def _exponential(facts: Facts) -> Iterator[Certificate]:
     label = "eq. (boundt)" if facts.law.prescribed_time else "eq. (exTraj)"
     loose = bounds.tau_when(lambda tau: bounds.log_boundt(log_M, tau), tolerance)
     yield _settling(facts, "exponential bound", label, loose, facts.over)
-    for hops, name, ours in ((D - 1, "error bound", False), (facts.fewest, "fewest optimal hops", True)):
+    most = D - 1, tolerance
+    for (hops, left), name, ours in ((most, "error bound", False), (facts.fewest, "fewest optimal hops", True)):
 
         def log_bound(tau: float, hops: int = hops) -> float:
             return bounds.log_errorbound(facts.e_max, L, hops, tau)
 
-        tight = bounds.tau_when(log_bound, tolerance, hump=hops if L > 1.0 else 0.0)
+        tight = bounds.tau_when(log_bound, left, hump=hops if L > 1.0 else 0.0)
         yield _settling(facts, name, "eq. (errorbound)", tight, facts.over, ours=ours)
     if facts.result.history is not None:
         yield from _along_trajectory(facts, log_M)

@@ -12,7 +12,7 @@ from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce, states
 
-_TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: nearer values are equal, as paths of one cost are rounded
+TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: nearer values are equal, as paths of one cost are rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ def _true_arcs(problem: Problem, y: Floats) -> Bools:
 
 def _nearly(own: Floats, y: Floats) -> Floats:
     """By how much values may differ from ``own`` and count as equal, among the states ``y``."""
-    return _TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
+    return TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
 
 
 def _most_hops(problem: Problem, tight: Bools) -> Ints:

@@ -108,6 +108,20 @@ def test_nor_are_those_that_vanish_beside_a_source(arcs, law):
     assert gabf.certify(net, law, solve(net, law, save=gabf.EverySteps())) == []
 
 
+@pytest.mark.parametrize(("stages", "tolerance"), [(100, 1e-10), (10, 1e-12)])
+def test_paths_that_cost_more_by_next_to_nothing_are_no_optimal_ones(stages, tolerance):
+    """Of two arcs and one past both, dearer by less than what counts as a tie: many such add up to the tolerance."""
+    cost = 0.5 / stages
+    arcs = [(i, i - 1, cost) for i in range(1, 2 * stages + 1)]
+    arcs += [(2 * k, 2 * k - 2, 2.0 * cost + 0.9e-12) for k in range(1, stages + 1)]
+    net = from_arcs(2 * stages + 1, arcs)
+    start = gabf.oracle(net) + 3.0 * tolerance
+    result = solve(net, gabf.Nominal(), start, FINE, settle_tolerance=tolerance)
+    earliest, _ = result.settling_within(0.02)
+    settling = [c for c in gabf.certify(net, result.law, result) if c.quantity == "settling tau"]
+    assert min(c.bound for c in settling) >= earliest
+
+
 def test_a_rise_at_no_pace_that_a_double_holds_has_no_end():
     net, law = chain(4, 1e-300), gabf.FixedTime(beta1=1e-150, beta2=1e-150)
     settling = [c for c in gabf.certify(net, law, solve(net, law)) if c.quantity == "settling tau"]
