@@ -152,4 +152,7 @@ class Side:
         left, below = falling(s, dtau), np.flatnonzero(s < 0)
         if below.size:
             left[below] = rising(s[below], dtau)
-        return m + left
+        there = m + left
+        held = np.flatnonzero((there == here) & (self.sign * s < 0.0))  # or rounding would hold them inside for ever
+        there[held] = np.nextafter(here[held], m[held])
+        return there

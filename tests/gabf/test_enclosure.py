@@ -115,6 +115,14 @@ def test_a_smaller_width_narrows_the_same_answer():
     assert result.settling_tau == pytest.approx(sum(narrow) / 2, rel=0.05)
 
 
+def test_small_steps_near_the_last_digits_are_not_held_by_rounding():
+    net = chain(102, 0.02)
+    start = gabf.oracle(net) + 1.0
+    result = solve(net, gabf.Nominal(), start, settle_tolerance=1e-13)
+    earliest, latest = result.settling_within(0.02)
+    assert earliest <= latest
+
+
 def test_a_known_optimum_changes_nothing():
     net = scattered(60, seed=4)
     result, problem = solve(net, x0=3.0), reduce(net)
