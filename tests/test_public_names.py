@@ -38,6 +38,7 @@ WRONG: dict[str, object] = {
     "objects": [object()],
     "infinite": np.inf,
     "itself": planner,
+    "beyond all floats": 10**400,
 }
 CALLED_BY_SOLVE = {"bind", "states", "steps", "targets", "wants", "block_of_row"}
 RESULTS = {  # nobody but the planner makes these
@@ -431,6 +432,18 @@ def test_wrong_kinds_end_in_a_sentence(name: str) -> None:
             except Exception as error:
                 found[parameter, what] = repr(error)[:150]
     assert found == {}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_numbers_of_numpy_are_taken_as_pythons_own(name: str) -> None:
+    twins = {bool: np.bool_, int: np.int64, float: np.longdouble}
+    given = {what: twins[type(value)](value) for what, value in arguments(name).items() if type(value) in twins}
+    if name in REFUSED_ALWAYS or not given:
+        return
+    _call(name, arguments(name) | given)
+    if inspect.isclass(made := NAMES[name][0]):
+        kept = vars(made(**(arguments(name) | given))).items()
+        assert [what for what, value in kept if isinstance(value, np.generic)] == []
 
 
 def _is_sentence(text: str) -> bool:

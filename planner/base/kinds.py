@@ -45,18 +45,20 @@ _WANTED = {
 
 
 class Kind(NamedTuple):
-    """What fits a hint, what to say is wanted, and the error for what does not."""
+    """What fits a hint, what to say is wanted, the error for what does not, and whether it is a number."""
 
     fits: Callable[[Any], bool]
     wanted: str
     error: type[PlannerError] = KindError
+    numbers: bool = False
 
 
 def checks_kinds(thing: Checked) -> Checked:
     """A public function, or a class (how it is made, its public methods), that refuses what its hints do not name.
 
     Raises :class:`OptionError` for numbers and words, :class:`ArrayError` for arrays, :class:`FileError` for places,
-    else :class:`KindError`.
+    else :class:`KindError`. Where a hint asks for a number, that of another library (``numpy.float32``) is handed on as
+    Python's own, which files and compiled code take.
     """
     if not inspect.isclass(thing):
         return _checking(thing)
@@ -124,13 +126,14 @@ def _checking(function: Any) -> Any:
             by_name.update(dict.fromkeys(_parameters(plain)))
             by_name.update(kinds_of(plain))
             by_place.extend(list(by_name.items())[: plain.__code__.co_argcount])
-        for (name, kind), value in zip(by_place, args, strict=False):
-            if kind is not None and not kind.fits(value):
-                _refuse(title, name, value, kind)
+        given = list(args)
+        for place, ((name, kind), value) in enumerate(zip(by_place, args, strict=False)):
+            if kind is not None:
+                given[place] = _taken(title, name, value, kind)
         for name, value in named.items():
-            if (kind := by_name.get(name)) is not None and not kind.fits(value):
-                _refuse(title, name, value, kind)
-        return function(*args, **named)
+            if (kind := by_name.get(name)) is not None:
+                named[name] = _taken(title, name, value, kind)
+        return function(*given, **named)
 
     return checked
 
@@ -145,11 +148,24 @@ def _read(annotation: Any, names: Mapping[str, Any]) -> Any:
         return object
 
 
-def _refuse(title: str, name: str, value: object, kind: Kind) -> None:
-    raise kind.error(f"{title}: {name} is {_shown(value)}: give {kind.wanted}.")
+def _taken(title: str, name: str, value: Any, kind: Kind) -> Any:
+    if not kind.fits(value):
+        raise kind.error(f"{title}: {name} is {_shown(value)}: give {kind.wanted}.")
+    return value if type(value) in _OWN or not kind.numbers else _own(value)
+
+
+def _own(value: Any) -> Any:
+    """Python's own number, or truth value, for that of another library; anything else as it is."""
+    if isinstance(value, Integral):
+        return int(value)
+    if isinstance(value, Real):
+        return float(value)
+    return value.item() if _is_array(value) and value.ndim == 0 and value.dtype.kind in "fiub" else value
 
 
 def _shown(value: object) -> str:
+    if isinstance(value, Integral) and not _is_whole(value):
+        return "too large a number"
     if value is None or isinstance(value, Real):
         return str(value)
     if isinstance(value, str):
@@ -159,7 +175,18 @@ def _shown(value: object) -> str:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) or (_is_array(value) and value.ndim == 0 and value.dtype.kind in "fiu")
+    """Whether a float can stand for it."""
+    if isinstance(value, Real):
+        try:
+            float(value)
+        except OverflowError:
+            return False
+        return True
+    return _is_array(value) and value.ndim == 0 and value.dtype.kind in "fiu"
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, Integral) and -_MOST <= int(value) < _MOST
 
 
 def _is_array(value: Any) -> bool:
@@ -189,7 +216,8 @@ def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
     errors = {kind.error for kind in named}
     tests = [kind.fits for kind in known]
     error = errors.pop() if len(errors) == 1 else FileError if FileError in errors else KindError
-    return Kind(lambda value: any(fits(value) for fits in tests), ", or ".join(wanted), error)
+    numbers = any(kind.numbers for kind in known)
+    return Kind(lambda value: any(fits(value) for fits in tests), ", or ".join(wanted), error, numbers)
 
 
 def _sequence(items: Sequence[Any], fixed: bool) -> Kind:
@@ -242,14 +270,19 @@ def _instance(kind: type) -> Kind:
     return Kind(fits, wanted)
 
 
+_MOST = 2**63
+_OWN = frozenset({type(None), bool, int, float, str})
 _PATH = Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError)
 _PLAIN: dict[Any, Kind | None] = {
     **dict.fromkeys((type(None), None), Kind(lambda value: value is None, "None")),
     bool: Kind(
-        lambda value: isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"), "True or False", OptionError
+        lambda value: isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"),
+        "True or False",
+        OptionError,
+        numbers=True,
     ),
-    int: Kind(lambda value: isinstance(value, Integral), "a whole number", OptionError),
-    float: Kind(_is_number, "a number", OptionError),
+    int: Kind(_is_whole, "a whole number", OptionError, numbers=True),
+    float: Kind(_is_number, "a number", OptionError, numbers=True),
     str: Kind(lambda value: isinstance(value, str), "text", OptionError),
     **dict.fromkeys(
         (os.PathLike, os.PathLike[str]), Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError)

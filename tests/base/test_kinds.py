@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
@@ -32,8 +33,8 @@ class Square:
 
 NUMBERS = [np.float32(1.0), 3, True, 2.5, np.int8(3), np.array(1.0)]
 TAKEN: list[tuple[Any, list[object], list[object]]] = [
-    (float, NUMBERS, ["x", None, [1.0], np.ones(1), 1j]),
-    (int, [3, np.int64(3)], [3.0, "3", None]),
+    (float, NUMBERS, ["x", None, [1.0], np.ones(1), 1j, 10**400]),
+    (int, [3, np.int64(3)], [3.0, "3", None, 10**400]),
     (bool, [True, np.bool_(True)], [1, None, "yes"]),
     (str, ["x"], [3, None, b"x", Path()]),
     (Place, ["x", Path()], [3, None, ["x"]]),
@@ -59,6 +60,23 @@ def test_what_a_hint_takes(hint: Any, right: list[object], wrong: list[object]) 
     assert kind is not None
     assert [value for value in right if not kind.fits(value)] == []
     assert [value for value in wrong if kind.fits(value)] == []
+
+
+@checks_kinds
+def as_they_come(real: float, whole: int | None, true: bool, rest: Any = None, *, last: float = 0.0) -> list[object]:
+    return [real, whole, true, rest, last]
+
+
+@pytest.mark.parametrize("real", [np.float32(0.5), np.longdouble(0.5), Fraction(1, 2), np.array(0.5)])
+def test_numbers_of_other_libraries_are_handed_on_as_own(real: Any) -> None:
+    got = as_they_come(real, np.int64(3), np.bool_(True), real, last=real)
+    assert got[:3] + got[4:] == [0.5, 3, True, 0.5]
+    assert [type(value) for value in got] == [float, int, bool, type(real), float]
+
+
+def test_what_is_too_large_is_not_written_out() -> None:
+    with pytest.raises(OptionError, match=r"^as_they_come: real is too large a number: give a number\.$"):
+        as_they_come(10**5000, 3, True)
 
 
 @checks_kinds
