@@ -38,6 +38,7 @@ class Rules:
         robot: Robot, limits: MotionLimits, judged: Sequence[str] = JUDGED, floor: float = 0.0, apart: float = 0.0
     ) -> Rules:
         """The rules that ask for those limits that are ``judged``; :class:`OptionError` for what makes no sense."""
+        judged = judged if isinstance(judged, str) else tuple(judged)  # looked through more than once
         unknown = sorted({str(kind) for kind in judged} - set(JUDGED))
         if isinstance(judged, str) or unknown:
             raise OptionError(f"judged names {choices(unknown) or repr(judged)}: give a list out of {choices(JUDGED)}.")

@@ -465,3 +465,10 @@ def test_what_is_kept_is_kept_by_the_motion_and_by_its_stops() -> None:
     verdict = gate.check(*fast, times=times, state=here)
     assert verdict.reason is not None
     assert (verdict.reason.kind, verdict.reason.on) == ("kept", "stop")
+
+
+def test_limits_to_judge_may_be_looked_through_once_only() -> None:
+    quick = [[0.0, 0.1], [3.0, 3.0]]
+    for judged in (["velocity"], iter(["velocity"]), {"velocity"}):
+        gate = planner.Gate("planar_2r", "empty", judged=judged)  # pyright: ignore[reportArgumentType]
+        assert not gate.check(quick, times=[1.0, 1.0001]).safe
