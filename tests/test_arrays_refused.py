@@ -187,6 +187,7 @@ CALLS: dict[str, Callable[[], object]] = {
     "through, rows": through([0.0, 1.0, 2.0], FINE[:2]),
     "through, velocities": through([0.0, 1.0], FINE[:2], np.zeros((2, 1))),
     "through, accelerations alone": through([0.0, 1.0], FINE[:2], None, np.zeros((2, 2))),
+    "export, another format": lambda: planner.export(MOTION, "CSV"),
     "at, NaN": lambda: MOTION.at(NAN),
     "at, text": lambda: MOTION.at("now"),
     "at, order": lambda: MOTION.at(0.5, -1),

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import FileError
+from planner.base.errors import FileError, OptionError, choices
 from planner.base.kinds import checks_kinds
 from planner.trajectory.ros_bag import write_bag
 from planner.trajectory.trajectory import Trajectory
@@ -41,8 +41,10 @@ def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False)
     """The content of a file of this ``kind``, point by point; times count from the first one.
 
     ``skip_first_point`` leaves out the first one, which is where the robot stands: some controllers refuse a point at
-    time 0. The others keep their times.
+    time 0. The others keep their times. Raises :class:`OptionError` for another ``kind``.
     """
+    if kind not in SUFFIX:
+        raise OptionError(f"format '{kind}' not found; formats are {choices(SUFFIX)}.")
     first = int(skip_first_point)
     nanoseconds, columns = _clock(trajectory)[first:], [rows[first:] for rows in trajectory.columns]
     if kind == "csv":
