@@ -78,9 +78,10 @@ class PrescribedClock:
         reading = np.where(endless, 0.0, tau)
         slope, drift = 2.0 * (1.0 + self.h), self.gamma * self.T
         share = np.minimum(-reading / (drift + slope), (drift - reading) / slope)
-        for _ in range(100):
-            miss = -drift * np.expm1(share) - slope * share - reading
-            share = share + miss / (drift * np.exp(share) + slope)
-            if np.all(np.abs(miss) <= 4e-16 * (1.0 + reading)):
-                break
+        with np.errstate(under="ignore"):  # e^l is 0 long before l ends, whatever the user asks NumPy to raise
+            for _ in range(100):
+                miss = -drift * np.expm1(share) - slope * share - reading
+                share = share + miss / (drift * np.exp(share) + slope)
+                if np.all(np.abs(miss) <= 4e-16 * (1.0 + reading)):
+                    break
         return np.where(endless, -np.inf, share)

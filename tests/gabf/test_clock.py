@@ -49,3 +49,8 @@ def test_time_is_known_however_large_gamma_T_is():
     steep = PrescribedClock(T=1e3, h=0.0, gamma=1e15)  # next to gamma T, 2 (1 + h) is lost in rounding
     assert float(steep.time(2e18)) == 1e3
     assert steep.log10_remaining(1e20) == pytest.approx((1e18 - 1e20) / 2 / math.log(10), rel=1e-12)
+
+
+def test_a_share_too_small_for_a_double_is_no_error_whatever_numpy_is_to_raise():
+    with np.errstate(all="raise"):
+        assert float(CLOCK.time(1e4)) == 4.0
