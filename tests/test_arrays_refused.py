@@ -179,6 +179,8 @@ CALLS: dict[str, Callable[[], object]] = {
     "roadmap, text as seed": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, seed="a"),
     "network of a roadmap, text as beta": lambda: planner.build_network(post_roadmap(), "a"),
     "limits, one": limits(velocity=np.ones(1)),
+    "limits, no source": lambda: planner.MotionLimits(ROBOT.joints, *np.ones((3, 2)), source={}),
+    "limits, words": limits(velocity=["a", "b"]),
     "limits, NaN": limits(jerk=np.array([1.0, NAN])),
     "limits, a number": limits(acceleration=1.0),
     "through, NaN": through([0.0, NAN], FINE[:2]),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pydantic
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Floats, as_frozen, frozen, plain_numbers
 from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
@@ -50,8 +50,14 @@ class MotionLimits:
     source: dict[str, str]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "joints", tuple(self.joints))
+        object.__setattr__(self, "source", dict(self.source))
+        if missing := [kind for kind in KINDS if kind not in self.source]:
+            raise LimitError(f"source does not say where limits come from: add {choices(missing)}.")
         for kind in KINDS:
-            _require_usable(self.joints, getattr(self, kind), kind, self.source[kind])
+            values = as_frozen(plain_numbers(f"{kind} limits", getattr(self, kind), LimitError))
+            _require_usable(self.joints, values, kind, self.source[kind])
+            object.__setattr__(self, kind, values)
 
     @staticmethod
     def of(robot: Robot, request: LimitsRequest | None = None) -> MotionLimits:

@@ -12,7 +12,7 @@ import pytest
 from planner.base.errors import OptionError, PlannerError
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, TimingRequest
-from planner.trajectory.limits import MotionLimits
+from planner.trajectory.limits import KINDS, MotionLimits
 from tests.worlds import ROBOTS, load
 
 ARM = load("planar_2r")
@@ -144,3 +144,12 @@ def test_a_urdf_without_velocities_gets_assumed_ones() -> None:
     limits = MotionLimits.of(replace(ARM, velocity=np.array([0.0, 2.0])))
     assert limits.velocity.tolist() == [1.0, 2.0]
     assert limits.source["velocity"] == f"assumed for {A}: the URDF gives none"
+
+
+def test_limits_of_lists_are_arrays_of_their_own() -> None:
+    given, source = np.ones(2), dict.fromkeys(KINDS, "test")
+    limits = MotionLimits(ARM.joints, [1.0, 1.0], (1, 1), given, source)  # pyright: ignore[reportArgumentType]
+    given[0], source["jerk"] = 9.0, "nobody"
+    np.testing.assert_array_equal(limits.rows, np.ones((3, 2)))
+    assert not any(getattr(limits, kind).flags.writeable for kind in KINDS)
+    assert limits.source["jerk"] == "test"
