@@ -103,8 +103,6 @@ class Trajectory:
 
         Before the first and after the last knot the robot stands where it is there.
         """
-        if order < 0:
-            raise ArrayError(f"there is no derivative of order {order}: give 0 for positions, 1 for velocities.")
         t = np.clip(numbers("t", np.atleast_1d(t), ("n",)), self.times[0], self.times[-1])
         piece = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.seconds) - 1)
         return self.on(piece, t - self.times[piece], order)
@@ -117,9 +115,15 @@ class Trajectory:
 
     def on(self, piece: Ints, since: Floats, order: int = 0) -> Floats:
         """Positions (n, dof) on pieces (n,), ``since`` (n,) s after their beginnings, or their derivative."""
-        h = self.seconds[piece]
+        h, order = self.seconds[piece], self._order(order)
         slope = derivative(self.coefficients[piece], order)
         return evaluate(slope, since / h) / h[:, None] ** order
+
+    def _order(self, order: int) -> int:
+        """An order of derivatives; all above the degree are 0, as that of the first of these is."""
+        if order < 0:
+            raise ArrayError(f"there is no derivative of order {order}: give 0 for positions, 1 for velocities.")
+        return min(order, self.coefficients.shape[1])
 
     def piece_at(self, clock: Ints) -> Ints:
         """The piece (n,) that each moment (n,) ns lies on; at a knot the next one."""
@@ -130,7 +134,7 @@ class Trajectory:
 
         What is not given may jump; then it is the mean of both sides, and 0 where it is 0 but for rounding.
         """
-        if order < len(self.columns):
+        if (order := self._order(order)) < len(self.columns):
             return self.columns[order]
         before, after = self.ends(order)
         values = np.concatenate([after[:1], 0.5 * (before[:-1] + after[1:]), before[-1:]])
@@ -138,7 +142,8 @@ class Trajectory:
 
     def ends(self, order: int = 0) -> tuple[Floats, Floats]:
         """A derivative at the end and at the beginning of every piece (k, dof) each."""
-        slope, h = derivative(self.coefficients, order), self.seconds[:, None]
+        order, h = self._order(order), self.seconds[:, None]
+        slope = derivative(self.coefficients, order)
         return slope.sum(axis=1) / h**order, slope[:, 0] / h**order
 
     def stop_at(self, t: float, checker: CollisionChecker | None = None) -> Stop:
@@ -157,6 +162,7 @@ class Trajectory:
 
     def extrema(self, order: int = 0) -> tuple[Floats, Floats]:
         """The least and largest value (k, dof) of a derivative on every piece, exact but for rounding."""
+        order = self._order(order)
         h = self.seconds[:, None] ** order
         low, high = polynomial_extrema(derivative(self.coefficients, order))
         return low / h, high / h

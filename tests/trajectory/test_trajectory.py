@@ -62,3 +62,10 @@ def test_before_and_after_it_stands_still() -> None:
     found = Trajectory.through(JOINTS, TIMES, Q, QD)
     np.testing.assert_allclose(found.at(np.array([-1.0, TIMES[-1] + 1.0])), Q[[0, -1]])
     assert found.duration == TIMES[-1]
+
+
+@pytest.mark.parametrize("order", [4, 400, 10**18])
+def test_derivatives_beyond_the_degree_are_zero(order: int) -> None:
+    short = Trajectory.through(("a",), np.array([0.0, 0.01]), np.array([[0.0], [1.0]]), np.zeros((2, 1)))
+    for values in (short.at(0.005, order), short.knots(order), *short.ends(order), *short.extrema(order)):
+        np.testing.assert_array_equal(values, 0.0)
