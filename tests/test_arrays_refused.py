@@ -21,6 +21,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.models.shapes import Carried
+from planner.trajectory.limits import KINDS
 from tests.worlds import load, make_post, post_roadmap
 
 NAN, EYE = np.nan, np.eye(4)
@@ -108,6 +109,7 @@ def through(times: object, *columns: object) -> Callable[[], object]:
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
 SCENE = planner.Scene("x", (planner.Obstacle("box", planner.Box((0.1, 0.1, 0.1)), planner.pose([0, 0, 3])),))
+OTHER = planner.MotionLimits(("a", "b"), *np.ones((3, 2)), source=dict.fromkeys(KINDS, "test"))
 MOTION = planner.Trajectory.through(ROBOT.joints, np.array([0.0, 1.0]), FINE[:2], np.zeros((2, 2)))
 CALLS: dict[str, Callable[[], object]] = {
     "a box with NaN": lambda: planner.Box((NAN, 1, 1)),
@@ -164,6 +166,11 @@ CALLS: dict[str, Callable[[], object]] = {
     "time_path, text as floor": lambda: planner.time_path(FINE, checker(), floor="a"),
     "time_path, an array as cost": lambda: planner.time_path(FINE, checker(), extra_cost=FINE),
     "time_path, an array as law": lambda: planner.time_path(FINE, checker(), law=FINE),
+    "time_path, limits of another robot": lambda: planner.time_path(FINE, checker(), limits=OTHER),
+    "gate, limits of another robot": lambda: planner.Gate(ROBOT, SCENE, limits=OTHER),
+    "in time, limits of another robot": lambda: planner.Session(ROBOT, SCENE, nodes=4).plan_in_time(
+        FINE[0], FINE[1], limits=OTHER
+    ),
     "limits, text": lambda: planner.LimitsRequest(acceleration="a"),
     "limits, text as a share": lambda: planner.LimitsRequest(velocity_scale="a"),
     "plan, timing": lambda: planner.plan(timing=0.5),

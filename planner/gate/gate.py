@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from planner.base.arrays import Floats, numbers
-from planner.base.errors import OptionError, StateError, choices
+from planner.base.errors import StateError
 from planner.base.kinds import checks_kinds
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
@@ -22,7 +22,7 @@ from planner.models.scene import Scene
 from planner.models.shapes import Obstacle
 from planner.problem.request import Backend, Kept, LimitsRequest, Thing, WorldRequest
 from planner.session.live_world import LiveWorld
-from planner.trajectory.limits import MotionLimits
+from planner.trajectory.limits import MotionLimits, own_limits
 
 
 @checks_kinds
@@ -60,7 +60,7 @@ class Gate:
         self._live = LiveWorld.of(request)
         robot = self._live.checker.robot
         kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(robot, limits)
-        self._limits = _require_own(kept, robot)
+        self._limits = own_limits(kept, robot)
         self._rules = Rules.of(robot, kept, judged, min_manipulability, start_tolerance)
         self._guard = Guard.of(self._live.checker, self._rules)
         self.checker.first_contact(np.zeros((1, self.robot.dof)))  # its trees of triangles: no check waits for them
@@ -144,12 +144,3 @@ class Gate:
         with self._changing:
             live = apply(self._live)
             self._guard, self._live = Guard.of(live.checker, self._rules), live
-
-
-def _require_own(limits: MotionLimits, robot: Robot) -> MotionLimits:
-    if limits.joints != robot.joints:
-        raise OptionError(
-            f"the limits are of joints {choices(limits.joints)}, the robot has {choices(robot.joints)}: make them with "
-            "planner.MotionLimits.of(robot)."
-        )
-    return limits

@@ -44,7 +44,7 @@ from planner.setup.resolve import resolve_as_is
 from planner.tasks.file import Step, Task
 from planner.tasks.plan import TaskPlanner, task_request
 from planner.tasks.result import TaskPlan
-from planner.trajectory.limits import MotionLimits
+from planner.trajectory.limits import MotionLimits, own_limits
 
 _OF_TASKS = ("seed", "beta", "collision", "margin", "law", "prescribed_time", "metric", "manipulability_cost")
 
@@ -283,7 +283,7 @@ class Session:
             require_no_floor(planning.request)
             query = _resolved(self._now.live, planning.request)
             now, alone = answered(self._now, query, planning)
-            live, timed = planned_in_time(now.live, alone, limits or MotionLimits.of(self.robot))
+            live, timed = planned_in_time(now.live, alone, own_limits(limits, self.robot))
             self._now = replace(now, live=replace(live, stands=query.starts))
             self._end, self._steps = timed.path[-1] if timed.solved else None, timed.path_nodes
             return timed

@@ -109,6 +109,18 @@ class MotionLimits:
         )
 
 
+def own_limits(limits: MotionLimits | None, robot: Robot) -> MotionLimits:
+    """The ``limits``, the robot's own where left out; :class:`OptionError` for those of other joints."""
+    if limits is None:
+        return MotionLimits.of(robot)
+    if limits.joints != robot.joints:
+        raise OptionError(
+            f"the limits are of joints {choices(limits.joints)}, the robot has {choices(robot.joints)}: make them with "
+            "planner.MotionLimits.of(robot)."
+        )
+    return limits
+
+
 def _range(values: Floats) -> str:
     low, high = float(values.min()), float(values.max())
     return f"{high:.4g}" if low == high else f"{low:.4g} to {high:.4g}"

@@ -18,7 +18,7 @@ from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.motions import motion_shares
 from planner.problem.request import DEFAULT_TIME_LAW, TimeLaw, require_timing
 from planner.trajectory.curve import Curve, blends, rounded, straight, without_standstill
-from planner.trajectory.limits import USED, MotionLimits
+from planner.trajectory.limits import USED, MotionLimits, own_limits
 from planner.trajectory.proof import MotionProof, prove_motion
 from planner.trajectory.smoothing import Spacing, Timed, knots_of, smoothed, standstill
 from planner.trajectory.time_optimal import Phases, quickest
@@ -143,7 +143,7 @@ def timed_curve(
     path = configurations(checker, "path", path)
     if not len(path):
         raise StateError("path has no waypoint: give a row of joint values for each, at least one.")
-    limits = limits or MotionLimits.of(checker.robot)
+    limits = own_limits(limits, checker.robot)
     lifted = path if guide is None else np.column_stack([path, guide.along])
     asked = _Asked(without_standstill(lifted), EdgeProver(checker), limits, floor, guide)
     rules = None
