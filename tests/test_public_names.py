@@ -337,6 +337,7 @@ JUDGED_INSIDE = {
 }
 REFUSED_ALWAYS = {
     "Gate.detach",
+    "Session.restore",
     "Session.detach",
     "load_roadmap",
     "save_roadmap",

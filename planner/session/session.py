@@ -53,6 +53,7 @@ _OF_TASKS = ("seed", "beta", "collision", "margin", "law", "prescribed_time", "m
 class Snapshot:
     """All that a session knows at one moment, see :meth:`Session.snapshot`."""
 
+    of: Session
     now: Moment
     asked: tuple[Planning, Query] | None
     end: Floats | None
@@ -140,11 +141,16 @@ class Session:
 
     def snapshot(self) -> Snapshot:
         """What the session knows now, for :meth:`restore`; it costs nothing, as nothing in it ever changes."""
-        return Snapshot(self._now, self._asked, self._end, self._steps)
+        return Snapshot(self, self._now, self._asked, self._end, self._steps)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to an earlier moment of this session: its world, its roadmap, its field and its last question."""
+        """Go back to an earlier moment of this session: its world, its roadmap, its field and its last question.
+
+        Raises :class:`PlannerError` for a snapshot of another session.
+        """
         with self._alone():
+            if snapshot.of is not self:
+                raise PlannerError("the snapshot is of another session: restore it in the one that handed it out.")
             self._now, self._asked = snapshot.now, snapshot.asked
             self._end, self._steps = snapshot.end, snapshot.steps
 
