@@ -8,7 +8,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import AssumptionError
+from planner.base.errors import AssumptionError, OptionError
 from planner.base.kinds import checks_kinds
 from planner.base.shares import traded_off
 from planner.objective.scale import cost_number, length_cost, manipulability_cost
@@ -59,6 +59,8 @@ def build_network(
     """
     if objective is not None and beta is not None:
         raise said_twice("beta")
+    if not clearance >= 0.0:
+        raise OptionError(f"clearance {clearance:g} m is not usable: give a distance of 0 or more.")
     given = beta if objective is None else objective
     objective = given if isinstance(given, Objective) else _PLAIN if given is None else Objective(given)
     name, beta = objective.manipulability_cost, objective.beta
