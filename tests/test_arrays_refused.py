@@ -186,6 +186,8 @@ CALLS: dict[str, Callable[[], object]] = {
     "roadmap, text as seed": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, seed="a"),
     "network of a roadmap, text as beta": lambda: planner.build_network(post_roadmap(), "a"),
     "network of a roadmap, NaN as clearance": lambda: planner.build_network(post_roadmap(), 0.5, NAN),
+    "scene, a set of numbers": lambda: planner.Scene("x", {3}),
+    "scene, numbers once only": lambda: planner.Scene("x", iter([3])),
     "limits, one": limits(velocity=np.ones(1)),
     "limits, no source": lambda: planner.MotionLimits(ROBOT.joints, *np.ones((3, 2)), source={}),
     "limits, words": limits(velocity=["a", "b"]),

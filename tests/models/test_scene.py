@@ -12,7 +12,7 @@ from planner.models.files.urdf import frame_id
 from planner.models.poses import pose, se3
 from planner.models.robot import Robot, with_carried
 from planner.models.scene import Scene
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
 from planner.problem.targets import Named, parse_target
 from tests.worlds import SCENES
 
@@ -303,3 +303,12 @@ def test_a_bad_carried_entry_is_named(scene, old, new, words):
     with pytest.raises(PlannerError) as caught:
         with_carried(Robot.load("planar_2r"), scene(CARRIED.replace(old, new)).carried)
     assert words in str(caught.value)
+
+
+def test_a_scene_keeps_its_obstacles_whatever_they_came_in() -> None:
+    ball = Obstacle("ball", Sphere(0.1), pose([0.0, 0.0, 1.0]))
+    listed = [ball]
+    scene = Scene("x", listed)  # pyright: ignore[reportArgumentType]
+    listed.clear()
+    assert scene.obstacles == (ball,)
+    assert Scene("x", iter([ball])).obstacles == (ball,)  # pyright: ignore[reportArgumentType]
