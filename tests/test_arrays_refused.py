@@ -188,6 +188,8 @@ CALLS: dict[str, Callable[[], object]] = {
     "network of a roadmap, NaN as clearance": lambda: planner.build_network(post_roadmap(), 0.5, NAN),
     "scene, a set of numbers": lambda: planner.Scene("x", {3}),
     "scene, numbers once only": lambda: planner.Scene("x", iter([3])),
+    "a direction of two, once only": lambda: planner.KeepAxis("z", iter([0.0, 1.0])),
+    "a direction of text, once only": lambda: planner.KeepAxis("z", iter(["a", 0, 1])),
     "limits, one": limits(velocity=np.ones(1)),
     "limits, no source": lambda: planner.MotionLimits(ROBOT.joints, *np.ones((3, 2)), source={}),
     "limits, words": limits(velocity=["a", "b"]),

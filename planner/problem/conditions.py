@@ -53,9 +53,13 @@ class Condition:
         for name, value in list(vars(self).items()):
             if value is None or isinstance(value, str | float | int):
                 continue
-            if len(value) != (wanted := _LENGTHS.get(name, 3)):
-                raise OptionError(f"a condition's {name} has {len(value)} numbers: give {wanted}.")
-            object.__setattr__(self, name, tuple(float(number) for number in value))
+            try:
+                numbers = tuple(float(number) for number in value)
+            except (TypeError, ValueError):
+                raise OptionError(f"a condition's {name} holds something that is no number: give numbers.") from None
+            if len(numbers) != (wanted := _LENGTHS.get(name, 3)):
+                raise OptionError(f"a condition's {name} has {len(numbers)} numbers: give {wanted}.")
+            object.__setattr__(self, name, numbers)
         numbers = (*self.values, *getattr(self, "point", ()))
         if not all(map(math.isfinite, numbers)):
             raise self._unusable("it holds what is no finite number: give plain numbers")
