@@ -215,5 +215,5 @@ def make_folder(folder: Path) -> None:
     """Make ``folder`` and those above it; :class:`FileError` if that cannot be done."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(f"folder {folder} cannot be made: {error.strerror or error}; choose another place.") from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"folder {folder} cannot be made: {_reason(error)}; choose another place.") from None

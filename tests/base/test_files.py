@@ -9,7 +9,14 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import FileError
-from planner.base.files import is_file, is_folder, require_writable_file, require_writable_folder, write_whole
+from planner.base.files import (
+    is_file,
+    is_folder,
+    make_folder,
+    require_writable_file,
+    require_writable_folder,
+    write_whole,
+)
 
 LITTER = ".a.json.abcdefgh.unfinished"
 
@@ -105,3 +112,9 @@ def test_looking_a_place_up(tmp_path: Path, loop: Path) -> None:
     for place in (tmp_path / ("x" * 300), loop, Path("a\0")):
         with pytest.raises(FileError, match="cannot be looked up"):
             is_file(place)
+
+
+@pytest.mark.parametrize("name", ["a\0b", "\ud800"])
+def test_a_folder_that_no_disk_can_name_is_refused(tmp_path, name) -> None:
+    with pytest.raises(FileError, match="cannot be made"):
+        make_folder(tmp_path / name)
