@@ -126,14 +126,22 @@ def _checking(function: Any) -> Any:
             by_name.update(dict.fromkeys(_parameters(plain)))
             by_name.update(kinds_of(plain))
             by_place.extend(list(by_name.items())[: plain.__code__.co_argcount])
-        given = list(args)
+        own: dict[int, Any] = {}  # numbers of other libraries as Python's
         for place, ((name, kind), value) in enumerate(zip(by_place, args, strict=False)):
-            if kind is not None:
-                given[place] = _taken(title, name, value, kind)
+            if kind is None:
+                continue
+            if not kind.fits(value):
+                _refuse(title, name, value, kind)
+            if kind.numbers and type(value) not in _OWN:
+                own[place] = _own(value)
         for name, value in named.items():
-            if (kind := by_name.get(name)) is not None:
-                named[name] = _taken(title, name, value, kind)
-        return function(*given, **named)
+            if (kind := by_name.get(name)) is None:
+                continue
+            if not kind.fits(value):
+                _refuse(title, name, value, kind)
+            if kind.numbers and type(value) not in _OWN:
+                named[name] = _own(value)
+        return function(*[own.get(k, value) for k, value in enumerate(args)] if own else args, **named)
 
     return checked
 
@@ -148,10 +156,8 @@ def _read(annotation: Any, names: Mapping[str, Any]) -> Any:
         return object
 
 
-def _taken(title: str, name: str, value: Any, kind: Kind) -> Any:
-    if not kind.fits(value):
-        raise kind.error(f"{title}: {name} is {_shown(value)}: give {kind.wanted}.")
-    return value if type(value) in _OWN or not kind.numbers else _own(value)
+def _refuse(title: str, name: str, value: object, kind: Kind) -> None:
+    raise kind.error(f"{title}: {name} is {_shown(value)}: give {kind.wanted}.")
 
 
 def _own(value: Any) -> Any:
@@ -176,6 +182,8 @@ def _shown(value: object) -> str:
 
 def _is_number(value: Any) -> bool:
     """Whether a float can stand for it."""
+    if type(value) is float:
+        return True
     if isinstance(value, Real):
         try:
             float(value)
