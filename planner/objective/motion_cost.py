@@ -61,6 +61,16 @@ class MotionCost:
         """The same with another floor under w."""
         return replace(self, objective=replace(self.objective, floor=floor))
 
+    @property
+    def of_pieces(self) -> MotionCost:
+        """The same without the least length that an edge is charged: pieces of a motion cost together what it does.
+
+        That length is zeta, and omega is zeta + (1 - zeta) of what it is from 0 on: beta takes the first part of it.
+        """
+        beta, zeta = self.objective.beta, self.scale.zeta
+        whole = replace(self.objective, beta=beta + (1.0 - beta) * zeta)
+        return replace(self, scale=replace(self.scale, zeta=0.0), objective=whole)
+
     def __call__(self, a: Floats, b: Floats) -> Floats:
         """(k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
         return self.charge.costs(a, b)

@@ -52,4 +52,4 @@ def cost_in_motion(found: Plan) -> MotionCost:
     Motions in time are priced in short chords, on which the ends and the middle are enough.
     """
     objective = replace(found.request.objective, charge="edges", floor=0.0)
-    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3)
+    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3).of_pieces

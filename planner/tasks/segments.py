@@ -98,7 +98,7 @@ def timed(
     """
     robot = options.modes.robot
     limits = MotionLimits.of(robot, timing)
-    cost = MotionCost(robot, scale, objective, longest=np.inf)
+    cost = MotionCost(robot, scale, objective, longest=np.inf).of_pieces
     found = []
     for segment in segments:
         checker = options.modes.checker_of(segment.mode)

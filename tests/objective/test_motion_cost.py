@@ -30,6 +30,21 @@ def test_motions_cost_what_the_network_charges(beta: float, charge: Charge, metr
     np.testing.assert_allclose(cost(a, b), theirs, rtol=1e-9)
 
 
+@pytest.mark.parametrize("beta", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("metric", ["joint", "workspace"])
+def test_pieces_cost_together_what_their_motion_costs(beta: float, metric: Metric) -> None:
+    made = small_plan()
+    cost = MotionCost(made.robot, made.roadmap.scale, Objective(beta, metric=metric), np.inf)
+    a = made.roadmap.nodes[made.roadmap.edges[:, 0]]
+    b = a + made.robot.difference(a, made.roadmap.nodes[made.roadmap.edges[:, 1]])
+    shares = np.linspace(0.0, 1.0, 201)[:, None, None]
+    places = a + shares * (b - a)
+    fine, coarse = (sum(map(cost.of_pieces, at[:-1], at[1:])) for at in (places, places[::5]))
+    np.testing.assert_allclose(fine, coarse, rtol=0.02)
+    long = cost(a, b) > 2.0 * made.roadmap.scale.zeta
+    np.testing.assert_allclose(cost.of_pieces(a, b)[long], cost(a, b)[long], rtol=1e-9)
+
+
 @pytest.mark.parametrize(("beta", "floor", "longest"), [(0.0, 0.0, np.inf), (0.4, 0.03, 0.8), (1.0, 0.03, 0.8)])
 @pytest.mark.parametrize("charge", ["nodes", "edges"])
 def test_edges_cost_what_their_motions_cost(beta: float, floor: float, longest: float, charge: Charge) -> None:

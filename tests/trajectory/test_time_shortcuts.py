@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker, second_checker
+from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.shapes import Box
 from planner.planning.motion import cost_in_motion
+from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.request import TimeLaw
+from planner.problem.request import PlanRequest, TimeLaw, TimingRequest
 from planner.trajectory.check import sampled_contact
 from planner.trajectory.timing import time_path, timed_curve
 from planner.trajectory.trajectory import Trajectory
@@ -84,8 +86,27 @@ def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
     )
 
 
+def test_the_tool_goes_no_farther_where_its_path_is_the_cost() -> None:
+    """What an edge costs at least is no measure of its parts, of which many move the tool by less."""
+    start, goal = [0.1, 2.4, -1.9, 2.4, -1.0, -0.4], [1.8, -0.5, 0.3, -2.6, 1.4, 0.2]
+    request = PlanRequest("ur5", "empty", start=start, goal=goal, beta=1.0, metric="workspace", nodes=100, effort=1)
+    found = plan(request, timing=TimingRequest())
+    motion = found.trajectory
+    assert motion is not None
+    assert motion.proof["shortcuts"] > 0
+    way = np.concatenate([np.linspace(a, b, 200) for a, b in itertools.pairwise(found.path)])
+    of_motion, of_path = (
+        _length(tool_positions(found.robot, q)) for q in (motion.at(np.linspace(0.0, motion.duration, 20_001)), way)
+    )
+    assert of_motion <= 1.01 * of_path
+
+
+def _length(points: np.ndarray) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
 def _sampled(cost, q: np.ndarray) -> float:
-    """The objective along chords that are thinned to be longer than the least that an edge costs."""
+    """The objective along chords that are thinned to be no shorter than 0.06 rad."""
     kept = [0]
     for k in range(1, len(q)):
         if np.linalg.norm(q[k] - q[kept[-1]]) > 0.06 or k == len(q) - 1:
