@@ -20,10 +20,11 @@ _PROVEN = 48  # candidates of all pairs whose motions are proven
 def simplified(refiner: PathRefiner, path: Floats, rng: np.random.Generator) -> Floats:
     """The path (k, dof) with as few waypoints as are found for at most 1 + ``TOLERANCE`` times its cost.
 
-    Its ends stay, its motions are proven, and keep above the floor of the cost.
+    Its ends stay, its motions are proven, and keep above the floor of the cost. One of infinite cost, which does not
+    keep above it, stays as it is: no share of that is a limit.
     """
     limit = (1.0 + TOLERANCE) * refiner.total(path)
-    while len(path) > 3 and not refiner.progress.stopped:
+    while len(path) > 3 and np.isfinite(limit) and not refiner.progress.stopped:
         merged = _merged(refiner, path, limit, rng)
         if merged is None:
             break

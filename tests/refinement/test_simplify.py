@@ -7,7 +7,7 @@ import pytest
 
 from planner.collision.edge_prover import EdgeProver
 from planner.objective.motion_cost import MotionCost
-from planner.paths.measure import corners, path_contact
+from planner.paths.measure import corners, path_contact, path_manipulability
 from planner.problem.objective import Objective
 from planner.refinement.refine import PathRefiner, cut
 from planner.refinement.simplify import TOLERANCE, _meeting, simplified
@@ -25,6 +25,19 @@ def test_corners_become_fewer_at_a_bounded_price(beta: float, fewer: int) -> Non
     assert refiner.total(simple) <= (1.0 + TOLERANCE) * refiner.total(path)
     assert EdgeProver(made.checker).prove(simple[:-1], np.diff(simple, axis=0)).free.all()
     assert path_contact(made.checker, simple) is None
+
+
+def test_a_path_below_the_floor_stays_as_it_is() -> None:
+    """Its cost is infinite: no merger keeps to a share of that, and none was to be taken for all of them."""
+    made = unrefined()
+    path = cut(made.path, 0.5)
+    cost = MotionCost(made.robot, made.roadmap.scale, Objective(0.5))
+    least = path_manipulability(made.robot, path).min()
+    refiner = PathRefiner(EdgeProver(made.checker), cost.above(1.1 * float(least)))
+    assert len(path) > 3
+    assert np.isinf(refiner.total(path))
+    with np.errstate(all="raise"):
+        np.testing.assert_array_equal(simplified(refiner, path, np.random.default_rng(0)), path)
 
 
 def test_lines_that_meet_do_so_in_one_point() -> None:
