@@ -53,7 +53,7 @@ class Side:
         self._problem, self._rows = problem, slice(0, problem.n_rows)
         self._flow, self._values, self._upper = flow, parents_of(problem), upper
         self._speed = self._expected = np.zeros(problem.n_rows)
-        self._contracts = bounds.L <= 1.0
+        self._contracts = bounds.L <= 1.0 and not bounds.sampled  # between samples a kernel may be steeper
         self._limit = beyond[self._rows]
 
     @property
