@@ -58,3 +58,5 @@ def require_same_world(proof: Path, world: World) -> None:
         expected["left"] = np.where(proven & (data["left"] == checker.OPEN), checker.OPEN, expected["left"])
     for name, array in expected.items():
         checker.require(np.array_equal(data[name], array), f"{proof} has other {name} than what plan.json names.")
+    fastest = np.where(world.robot.velocity > 0, world.robot.velocity, np.inf) * (1.0 + checker.LIMIT)
+    checker.require(data["limits"][:1] <= fastest, f"{proof} has a velocity limit beyond the robot's.")

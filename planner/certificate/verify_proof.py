@@ -202,8 +202,7 @@ def curves(data: Data) -> Array:
 
 def require_limits(data: Data, meta: Data, pieces: Array) -> list[str]:
     """Positions within the robot's limits, the motion's derivatives within its own; which these are."""
-    free = np.where(data["wraps"] > 0, np.inf, FORGIVEN)
-    off = OFF * np.abs(pieces).sum(axis=1)
+    free, off = np.where(data["wraps"] > 0, np.inf, FORGIVEN), OFF * np.abs(pieces).sum(axis=1)
     require_between(pieces, data["lower"] - free, data["upper"] + free, off, "a joint leaves its limits", meta)
     judged, h = KINDS[: len(data["knots"])], np.diff(data["clock"])[:, None] / 1e9
     slope = pieces[len(pieces) - len(h) :]
@@ -396,6 +395,8 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
         at = at @ origin_in(joint)
         data["turn"][k], data["shift"][k], data["axis"][k] = at[:3, :3], at[:3, 3], axis_of(joint)
         data["prismatic"][k], data["wraps"][k] = kind == "prismatic", kind == "continuous"
+        most = sum(float(each.get("velocity", "0")) for each in joint.findall("limit")[:1])  # 0: nobody says
+        require(most <= 0 or data["limits"][:1, k] <= most * (1 + LIMIT), f"'{name}' may not be that fast in {file}.")
         if kind != "continuous" and not meta["widened"]:
             data["lower"][k] = max(data["lower"][k], float(limit.get("lower", "0")))
             data["upper"][k] = min(data["upper"][k], float(limit.get("upper", "0")))
@@ -406,14 +407,12 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
             cut = geometry.tag == "mesh" and name in meta["cuts"]  # into slabs, which are not compared
             item, (joint, at) = f"{name}, slab 1" if cut else name, place(data, meta, links, link.get("name"))
             require(data["joint"][meta["items"].index(item)] == joint, f"'{name}' hangs on another joint in {file}.")
-            shape = None if cut else shape_in(geometry, file)
-            unread += shape is None
+            unread += (shape := None if cut else shape_in(geometry, file)) is None
             if shape is not None:
                 require(shape[1] >= 0.0, f"'{name}' has no shape in {file}.")
                 at = at @ origin_in(element)
                 data["shapes"][meta["items"].index(item)] = shape[0] @ at[:3, :3].T + at[:3, 3], *shape[1:]
-    own = root.find(f"link[@name='{meta['tool link']}']") is not None
-    if own:
+    if own := root.find(f"link[@name='{meta['tool link']}']") is not None:
         data["carrier"], data["tool"] = place(data, meta, links, meta["tool link"])
     left = ["tool"] * (not own) + ["widened limits"] * bool(meta["widened"]) + ["base and held joints"]
     but = f" but for {unread} meshes, cut or of another kind" if unread else ""
@@ -477,15 +476,16 @@ def sentence(data: Data, meta: Data, rounding: float, judged: list[str], ends: s
     by_scene, bodies = data["joint"][data["exempt"]].min(axis=1, initial=0) < 0, meta["items"]
     exempt = [f"{bodies[a]!r} and {bodies[b]!r}" for a, b in data["exempt"][np.argsort(by_scene, kind="stable")]]
     motion = f" and of the motion of {np.ptp(data['clock']) / 1e9:g} s" if judged else ""
-    between = " to ".join(map(str, data["path"][[0, -1]].tolist()))
     return (
-        f"Proven: along all of the path of {len(data['path'])} waypoints from {between}{motion}, {meta['robot']!r} in "
-        f"{meta['scene']!r} keeps its limits on {', '.join(['position', *judged])}, to {FORGIVEN:g}, and each of "
-        f"{len(data['pairs'])} pairs of bodies stays farther apart than {data['margin']} m (by {len(data['high'])} "
-        f"witnesses, {rounding:.0e} m for rounding).\n{ends}\nLeft out: pairs that no joint moves against each other; "
-        f"{(~by_scene).sum()} that the robot's files list and {by_scene.sum()} that the scene allows: "
-        f"{', '.join(exempt) or 'none'}.\n{urdf or 'The robot is as the certificate has it, without a URDF.'} "
-        "The scene and its states are as the certificate has them. Nothing is proven of obstacles that move, of the "
+        f"Proven: along all of the path of {len(data['path'])} waypoints from "
+        f"{' to '.join(map(str, data['path'][[0, -1]].tolist()))}{motion}, {meta['robot']!r} in {meta['scene']!r} "
+        f"keeps its limits on position{', those of trajectory.json on ' * bool(judged)}{', '.join(judged)}, to "
+        f"{FORGIVEN:g}, and each of {len(data['pairs'])} pairs of bodies stays farther apart than {data['margin']} m "
+        f"(by {len(data['high'])} witnesses, {rounding:.0e} m for rounding).\n{ends}\nLeft out: pairs that no joint "
+        f"moves against each other; {(~by_scene).sum()} that the robot's files list and {by_scene.sum()} that the "
+        f"scene allows: {', '.join(exempt) or 'none'}.\n"
+        f"{urdf or 'The robot is as the certificate has it, without a URDF.'} The scene and its states are as the "
+        "certificate has them. Nothing is proven of obstacles that move, of the "
         "model and its calibration, of the controller, and of conditions and tubes to be kept."
     )
 

@@ -155,10 +155,12 @@ def _check_trajectory(
 ) -> int:
     from planner.gate.prefixes import judge_prefixes, prefixes_row
     from planner.trajectory.check import check_trajectory
-    from planner.trajectory.limits import MotionLimits
+    from planner.trajectory.limits import MotionLimits, require_of_robot
     from planner.trajectory.report import report_record, report_rows, verdict_sentence
 
     own = points.limits if motion == LimitsRequest() else None
+    if own is not None:
+        require_of_robot(checker.robot, own)
     limits = own or MotionLimits.of(checker.robot, motion)
     asked = prefixes and points.fault() is None
     stops = judge_prefixes(checker, points, limits) if asked else None

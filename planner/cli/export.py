@@ -146,10 +146,13 @@ def _told(found: Trajectory, made: Trajectory, rate: float) -> str:
 def _world(folder: Path, found: Trajectory) -> CollisionChecker:
     """The world of the plan in ``folder``; :class:`PlannerError` where there is none, or it is another robot's."""
     from planner.cli.common import world_of_plan
+    from planner.trajectory.limits import require_of_robot
 
     checker = world_of_plan(folder)
     if checker.robot.joints != found.joints:
         raise FileError(f"{folder / 'plan.json'} is of other joints than the trajectory: plan again.")
+    if found.limits is not None:
+        require_of_robot(checker.robot, found.limits)
     return checker
 
 

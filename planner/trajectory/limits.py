@@ -199,6 +199,24 @@ def _require_within_urdf(robot: Robot, limits: MotionLimits) -> None:
         )
 
 
+def require_of_robot(robot: Robot, limits: MotionLimits) -> None:
+    """Raise :class:`LimitError` where ``limits`` out of a file are wider than the robot allows.
+
+    So are velocities beyond the URDF's, and what is said to be the robot's own and is larger.
+    """
+    _require_within_urdf(robot, limits)
+    own = _of_robot(robot)
+    for kind in ("velocity", "acceleration"):
+        given, known = getattr(limits, kind), getattr(own, kind)
+        beyond = np.flatnonzero(given > known * (1 + 1e-9))
+        if len(beyond) and limits.source[kind] == own.source[kind]:
+            k = beyond[0]
+            raise LimitError(
+                f"{kind} limit {given[k]:g} of joint '{robot.joints[k]}' is said to be the robot's "
+                f"({own.source[kind]}), which is {known[k]:g}: mend the file, or say the limits as options."
+            )
+
+
 class _JointLimit(Strict):
     """One joint of a joint_limits.yaml, as MoveIt and ros2_control write it; limits count unless has_ is false.
 

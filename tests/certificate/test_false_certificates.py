@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 
 from benchmarks.certificate.folders import AROUND, folder_of
 from benchmarks.certificate.mutations import Case
-from planner.certificate import verify_proof
+from planner.certificate import verify, verify_proof
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
@@ -94,6 +95,20 @@ def test_a_margin_that_is_rounded_up_in_the_sentence(tmp_path: Path) -> None:
 
 def test_limits_are_said_to_be_kept_as_far_as_they_are(tmp_path: Path) -> None:
     assert "keeps its limits on position, to 1e-06," in verify_proof.check(case_of(tmp_path, make_post()).folder)
+
+
+def test_velocities_that_the_robot_does_not_have(tmp_path: Path) -> None:
+    """Whoever may say how fast a motion may be has a proof of any motion."""
+    post = make_post()
+    motion = time_path(AROUND, post)
+    assert motion.limits is not None
+    wide = replace(motion.limits, velocity=100.0 * motion.limits.velocity)
+    folder, _ = folder_of(tmp_path / "out", post, AROUND, replace(motion, limits=wide))
+    assert "limits on position, those of trajectory.json on velocity, acceleration" in verify_proof.check(folder)
+    with pytest.raises(Refused, match="'joint_1' may not be that fast in"):
+        verify_proof.check(folder, post.robot.source.path)
+    with pytest.raises(Refused, match="velocity limit beyond the robot's"):
+        verify(folder, post.world)
 
 
 ARM = """<robot name="made"><link name="base"/>{one}{two}{first}{second}</robot>"""

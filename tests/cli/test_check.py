@@ -162,6 +162,23 @@ def test_a_trajectory_is_judged_by_its_own_limits_whatever_it_is_called(run: Run
     assert run("check", str(tmp_path / "motion.json"), *made)[0] == 3
 
 
+@pytest.mark.parametrize(("kind", "says"), [("velocity", "beyond the URDF's"), ("acceleration", "is said to be the")])
+def test_limits_that_the_robot_does_not_have_are_no_measure(kind: str, says: str, run: Run, tmp_path: Path) -> None:
+    """Else a file makes any motion one within limits, and says that these are the robot's."""
+    made = ("--robot", "planar_2r", "--scene", "empty")
+    assert run("plan", *made, "--start", "q:0,1", "--goal", "q:1,1", "--path-only", "--out", str(tmp_path))[0] == 0
+    record = json.loads((tmp_path / "trajectory.json").read_text())
+    record["limits"][kind] = [100.0, 100.0]
+    (tmp_path / "trajectory.json").write_text(json.dumps(record))
+    code, out, error = run("check", str(tmp_path / "trajectory.json"), *made)
+    assert (code, out) == (3, "")
+    assert says in " ".join(error.split())
+    assert run("check", str(tmp_path / "trajectory.json"), *made, "--acceleration", "100")[0] == 0
+    code, _, error = run("export", str(tmp_path), "--format", "csv", "--rate", "100")
+    assert says in " ".join(error.split())
+    assert "the motion on the grid is not proven" in " ".join(error.split())
+
+
 def test_what_is_not_safe_to_stop_is_the_verdict(run: Run, tmp_path: Path) -> None:
     """Free itself, and so near a board that from one point no stop is proven."""
     made = ("--robot", "panda", "--scene", "shelf")
