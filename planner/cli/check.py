@@ -121,12 +121,16 @@ def _first(path: Path, robot: Robot) -> Floats:
 
 
 def _check_task(path: Path, task: TaskRecord, checker: CollisionChecker, step: float, json: bool) -> int:
+    from planner.base.files import is_file
     from planner.tasks.judge import judged, summary
     from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory
+    from planner.trajectory.limits import require_of_robot
 
     folder = path if path.is_dir() else path.parent
-    timed = any(segment.trajectory for segment in task.segments)
+    timed = any(segment.trajectory for segment in task.segments) or is_file(folder / TRAJECTORY_NAME)
     whole = load_trajectory(folder / TRAJECTORY_NAME) if timed else None
+    if whole is not None and whole.limits is not None and whole.joints == checker.robot.joints:
+        require_of_robot(checker.robot, whole.limits)
     found = summary(list(judged(task, checker, whole, step)))
     if json:
         say(json_text.dumps(found, indent=1, allow_nan=False))
@@ -134,7 +138,8 @@ def _check_task(path: Path, task: TaskRecord, checker: CollisionChecker, step: f
         rows = [
             (
                 f"step {each['step']}, {each['doing']}",
-                f"{each['part']}: {each['contact'] or ('free' if each['ok'] else 'beyond limits')}",
+                f"{each['part']}: {each['contact'] or ('free' if each['ok'] else 'beyond limits')}"
+                + "".join(f"; '{a}' may touch '{b}'" for a, b in each["may_touch"]),
             )
             for each in found["segments"]
         ]

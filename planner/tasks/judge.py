@@ -11,7 +11,7 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats
-from planner.base.errors import FileError
+from planner.base.errors import FileError, choices
 from planner.base.files import is_file, is_folder
 from planner.base.yamlfile import read_text, validate
 from planner.collision.checker import CollisionChecker
@@ -59,6 +59,12 @@ def judged(
     """
     if whole is not None and [dict(event) for event in whole.events] != [event.to_dict() for event in record.events]:
         raise FileError("the task has other events than its trajectory: one of the files is damaged, plan again.")
+    if not record.segments:
+        raise FileError("the task has no segments, so there is nothing to judge: plan again.")
+    if any(event.segment >= len(record.segments) for event in record.events):
+        raise FileError("an event of the task comes after a segment that is not there: it is damaged, plan again.")
+    if whole is not None and whole.joints != checker.robot.joints:
+        raise FileError(f"the trajectory of the task is of the joints {choices(whole.joints)}: plan again.")
     stage, before = Stage(checker, record.events), None
     handled = {event.object for event in record.events}
     for number, segment in enumerate(record.segments):
@@ -69,6 +75,29 @@ def judged(
         before = path[-1]
         for event in (each for each in record.events if each.segment == number):
             stage.after(event, before)
+    if whole is not None:
+        _require_all_of_it(record, whole)
+
+
+def _require_all_of_it(record: TaskRecord, whole: Trajectory) -> None:
+    """Raise :class:`FileError` where a motion goes on outside the segments, or an event does not come between them."""
+    damaged = "one of the files is damaged, plan again"
+    timed = [segment.trajectory for segment in record.segments if segment.trajectory is not None]
+    if len(timed) < len(record.segments):
+        raise FileError(f"the task has a trajectory, and segments without times: {damaged}.")
+    begins = [*(round(times.begin * 1e9) for times in timed), int(whole.nanoseconds[-1])]
+    ends = [int(whole.nanoseconds[0]), *(round((times.begin + times.duration) * 1e9) for times in timed)]
+    for number, (end, begin) in enumerate(zip(ends, begins, strict=True)):
+        rows, h = (whole.nanoseconds >= end) & (whole.nanoseconds <= begin), 1e-9 * (begin - end)
+        where = f"after segment {number}" if number else "before its first segment"
+        if not rows.any():
+            raise FileError(f"the trajectory of the task has other times {where} than its segments: {damaged}.")
+        rates = sum(np.abs(rate[rows]).max() * h**k for k, rate in enumerate(whole.columns) if k)
+        if max(rates, np.ptp(whole.columns[0][rows], axis=0).max()) > _SAME:
+            raise FileError(f"the trajectory of the task moves on {where}: {damaged}.")
+        moments = [event.t for event in record.events if event.segment == number - 1]
+        if any(t is None or not end - 1 <= 1e9 * t <= begin + 1 for t in moments):
+            raise FileError(f"an event of the task does not come {where}, where it belongs: {damaged}.")
 
 
 def _report(segment: SegmentRecord, path: Floats, made: Trajectory | None, stage: Stage, step: float) -> Report:
@@ -200,6 +229,7 @@ def summary(reports: list[tuple[SegmentRecord, Report]]) -> dict[str, Any]:
             "carried": segment.carried,
             "ok": report.ok,
             "contact": None if report.contact is None else str(report.contact.contact),
+            "may_touch": [list(pair) for pair in segment.may_touch],
         }
         for segment, report in reports
     ]

@@ -117,11 +117,68 @@ def test_a_damaged_plan_is_seen(tidy: Path, run: Run, tmp_path: Path, name: str,
             segment["trajectory"] = None
     damage(plan)
     (tmp_path / "plan.json").write_text(json.dumps(plan))
-    (tmp_path / "trajectory.json").write_text((tidy / "trajectory.json").read_text())
+    if timed:
+        (tmp_path / "trajectory.json").write_text((tidy / "trajectory.json").read_text())
     found, out, error = run("check", str(tmp_path), "--robot", "panda", "--scene", SCENE)
     assert found == code, out + error
     assert text in " ".join((out + error).split())
     assert "Traceback" not in error
+
+
+def swings(plan: dict, motion: dict, after: float) -> None:
+    """Whoever runs the motion goes elsewhere and comes back, or does not, where no segment runs."""
+    row = max(k for k, point in enumerate(motion["points"]) if point["t"] <= after)
+    there = motion["points"][row]
+    aside = {**there, "t": there["t"] + 0.1, "q": [*there["q"][:6], there["q"][6] + 0.5]}
+    motion["points"].insert(row + 1, aside)
+
+
+def early(plan: dict, motion: dict) -> None:
+    for events in (plan["events"], motion["events"]):
+        events[1]["t"] = 0.1
+
+
+def untimed(plan: dict, motion: dict) -> None:
+    for segment in plan["segments"]:
+        segment["trajectory"] = None
+
+
+SWINGS: dict[str, tuple[Callable[[dict, dict], object], str]] = {
+    "while the gripper closes": (lambda plan, motion: swings(plan, motion, motion["events"][0]["t"]), "moves on after"),
+    "in the end": (lambda plan, motion: swings(plan, motion, 1e3), "moves on after segment 7"),
+    "a segment less": (lambda plan, motion: plan["segments"].pop(), "moves on after segment 6"),
+    "no segments": (lambda plan, motion: plan.update(segments=[]), "there is nothing to judge"),
+    "no times": (untimed, "segments without times"),
+    "taken on the way": (early, "does not come after segment 2"),
+    "let go of never": (
+        lambda plan, motion: [events[-1].update(segment=99) for events in (plan["events"], motion["events"])],
+        "a segment that is not there",
+    ),
+    "other joints": (lambda plan, motion: motion["joints"].reverse(), "is of the joints panda_joint7"),
+    "faster than the arm": (lambda plan, motion: motion["limits"].update(velocity=[99.0] * 7), "beyond the URDF's"),
+}
+
+
+@pytest.mark.parametrize("name", SWINGS)
+def test_a_motion_that_is_more_than_its_segments_is_seen(tidy: Path, run: Run, tmp_path: Path, name: str) -> None:
+    damage, text = SWINGS[name]
+    plan, motion = (json.loads((tidy / file).read_text()) for file in ("plan.json", "trajectory.json"))
+    damage(plan, motion)
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    (tmp_path / "trajectory.json").write_text(json.dumps(motion))
+    code, out, error = run("check", str(tmp_path), "--robot", "panda", "--scene", SCENE)
+    assert (code, out) == (3, "")
+    assert text in " ".join(error.split())
+
+
+def test_what_may_touch_is_told(tidy: Path, run: Run, tmp_path: Path) -> None:
+    plan = json.loads((tidy / "plan.json").read_text())
+    plan["segments"][3]["may_touch"] = [["mug", "board"]]
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    (tmp_path / "trajectory.json").write_text((tidy / "trajectory.json").read_text())
+    code, out, _ = run("check", str(tmp_path), "--robot", "panda", "--scene", SCENE)
+    assert code == 0
+    assert "'mug' may touch 'board'" in " ".join(out.replace("│", " ").split())
 
 
 @pytest.mark.parametrize(
