@@ -120,6 +120,9 @@ def _yaml(value: dict[str, Any], indent: str = "") -> str:
 
 
 def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> str:
+    odd = [joint for joint in joints if set(joint) & set(',"\r\n')]
+    if odd:
+        raise FileError(f"a joint is called {choices(odd)}, for which csv has no place: choose another --format.")
     names = [
         "t",
         *(f"{joint}{ending}" for ending in ("", "_velocity", "_acceleration")[: len(columns)] for joint in joints),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +11,7 @@ import pydantic
 
 from planner.base.arrays import Floats, frozen
 from planner.base.beside import warn_of_mismatch
-from planner.base.errors import FileError
+from planner.base.errors import FileError, choices
 from planner.base.files import is_file, is_folder, write_json
 from planner.base.places import Place, place
 from planner.base.yamlfile import Number, Strict, read_text, validate
@@ -45,6 +46,18 @@ class _Event(Strict):
     link: str
 
 
+class _Floor(Strict):
+    model_config = pydantic.ConfigDict(extra="allow")
+
+    asked: Number
+
+
+class _Proof(Strict):
+    model_config = pydantic.ConfigDict(extra="allow")
+
+    floor: _Floor = _Floor(asked=0.0)
+
+
 class _File(Strict):
     robot: str | None = None
     scene: str | None = None
@@ -54,7 +67,7 @@ class _File(Strict):
     joints: list[str]
     limits: _Limits | None = None
     proven: bool = False
-    proof: dict[str, Any] = pydantic.Field(default_factory=dict)
+    proof: _Proof = _Proof()
     events: list[_Event] = pydantic.Field(default_factory=list)
     points: list[_Point] = pydantic.Field(min_length=2)
 
@@ -103,6 +116,13 @@ def load_trajectory(path: Place) -> Trajectory:
     where = f"trajectory {path}"
     file = validate(_File, parse(read_text(path, "trajectory"), where), where)
     dof = len(file.joints)
+    events = tuple(event.model_dump() for event in file.events)
+    try:
+        json.dumps([file.joints, events], ensure_ascii=False, allow_nan=False).encode()
+    except ValueError:  # half of a surrogate pair, NaN
+        raise FileError(f"{where}: its joints or events hold what is no text or no number; mend the file.") from None
+    if len(set(file.joints)) < dof:
+        raise FileError(f"{where} names a joint twice; it names {choices(file.joints)}: mend the file.")
     columns = [[getattr(point, key) for point in file.points] for key in ("q", "qd", "qdd")]
     if any(len(row) != dof for rows in columns for row in rows):
         raise FileError(f"{where}: a point has not one value for each of its {dof} joints; mend the file.")
@@ -114,8 +134,9 @@ def load_trajectory(path: Place) -> Trajectory:
     given = (DEGREE[file.interpolation] + 1) // 2
     made = Trajectory.through(tuple(file.joints), times, *map(_rows, columns[:given]), law=file.law)
     limits = _limits(file.limits, made.joints, where)
-    events = tuple(event.model_dump() for event in file.events)
-    return replace(made, limits=limits, proven=file.proven, proof=file.proof, events=events)
+    return replace(
+        made, limits=limits, proven=file.proven, proof=file.proof.model_dump(exclude_unset=True), events=events
+    )
 
 
 def require_near(rows: Floats, where: str) -> None:

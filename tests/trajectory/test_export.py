@@ -85,6 +85,12 @@ def test_overlong_motions_are_refused() -> None:
         export(replace(MADE, nanoseconds=MADE.nanoseconds * 10**9 * 2), "ros-yaml")
 
 
+@pytest.mark.parametrize("name", ["a,b", 'a"', "a\nb"])
+def test_a_csv_has_a_column_for_each_joint(name: str) -> None:
+    with pytest.raises(PlannerError, match="for which csv has no place: choose another"):
+        export(replace(MADE, joints=(name, B)), "csv")
+
+
 def test_the_goal_is_sent_with_one_command() -> None:
     command = goal_command(Path("a b.json"))
     assert command.startswith("ros2 action send_goal /joint_trajectory_controller/follow_joint_trajectory")

@@ -37,6 +37,7 @@ FILE: dict[str, Any] = {
     "joints": [A],
     "points": [{"t": 0, "q": [1], "qd": [0], "qdd": [0]}] * 2,
 }
+EVENT = {"t": 0, "kind": "attach", "object": "mug", "link": "hand"}
 
 
 BAD = [
@@ -46,6 +47,11 @@ BAD = [
     ('{"points": [], "points": []}', "key 'points' stands twice"),
     (json.dumps({**FILE, "points": [{"t": 0, "q": [1], "qd": [0]}] * 2}), "is missing"),
     (json.dumps({**FILE, "joints": [A, B]}), "one value for each of its 2 joints"),
+    (json.dumps({**FILE, "joints": [A, A]}), "names a joint twice"),
+    (json.dumps({**FILE, "proof": {"floor": 5}}), "'proof.floor' is wrong"),
+    (json.dumps({**FILE, "proof": {"floor": {"asked": "x"}}}), "'proof.floor.asked' is wrong"),
+    (json.dumps({**FILE, "joints": ["\ud800"]}), "no text or no number"),
+    (json.dumps({**FILE, "events": [{**EVENT, "force": float("nan")}]}), "no text or no number"),
     (json.dumps(FILE), "do not increase"),
     (json.dumps({**FILE, "unit": "deg"}), "unknown key"),
     *(
