@@ -120,12 +120,15 @@ def _check(file: Path, request: KeptRequest) -> int:
     require_same_world(kept, checker, file)
     with working() as progress:
         found = repairing.verify(kept, checker, progress)
+        whole = found.complete and found.count(Verdict.FREE) == len(kept.edges)
+        narrow = repairing.first_without_clearance(kept, checker, found, progress) if whole else None
+        complete = found.complete and not progress.stopped
     undecided, collides = found.count(Verdict.UNDECIDED), found.count(Verdict.COLLIDES)
     say(
         f"{len(found.verdict)} of {len(kept.edges)} edges proven again: {found.count(Verdict.FREE)} hold, "
         f"{undecided} undecided, {collides} collide."
     )
-    if not found.complete:
+    if not complete:
         return 130
     failure = repairing.first_failure(kept, checker, found)
     if failure is not None:
@@ -133,6 +136,12 @@ def _check(file: Path, request: KeptRequest) -> int:
         raise FileError(
             f"{undecided + collides} of {len(kept.edges)} edges of roadmap {file} do not hold, the first from node {i} "
             f"to {j} between {contact}: drop them with --repair."
+        )
+    if narrow is not None:
+        i, j = kept.edges[narrow].tolist()
+        raise FileError(
+            f"roadmap {file} says that its edge from node {i} to {j} keeps {kept.clearance[narrow]:.3g} m, which is "
+            "not proven: prove all anew with --repair."
         )
     outside = int((~repairing.within_limits(kept, checker.robot)).sum())
     if outside:

@@ -16,7 +16,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import FileError, choices
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
-from planner.collision.checker import CollisionChecker, is_free
+from planner.collision.checker import CollisionChecker, is_free, keeping
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
@@ -29,6 +29,7 @@ from planner.roadmap.storage import same_world
 from planner.roadmap.world_record import changes, unproven_pairs
 
 _BATCH = 128  # edges proven between two checks whether to stop
+_CLEARANCE_SLACK = 1e-9  # m: forgives another library's rounding
 _LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back
 
 
@@ -36,11 +37,13 @@ _LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back
 class Verification:
     """Every edge proven again: ``verdict`` (k,) of :class:`Verdict` and the ``pair`` (k,) that stopped it, -1 for none.
 
-    They are about the first k edges: all of them, unless it was interrupted.
+    ``clearance`` (k,) is what the proofs found beyond the margin, m. They are about the first k edges: all of them,
+    unless it was interrupted.
     """
 
     verdict: Ints
     pair: Ints
+    clearance: Floats
     complete: bool
 
     def count(self, verdict: Verdict) -> int:
@@ -66,16 +69,32 @@ def verify(
 ) -> Verification:
     """Prove every edge again, whatever its certificate says."""
     prover, m = EdgeProver(checker, progress), len(roadmap.edges)
-    verdict, pair = np.zeros(m, dtype=np.int64), np.full(m, -1, dtype=np.int64)
+    verdict, pair, clearance = np.zeros(m, dtype=np.int64), np.full(m, -1, dtype=np.int64), np.zeros(m)
     done = 0
     for rows in batches(np.arange(m)):
         proofs = prover.prove(*segments(roadmap, checker.robot, rows))
         if progress.stopped:
             break  # what is undecided may be so only because of that
-        verdict[rows], pair[rows] = proofs.verdict, proofs.pair
+        verdict[rows], pair[rows], clearance[rows] = proofs.verdict, proofs.pair, proofs.clearance
         done += len(rows)
         progress("edges", done, m)
-    return Verification(verdict[:done], pair[:done], done == m)
+    return Verification(verdict[:done], pair[:done], clearance[:done], done == m)
+
+
+def first_without_clearance(
+    roadmap: Roadmap, checker: CollisionChecker, found: Verification, progress: Progress = QUIET
+) -> int | None:
+    """The first edge that is not proven to keep what its certificate says; None if all are, or once stopped."""
+    says = roadmap.clearance + (roadmap.origin.margin - checker.world.margin) - _CLEARANCE_SLACK
+    for row in np.flatnonzero(says > found.clearance):
+        if progress.stopped:
+            return None
+        if not np.isfinite(says[row]):
+            return int(row)
+        prover = EdgeProver(keeping(checker, float(says[row])))
+        if not prover.prove(*segments(roadmap, checker.robot, np.array([row])), contacts=False).free.all():
+            return int(row)
+    return None
 
 
 def first_failure(roadmap: Roadmap, checker: CollisionChecker, found: Verification) -> tuple[int, int, Contact] | None:

@@ -163,6 +163,19 @@ def test_check_finds_lies(run: Run, kept: Path, tmp_path: Path) -> None:
     assert_refused(check(lie), 3, "wrong manipulabilities or lengths", tmp_path / "nowhere")
 
 
+@pytest.mark.parametrize("more", [1.0, np.inf])
+def test_check_finds_clearances_that_are_not_there(run: Run, kept: Path, tmp_path: Path, more: float) -> None:
+    """Whoever asks for a larger margin has edges of such certificates kept without another proof."""
+    roadmap, lie, own = load_roadmap(kept), tmp_path / "lie.npz", ["--scene", scene(tmp_path, POST)]
+    nearest = np.arange(len(roadmap.edges)) == roadmap.clearance.argmin()
+    save_roadmap(replace(roadmap, clearance=roadmap.clearance + np.where(nearest, more, 0.0)), lie)
+    code, _, error = run("roadmap", "check", str(lie), *own)
+    assert code == 3
+    assert "which is not proven: prove all anew with --repair" in " ".join(error.split())
+    assert run("roadmap", "check", str(lie), *own, "--repair")[0] == 0
+    assert run("roadmap", "check", str(lie), *own)[0] == 0
+
+
 def test_repair(run: Run, kept: Path, tmp_path: Path) -> None:
     before = kept.read_bytes()
     there = world(tmp_path, POST, BALL)
