@@ -464,7 +464,7 @@ def shape_in(shape: Any, file: Path) -> Shape | None:
         if kind == ".stl" and len(content) == 84 + 50 * int.from_bytes(content[80:84], "little"):
             points = np.frombuffer(content[84:], dtype="(4,3)<f4,<u2")["f0"][:, 1:].reshape(-1, 3)
         else:  # as text, in which lines may end anywhere
-            mark = {".stl": "vertex", ".obj": "v"}.get(kind, "none")
+            mark = "none" if b"\0" in content else {".stl": "vertex", ".obj": "v"}.get(kind, "none")
             points = re.findall(rf"(?i)\b{mark}\s+(\S+)\s+(\S+)\s+(\S+)", content.decode(errors="replace"))
         if len(points):
             return np.unique(np.array(points, dtype=float), axis=0) * three(shape, "scale", "1 1 1"), 0.0, False

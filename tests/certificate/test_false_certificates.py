@@ -191,6 +191,13 @@ def test_a_mesh_as_text_may_end_its_lines_anywhere(tmp_path: Path) -> None:
     assert {tuple(row) for row in found[0]} == {tuple(map(float, row.split())) for row in corners}
 
 
+def test_a_mesh_is_no_text_that_stands_in_its_header(tmp_path: Path) -> None:
+    """Its triangles count 50 bytes each, and with one byte more it once was what its first 80 bytes say."""
+    header = b"vertex 0 0 0 vertex .01 0 0 vertex 0 .01 0".ljust(80)
+    (tmp_path / "made.stl").write_bytes(header + (1).to_bytes(4, "little") + bytes(50) + b"\n")
+    assert verify_proof.shape_in(ET.fromstring('<mesh filename="file://made.stl"/>'), tmp_path / "made.urdf") is None
+
+
 def test_a_joint_that_stands_before_what_carries_it_in_the_urdf(tmp_path: Path) -> None:
     """Else its frame is made of one that was not computed yet."""
     folder, _ = folder_of(tmp_path / "out", make_post(), AROUND)
