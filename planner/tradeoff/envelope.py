@@ -104,6 +104,17 @@ class EnvelopeSearch:
         self.supports.append(support)
         return support
 
+    def recall_settled(self, count: int) -> None:
+        """Take the first ``count`` gaps up as settled; :class:`StateError` where another path is cheaper in one."""
+        for left, right in itertools.pairwise(self.supports[: count + 1]):
+            if _same(left, right):
+                continue
+            beta = crossing(left, right)
+            least = float(gabf.oracle(at_beta(self.network, beta))[self.starts].min())
+            if least < left.at(beta) - 2.0 * _slack(left.at(beta)):  # summed up in another order
+                raise StateError(f"between beta {left.beta:g} and {right.beta:g} another path is cheaper: search anew.")
+        self.settled = count
+
     def _add(self, place: int, found: Support | None) -> Support | None:
         if found is None:
             self.connected = False

@@ -274,7 +274,10 @@ class _Run:
             except StateError as error:
                 raise FileError(f"the sweep beside {self.where} does not fit its roadmap: {error}") from None
             self._require_accepted(healing, nodes)
-        search.settled = draft.settled
+        try:
+            search.recall_settled(draft.settled)
+        except StateError as error:
+            raise FileError(f"the sweep beside {self.where} does not fit its roadmap: {error}") from None
         self.progress("beta", int(100 * search.reach), 100)
         return True
 

@@ -210,7 +210,7 @@ def test_a_search_goes_on_from_paths() -> None:
         second = EnvelopeSearch(graph.network(), graph.starts, gabf.SingularityFree())
         for support in first.supports:
             second.recall(support.beta, support.nodes)
-        second.settled = first.settled
+        second.recall_settled(first.settled)
         while not second.done:
             second.step()
         np.testing.assert_array_equal(lines(pieces(second.supports)), lines(pieces(whole.supports)))

@@ -49,6 +49,11 @@ def test_a_folder_without_a_sweep_is_refused(swept: Tradeoff, tmp_path: Path) ->
     refused(swept.request, tmp_path, r"sweep.json not found, so there is no sweep to go on from: leave --resume out")
 
 
+def _ends(record: dict[str, Any]) -> list[Any]:
+    """The first and the last path, as if there were none between."""
+    return record["search"]["found"][:: len(record["search"]["found"]) - 1]
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
@@ -60,6 +65,10 @@ def test_a_folder_without_a_sweep_is_refused(swept: Tradeoff, tmp_path: Path) ->
         (lambda record: record.pop("search"), "'search' is missing"),
         (lambda record: record["search"]["found"][1].update(path_nodes=[0, 1]), "does not fit its roadmap"),
         (lambda record: record["search"]["found"][0].update(record["search"]["found"][-1], beta=0.0), "is not optimal"),
+        (
+            lambda record: record["search"].update(found=_ends(record), settled=1),
+            "beta 0 and 1 another path is cheaper",
+        ),
         (lambda record: record["roadmap"].update(sha256="0"), "made on another roadmap than the one beside it"),
     ],
 )
