@@ -129,8 +129,11 @@ def _kept(task: Task, out: Path) -> Row | None:
         return None
     try:
         row = pydantic.TypeAdapter(Row).validate_python(json.loads(path.read_text()))
+        json.dumps(asdict(row), ensure_ascii=False, allow_nan=False).encode()
     except (OSError, ValueError, TypeError, RecursionError):
-        return None  # of another version, or cut off: planned again
+        return None  # of another version, cut off, or of what is no number or no text: planned again
+    if row.outcome == SOLVED and None in (row.w_min, row.length_rad, row.seconds):
+        return None
     blank = _blank(task)
     same = (row.name, row.asked, row.software) == (blank.name, blank.asked, blank.software)
     return row if same and row.outcome not in (CRASHED, TIMED_OUT) else None

@@ -88,7 +88,9 @@ def test_what_is_there_is_kept_and_what_failed_is_planned_again(
     run_batch(source, out, PLAIN)
     assert asked == ["two"]
     row = (out / "one" / "row.json").read_text()
-    for damaged in ('{"name": ', "[" * 100_000, row.replace('"seconds": ', '"seconds": [], "seconds_": ')):
+    changed = ({"w_min": None}, {"w_min": float("nan")}, {"message": "\ud800"})
+    rows = (json.dumps(json.loads(row) | change) for change in changed)
+    for damaged in ('{"name": ', "[" * 100_000, row.replace('"seconds": ', '"seconds": [], "seconds_": '), *rows):
         (out / "one" / "row.json").write_text(damaged)
         asked = answers(monkeypatch, 0)
         run_batch(source, out, PLAIN)
