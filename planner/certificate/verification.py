@@ -8,10 +8,13 @@ import numpy as np
 
 from planner.base.errors import FileError
 from planner.base.files import is_file
+from planner.base.npz import require_sane_sizes
 from planner.certificate import verify_proof as checker
 from planner.certificate.certificate import PROOF_NAME
 from planner.certificate.geometry import geometry_of, words_of
 from planner.collision.world import World
+
+_SLACK = 64 << 20  # bytes
 
 
 def verify(folder: Path, world: World) -> str:
@@ -31,7 +34,10 @@ def require_certificate(folder: Path) -> None:
     if not is_file(folder / PROOF_NAME):
         raise FileError(f"{folder / PROOF_NAME} not found: plan with --certificate, which writes it.")
     try:
+        require_sane_sizes(folder / PROOF_NAME, str(folder / PROOF_NAME), _SLACK)
         checker.read(folder / PROOF_NAME)
+    except FileError:
+        raise
     except checker.Refused:  # it is one, and what it says is for the checker to judge
         pass
     except Exception as error:  # as the checker has it
