@@ -210,7 +210,7 @@ def _holds_numbers(value: Any) -> bool:
 
         try:
             value = np.asarray(value)
-        except (TypeError, ValueError, OverflowError):
+        except (TypeError, ValueError, OverflowError, RuntimeError):  # the last of tensors that are to be detached
             return False
     return value.dtype.kind in "fiub"
 

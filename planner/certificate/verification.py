@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from planner.base.errors import FileError
 from planner.base.files import is_file
 from planner.base.npz import require_sane_sizes
+from planner.base.yamlfile import shown
 from planner.certificate import verify_proof as checker
 from planner.certificate.certificate import PROOF_NAME
 from planner.certificate.geometry import geometry_of, words_of
@@ -26,7 +28,9 @@ def verify(folder: Path, world: World) -> str:
     require_same_world(folder / PROOF_NAME, world)
     source = world.robot.source.path
     said = checker.check(folder, source if source.suffix == ".urdf" else None)
-    return f"{said}\nRobot, scene and the pairs left out are, number by number, those that plan.json names."
+    config = json.loads((folder / "plan.json").read_bytes())["config"]
+    named = f"robot {shown(config.get('robot'))}, scene {shown(config.get('scene'))}"
+    return f"{said}\nRobot, scene and the pairs left out are, number by number, those that plan.json names: {named}."
 
 
 def require_certificate(folder: Path) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.laws import Law
@@ -79,8 +79,8 @@ def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0
     before = np.asarray(x, dtype=np.float64)
     return Healing(
         result,
-        raised=np.flatnonzero(reached & (start != before)),
-        moved=np.flatnonzero(reached & (result.x != before)),
+        raised=frozen(np.flatnonzero(reached & (start != before)), np.int64),
+        moved=frozen(np.flatnonzero(reached & (result.x != before)), np.int64),
         since_tau=since_tau,
     )
 

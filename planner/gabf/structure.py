@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, as_frozen
 from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
@@ -32,6 +32,11 @@ class Structure:
     values: Floats
     diameter: int
     unreachable: Ints
+
+    def __post_init__(self) -> None:
+        for name, value in list(vars(self).items()):
+            if isinstance(value, np.ndarray):
+                object.__setattr__(self, name, as_frozen(value, value.dtype))
 
     @property
     def R(self) -> int:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
+from typing import NoReturn
 
 import numpy as np
 
 from planner.base.arrays import Floats, numbers
-from planner.base.errors import StateError
+from planner.base.errors import KindError, StateError
 from planner.base.kinds import checks_kinds
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
@@ -87,6 +88,9 @@ class Gate:
     def limits(self) -> MotionLimits:
         """The limits that are kept, as far as they are judged."""
         return self._limits
+
+    def __reduce__(self) -> NoReturn:
+        raise KindError("a gate stays in its process and is no copy of another: make one of its robot and scene.")
 
     def check(
         self,

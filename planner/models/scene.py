@@ -27,6 +27,7 @@ from planner.base.yamlfile import (
     parse_yaml,
     read_text,
     repeated,
+    shown,
     validate,
 )
 from planner.models.files.dae import dae_notes
@@ -232,6 +233,8 @@ class Scene:
             if wrong := [item for item in items if not isinstance(item, kind)]:
                 raise KindError(f"Scene: {name} hold a {type(wrong[0]).__name__}: give several: {kind.__name__}.")
             object.__setattr__(self, name, items)
+        if twice := repeated(item.name for item in (*self.obstacles, *self.moving, *self.carried)):
+            raise SceneError(f"scene '{self.name}' has {shown(twice[0])} twice: name each once.")
 
     @staticmethod
     def load(name: Place) -> Scene:

@@ -21,7 +21,7 @@ from enum import Enum, auto
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, as_frozen
 from planner.base.resolutions import W_AGAINST_FLOOR
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
@@ -41,6 +41,10 @@ class LayeredNetwork:
     network: gabf.Network
     roadmap_node: Ints
     starts: Ints
+
+    def __post_init__(self) -> None:
+        for name in ("roadmap_node", "starts"):
+            object.__setattr__(self, name, as_frozen(getattr(self, name), np.int64))
 
     def on_roadmap(self, x: Floats) -> Floats:
         """The cost-to-go (n,) of the roadmap's own nodes: a node's least, where a floor has several stretches."""

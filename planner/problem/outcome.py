@@ -21,7 +21,7 @@ class Outcome(Enum):
     PARTLY_FOLLOWED = (
         "The tool path could be followed in part only: move it, widen its tube, or let the tool turn about its axis."
     )
-    INTERRUPTED = "Interrupted: what was done so far is saved."
+    INTERRUPTED = "Interrupted: this is what was done so far."
 
     @property
     def key(self) -> str:

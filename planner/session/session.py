@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import Unpack
+from typing import NoReturn, Unpack
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import OptionError, PlannerError, SceneError, StateError
+from planner.base.errors import KindError, OptionError, PlannerError, SceneError, StateError
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress
@@ -138,6 +138,9 @@ class Session:
     def close(self) -> None:
         """End what is under way in another thread, as soon as can be: that call, and every later one, raises."""
         self._closed.set()
+
+    def __reduce__(self) -> NoReturn:
+        raise KindError("a session stays in its process and is no copy of another: make one of its robot and scene.")
 
     def snapshot(self) -> Snapshot:
         """What the session knows now, for :meth:`restore`; it costs nothing, as nothing in it ever changes."""

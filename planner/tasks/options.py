@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import choices
-from planner.base.yamlfile import nearest, repeated
+from planner.base.yamlfile import nearest
 from planner.collision import coal_checker
 from planner.collision.world import World
 from planner.kinematics.forward import tool_joint, tool_pose
@@ -253,9 +253,6 @@ def require_sensible(task: Task, scene: Scene) -> Carried | None:
     Returns what the scene lets the arm carry, if that is what the task places first.
     """
     names = [item.object for item in scene.obstacles]
-    twice = repeated(item.name for item in (*scene.obstacles, *scene.carried))
-    if twice:
-        raise TaskError(f"two objects of the scene are called '{twice[0]}': names must differ.")
     handled = next((step for step in task.steps if not isinstance(step, Move)), None)
     placed = handled.object if isinstance(handled, PlaceStep) else None
     first = next((item for item in scene.carried if item.name == placed), None)

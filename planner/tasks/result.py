@@ -225,7 +225,8 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     moving = tuple(
         MovingObstacle(name, item.shape, KnownMotion(at, np.array(poses[name]))) for name, item in names.items()
     )
-    return replace(scene_without(plan.scene, set(names)), moving=moving)
+    carried = tuple(item for item in plan.scene.carried if item.name not in names)
+    return replace(scene_without(plan.scene, set(names)), moving=moving, carried=carried)
 
 
 def scene_without(scene: Scene, names: set[str]) -> Scene:

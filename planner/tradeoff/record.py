@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 import pydantic
 
+from planner.base.arrays import frozen
 from planner.base.beside import hashes
 from planner.base.errors import FileError
 from planner.base.files import is_file, staged, write_json, write_whole
@@ -120,7 +121,7 @@ def read_checkpoint(request: SweepRequest, folder: Path) -> Checkpoint:
     roadmap = load_roadmap(folder / ROADMAP_NAME)
     if roadmap.sha256 != kept.roadmap.sha256:
         raise FileError(f"{path} was made on another roadmap than the one beside it: sweep anew without --resume.")
-    found = tuple((support.beta, np.array(support.path_nodes, dtype=np.int64)) for support in kept.search.found)
+    found = tuple((support.beta, frozen(support.path_nodes, np.int64)) for support in kept.search.found)
     barred = tuple(kept.search.barred)
     return Checkpoint(folder / ROADMAP_NAME, roadmap, found, kept.search.settled, kept.roadmap.edges_removed, barred)
 

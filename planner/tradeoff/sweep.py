@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import FileError, StateError
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
@@ -247,7 +247,7 @@ class _Run:
                 if support is not None:
                     self._require_accepted(healing, support.nodes)
                 self.progress("beta", int(100 * search.reach), 100)
-            found, settled = tuple((s.beta, s.nodes) for s in search.supports), search.settled
+            found, settled = tuple((s.beta, frozen(s.nodes, np.int64)) for s in search.supports), search.settled
         error = search.max_error if search.solves else None
         draft = replace(
             draft, layered=layered, found=found, settled=settled, solves=search.solves, max_error_vs_oracle=error
@@ -304,7 +304,7 @@ def _interval(piece: Piece, healing: HealingNetwork) -> Interval:
     return Interval(
         beta_min=piece.beta_min,
         beta_max=piece.beta_max,
-        path_nodes=healing.layered.roadmap_node[support.nodes],
+        path_nodes=frozen(healing.layered.roadmap_node[support.nodes], np.int64),
         path=path,
         manipulability_cost=support.manipulability,
         distance_cost=support.distance,

@@ -298,7 +298,7 @@ def test_an_interrupted_build_keeps_what_there_is(run: Run, tmp_path: Path, monk
     interrupt_after(600, monkeypatch)
     code, out, err = run("roadmap", "build", str(tmp_path / "r.npz"), *world(tmp_path), "--nodes", "5000")
     assert code == 130, err
-    assert "Interrupted: what was done so far is saved." in out
+    assert "Interrupted: this is what was done so far." in out
     assert 10 < len(load_roadmap(tmp_path / "r.npz").nodes) < 5000
 
 

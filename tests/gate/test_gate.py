@@ -116,6 +116,17 @@ def test_a_point_at_0_s_is_where_the_robot_is() -> None:
     assert found.reason.on in ("start", "motion")
 
 
+def test_the_way_to_a_point_at_0_s_is_proven() -> None:
+    """Where that may be far from the robot, what stands between is seen, and said to be there."""
+    away = HERE + np.array([0.6, 0.0])
+    ball = Obstacle("ball", Sphere(0.01), pose(tip(0.5 * (HERE + away))))
+    chunk = np.vstack([away, away + STEP, away + 2 * STEP]), {"times": [0.0, 0.25, 0.5]}
+    assert gate_of(ball).check(chunk[0], **chunk[1], state=(away, np.zeros(2))).safe
+    found = gate_of(ball, start_tolerance=1.0).check(chunk[0], **chunk[1], state=STATE)
+    assert found.reason is not None
+    assert (found.reason.kind, found.reason.on, found.reason.pair) == ("contact", "start", ("link_2", "ball"))
+
+
 def test_a_point_at_0_s_moves_as_the_robot_does() -> None:
     """Else its velocity jumps there, and no limit on acceleration holds."""
     points, times = np.vstack([HERE, steps()]), np.array([0.0, *TIMES])
@@ -205,6 +216,65 @@ def test_stops_keep_the_limits_exactly_end_at_rest_and_go_on_evenly() -> None:
         assert (low >= robot.lower - 1e-8).all()
         assert (high <= robot.upper + 1e-8).all()
     assert stopped > 6
+
+
+def brought_to(end: tuple[np.ndarray, np.ndarray, np.ndarray], gate: Gate, seconds: float = 0.02) -> Verdict:
+    """The verdict on a chunk of one point that is reached at an even acceleration."""
+    q, v, a = end
+    begin = q - seconds * v + 0.5 * seconds**2 * a, v - seconds * a, a
+    return gate.check(*(row[None] for row in end), times=[seconds], state=begin)
+
+
+@pytest.mark.parametrize("near", ["positions", "jerk", "velocity"])
+def test_no_stop_from_any_state_is_beyond_a_limit(near: str) -> None:
+    """States from which that is a near thing: turning round before a limit, braking already, or nearly too fast."""
+    rng, robot, eased, stopped = np.random.default_rng(8), load("planar_2r"), 0, 0
+    limits = MotionLimits.of(robot)
+    if near == "jerk":
+        limits = replace(limits, jerk=10.0 * limits.acceleration)
+    gate = Gate(robot, Scene("x", (FAR,)), limits=limits)
+    for _ in range(600):
+        v = rng.uniform(-0.3, 0.3, 2) * limits.velocity
+        a = -np.sign(v) * rng.uniform(0.0, 0.95, 2) * limits.acceleration
+        q = np.array([0.3, 0.4])
+        if near == "velocity":
+            v[0], a[0] = 0.985 * limits.velocity[0], 0.6 * limits.acceleration[0]
+            v[1] = a[1] * rng.uniform(-1.2, 0.0) * abs(a[0]) / limits.jerk[0]  # turns round while the other eases off
+        if near != "jerk":  # where it turns round before that limit, or just behind
+            side = np.where(v > 0, robot.upper, robot.lower)
+            depth = 0.5 * v**2 / np.maximum(np.abs(a), 1e-3)
+            k = 1 if near == "velocity" else int(rng.integers(2))
+            q[k] = side[k] - np.sign(v[k]) * min(1.0, rng.uniform(0.3, 3.0) * depth[k])
+        found = brought_to((q, v, a), gate)
+        if not found.safe or found.stop is None:
+            continue
+        stopped, eased = stopped + 1, eased + (len(found.stop.seconds) == 2)
+        for order, most in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
+            assert (found.stop.largest(order) <= most * (1.0 + 2e-6)).all()
+        low, high = found.stop.extrema()
+        assert (low >= robot.lower - 1e-8).all()
+        assert (high <= robot.upper + 1e-8).all()
+    assert stopped > 20
+    assert (eased > 20) == (near == "velocity")
+
+
+def test_a_stop_that_eases_off_first_ends_later_for_what_comes_near() -> None:
+    robot = load("planar_2r")
+    limits = MotionLimits.of(robot)
+    end = HERE, np.array([0.985, 0.2]) * limits.velocity, np.array([0.6, 0.0]) * limits.acceleration
+    free = brought_to(end, Gate(robot, Scene("x", (FAR,))))
+    assert free.stop is not None
+    assert len(free.stop.seconds) == 2
+    rest = tip(free.stop.columns[0][-1])
+    ends = 0.02 + free.stop.duration
+    judge = make_checker(robot, Scene("x", (Obstacle("child", Sphere(0.05), pose([*rest[:2], 0.5])),)), "coal")
+    rotation, position = judge.chain.native.placements(free.stop.columns[0][-1:])
+    pairs = np.arange(len(robot.bodies))
+    away = float(judge.distances(rotation[:, 0], position[:, 0], pairs).min())
+    for share, safe in ((0.9995, True), (1.0005, False)):
+        child = replace(judge.world.scene.obstacles[0], speed_limit=share * away / ends)
+        found = brought_to(end, Gate(robot, Scene("x", (child,))))
+        assert found.safe is safe
 
 
 def test_what_speeds_up_close_to_its_limit_is_let_ease_off_first() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.errors import PlannerError
+from planner.base.errors import PlannerError, SceneError
 from planner.base.resources import data_folder
 from planner.models.poses import pose
 from planner.models.scene import Scene
@@ -141,9 +141,8 @@ def test_two_objects_of_one_name(folder: Path) -> None:
     (folder / "task.yaml").write_text("robot: panda\nscene: scene.yaml\nsteps: [{pick: mug}]\n")
     with pytest.raises(PlannerError, match="name 'mug' is used twice"):
         task(folder / "task.yaml")
-    twice = Scene("twice", (MUG, replace(MUG, placement=pose((0.5, 0.3, 0.12)))))
-    with pytest.raises(TaskError, match="two objects of the scene are called 'mug'"):
-        task(replace(SMALL, scene=twice))
+    with pytest.raises(SceneError, match="scene 'twice' has 'mug' twice: name each once"):
+        Scene("twice", (MUG, replace(MUG, placement=pose((0.5, 0.3, 0.12)))))
 
 
 def test_a_task_without_steps() -> None:

@@ -933,7 +933,7 @@ def test_no_name_breaks_the_page_or_runs_in_it(
 
 def test_names_that_break_nothing_in_a_plan(window: Tab, made: Plan, tradeoff: Tradeoff, tmp_path: Path) -> None:
     name = "".join(HOSTILE)
-    obstacles = tuple(replace(obstacle, name=name) for obstacle in made.scene.obstacles)
+    obstacles = tuple(replace(item, name=f"{name}{k or ''}") for k, item in enumerate(made.scene.obstacles))
     scene = replace(made.scene, name=name, obstacles=obstacles)
     assert_harmless(window, replace(made, scene=scene).page(), name, tmp_path / "plan.html")
     sweep = replace(tradeoff, scene=scene, robot=replace(tradeoff.robot, name=name))
