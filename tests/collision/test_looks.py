@@ -178,6 +178,17 @@ def test_joints_that_carry_each_other_speed_a_point_up_together(urdf_file) -> No
         assert 0.8 * together * longest * 2 * longest < fastest <= moved[0]
 
 
+@pytest.mark.parametrize("power", [2, 3, 5])
+def test_what_stands_still_in_the_middle_is_not_taken_to_stand_still(power: int, urdf_file) -> None:
+    """A turn by (s - 1/2)^power: its velocity and mostly its acceleration vanish where the part is looked at."""
+    arm = link_xml("a") + link_xml("b", '<sphere radius="1e-3"/>', '<origin xyz="1 0 0"/>')
+    checker = make_checker(Robot.load(urdf_file(arm + joint_xml("j", "a", "b"))), scene_of((Box((1, 1, 1)), pose())))
+    curve = 0.02 * np.polynomial.Polynomial([-1.0, 2.0]) ** power
+    _, moved, _ = walk(checker.bound.native, checker.bound.of_all, curve.coef[None, :, None], 1.0)
+    assert moved.shape == (1,)
+    assert np.abs(curve.deriv()(np.linspace(0.0, 1.0, 101))).max() <= moved[0]
+
+
 def test_a_motion_without_length_is_looked_at_in_both_ends() -> None:
     checker = checker_of("panda", "shelf")
     q = 0.5 * (checker.robot.lower + checker.robot.upper)
