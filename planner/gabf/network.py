@@ -108,7 +108,7 @@ class Network:
 
     def arcs_between(self, i: int, j: int) -> Ints:
         """Ids of the arcs through which node i reads node j (several if parallel, none if not linked)."""
-        _require_nodes(np.array([i]), self.n_nodes, "node {1} is not there")
+        _require_nodes(np.array([i, j]), self.n_nodes, "node {1} is not there")
         first, last = self.indptr[i], self.indptr[i + 1]
         return first + np.flatnonzero(self.indices[first:last] == j)
 

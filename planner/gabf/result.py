@@ -7,6 +7,7 @@ from enum import Enum
 from functools import cached_property
 
 from planner.base.arrays import Floats
+from planner.base.errors import OptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.assumptions import Premises
 from planner.gabf.enclosure import WIDTH, bracket_settling
@@ -100,7 +101,7 @@ class CostToGo:
 
     @property
     def settling_tau_bracket(self) -> tuple[float, float] | None:
-        """:meth:`settling_within` of the default width: the latest is at most twice the earliest."""
+        """:meth:`settling_within` of the default width: the latest is at most twice the earliest, in general."""
         return self.settling_within()
 
     @checks_kinds
@@ -108,8 +109,11 @@ class CostToGo:
         """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
 
         None for a run that did not settle. They are ``width`` of the latest apart, unless that took more work than
-        :mod:`planner.gabf.enclosure` spends; half the width takes about twice the work.
+        :mod:`planner.gabf.enclosure` spends, or errors begin within the tolerance and leave it first: then the
+        earliest is 0. Half the width takes about twice the work. Raises :class:`OptionError` for a width that is none.
         """
+        if not 0.0 < width <= 1.0:
+            raise OptionError(f"width {width:g} is not usable: give a share of the latest, above 0 up to 1.")
         if self.dated_tau is not None and width not in self._brackets:
             y0, y_star = self.problem.pack(self.x0), self.problem.pack(self.x) if self.error_bound == 0.0 else None
             self._brackets[width] = bracket_settling(

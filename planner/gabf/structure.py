@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, as_frozen
+from planner.base.arrays import Bools, Floats, Ints, as_frozen, indices
 from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
@@ -72,7 +72,11 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
 
 @checks_kinds
 def true_parents(net: Network, optimum: Structure, i: int) -> Ints:
-    """P(i), definition (true), ascending; empty at sources and at nodes that reach none."""
+    """P(i), definition (true), ascending; empty at sources and at nodes that reach none.
+
+    Raises :class:`ArrayError` where there is no node ``i``.
+    """
+    i = int(indices("i", i, (), net.n_nodes))
     arcs = optimum.true_arcs
     return np.unique(net.indices[arcs[net.tails[arcs] == i]])
 

@@ -18,7 +18,7 @@ Alternative goals are written with ``;`` between, names also with commas: ``xyz:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -145,7 +145,10 @@ def state_text(state: str | Iterable[float] | ToolGoal, role: str = "state") -> 
 def joints_text(values: Iterable[float], role: str = "state") -> str:
     """Joint values (dof,) rad as their text, exact to the last bit; :class:`OptionError` for anything else."""
     try:
-        return "q:" + ",".join(repr(float(value)) for value in values)
+        row = [] if isinstance(values, bytes | bytearray | Set | Mapping) else list(values)
+        if not row or any(isinstance(value, str) or type(value).__name__ in ("bool", "bool_") for value in row):
+            raise TypeError
+        return "q:" + ",".join(repr(float(value)) for value in row)
     except (TypeError, ValueError):
         given = " ".join(repr(values).split())[:100]
         raise OptionError(f"{role} {given} is not usable: give one row of joint values (rad), or {FORMS}.") from None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen, numbers
-from planner.base.errors import ArrayError
+from planner.base.errors import ArrayError, choices
 from planner.base.kinds import checks_kinds
 from planner.base.polynomials import derivative, evaluate
 from planner.native.motions import polynomial_extrema, polynomial_worst
@@ -187,6 +187,8 @@ def _points(joints: tuple[str, ...], times: Floats, *columns: Floats | None) -> 
         raise ArrayError("times have to increase strictly, and to be two at least: give seconds that do.")
     if columns[1] is None and columns[2] is not None:
         raise ArrayError("accelerations qdd say nothing without velocities: give qd too.")
+    if len(set(joints)) < len(joints):
+        raise ArrayError(f"joints {choices(joints)} are not usable: name each once.")
     shape = len(times), len(joints) or "dof"  # parts of a motion have no names
     given = zip(("q", "qd", "qdd"), columns, strict=True)
     return times, *(None if column is None and name != "q" else numbers(name, column, shape) for name, column in given)

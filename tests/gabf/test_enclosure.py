@@ -5,7 +5,7 @@ import pytest
 from scipy.special import betainc
 
 from planner import gabf
-from planner.base.errors import AssumptionError
+from planner.base.errors import AssumptionError, OptionError
 from planner.gabf import bounds, enclosure
 from planner.gabf.enclosure import bracket_settling
 from planner.gabf.problem import reduce
@@ -121,6 +121,13 @@ def test_small_steps_near_the_last_digits_are_not_held_by_rounding():
     result = solve(net, gabf.Nominal(), start, settle_tolerance=1e-13)
     earliest, latest = result.settling_within(0.02)
     assert earliest <= latest
+
+
+@pytest.mark.parametrize("width", [0.0, -1.0, 1.5, float("nan")])
+def test_a_width_that_is_no_share(width):
+    result = solve(chain(3, 1.0), gabf.Nominal())
+    with pytest.raises(OptionError, match="give a share of the latest"):
+        result.settling_within(width)
 
 
 def test_a_known_optimum_changes_nothing():

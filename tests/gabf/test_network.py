@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base.errors import AssumptionError
+from planner.base.errors import ArrayError, AssumptionError
 
 from .networks import Network, chain, from_arcs, solve
 
@@ -53,6 +53,12 @@ def test_arcs_between_finds_parallel_arcs_in_one_direction():
     net = from_arcs(3, [(1, 0, 1.0), (1, 0, 2.0), (2, 1, 1.0)])
     assert net.arcs_between(1, 0).tolist() == [0, 1]
     assert net.arcs_between(0, 1).size == 0
+    for i, j in ((1, 3), (1, -1), (3, 1)):
+        with pytest.raises(AssumptionError, match="is not there"):
+            net.arcs_between(i, j)
+    for i in (-1, 3):
+        with pytest.raises(ArrayError, match="from 0 to 2"):
+            gabf.true_parents(net, gabf.structure(net), i)
 
 
 def test_arcs_along_are_those_between_node_after_node():

@@ -24,7 +24,9 @@ def test_joint_values_become_their_text_to_the_last_bit() -> None:
     assert [float(v) for v in request.start[2:].split(",")] == q.tolist()
 
 
-@pytest.mark.parametrize("state", [3.0, [["a"]], np.zeros((2, 2)), None])
+@pytest.mark.parametrize(
+    "state", [3.0, [["a"]], np.zeros((2, 2)), None, [], b"abc", {1.0, 2.0}, ["1", "2"], [True, False], np.array([True])]
+)
 def test_what_is_no_state_is_refused_with_a_sentence(state: object) -> None:
     with pytest.raises(OptionError, match="give one row of joint values"):
         PlanRequest(start=state)  # type: ignore[arg-type]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BPoly, CubicHermiteSpline
 
+from planner.base.errors import ArrayError
 from planner.trajectory.trajectory import Trajectory
 
 JOINTS = ("a", "b", "c")
@@ -56,6 +57,11 @@ def test_extrema_are_those_of_dense_samples(given: Any) -> None:
         share, piece, joint = found.worst(order, MOST)
         assert share == pytest.approx((found.largest(order) / MOST).max(), rel=1e-12)
         assert share == pytest.approx(found.largest(order)[piece, joint] / MOST[joint], rel=1e-12)
+
+
+def test_no_joint_is_named_twice() -> None:
+    with pytest.raises(ArrayError, match="name each once"):
+        Trajectory.through(("a", "a"), TIMES, np.zeros((len(TIMES), 2)))
 
 
 def test_before_and_after_it_stands_still() -> None:
