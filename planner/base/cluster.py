@@ -100,7 +100,7 @@ def cluster(address: str) -> Iterator[Cluster]:
     """
     try:
         from distributed import Client, KilledWorker  # pyright: ignore[reportMissingImports]
-        from distributed.comm import get_address_host_port  # pyright: ignore[reportMissingImports]
+        from distributed.comm.addressing import get_address_host_port  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InstallationError("a cluster needs Dask: pip install 'gabf-planner[cluster]', here and there.") from None
     logging.getLogger("distributed").setLevel(logging.ERROR)  # what it says while it closes is nobody's news

@@ -184,7 +184,9 @@ def test_what_stands_still_in_the_middle_is_not_taken_to_stand_still(power: int,
     arm = link_xml("a") + link_xml("b", '<sphere radius="1e-3"/>', '<origin xyz="1 0 0"/>')
     checker = make_checker(Robot.load(urdf_file(arm + joint_xml("j", "a", "b"))), scene_of((Box((1, 1, 1)), pose())))
     curve = 0.02 * np.polynomial.Polynomial([-1.0, 2.0]) ** power
-    _, moved, _ = walk(checker.bound.native, checker.bound.of_all, curve.coef[None, :, None], 1.0)
+    _, moved, _ = walk(
+        checker.bound.native, checker.bound.of_all, np.array(curve.coef, dtype=float)[None, :, None], 1.0
+    )
     assert moved.shape == (1,)
     assert np.abs(curve.deriv()(np.linspace(0.0, 1.0, 101))).max() <= moved[0]
 
