@@ -34,10 +34,10 @@ def check(
 ) -> int:
     """Check a joint path or trajectory from any source again: limits, contacts, clearance, proofs, manipulability.
 
-    PATH is a plan.json, a JSON list of rows, {"joints": [...], "path": [...]}, a trajectory message with joint_names
-    and points as JSON, or a CSV; columns with names are put in order, those of joints that are not planned are left out
-    with a note, and what nobody knows is refused. Values are rad (m where a joint slides), the motion between two rows
-    is straight in joint space.
+    PATH is a plan.json, or its folder if it has no times, a JSON list of rows, {"joints": [...], "path": [...]}, a
+    trajectory message with joint_names and points as JSON, or a CSV; columns with names are put in order, those of
+    joints that are not planned are left out with a note, and what nobody knows is refused. Values are rad (m where a
+    joint slides), the motion between two rows is straight in joint space.
 
     Rows with times are a trajectory: a trajectory.json or its folder, a JointTrajectory, RobotTrajectory or
     FollowJointTrajectory goal as JSON or YAML, a CSV with a column t or time, an .npz with t, q and qd, or a bag of
@@ -68,16 +68,21 @@ def check(
             can brake without contact. Until when there is one is said.
         json: Print the report as JSON on standard output, and nothing else there.
     """
+    from planner.base.files import is_file, is_folder
     from planner.paths.check import check_path, require_step, worst_excess
 
     require_step(step)
     from planner.paths.file import read_joint_path
     from planner.paths.report import excess_text, report_record, report_rows, verdict_sentence
+    from planner.planning.result import JSON_NAME
     from planner.setup.open import open_world
     from planner.setup.resolve import looks_like_degrees
     from planner.tasks.judge import task_record
+    from planner.trajectory.file import TRAJECTORY_NAME
     from planner.trajectory.points import read_points
 
+    without_times = is_folder(path) and not is_file(path / TRAJECTORY_NAME) and is_file(path / JSON_NAME)
+    path = path / JSON_NAME if without_times else path
     task = task_record(path)
     checker = open_world(request, start=None if task else lambda checker: _first(path, checker.robot))
     if task is not None:

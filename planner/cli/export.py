@@ -82,6 +82,10 @@ def export(
     elif events and format != "npz":
         left = choices(events)
         complain(f"{format} has no place for the events of a task: they are {left}; trajectory.json and npz hold them.")
+    if len(made.columns) > 1 and made.columns[1][-1].any():
+        complain(
+            "the motion does not end at rest, which a ROS 2 joint trajectory controller refuses unless it is told."
+        )
     if not said and not made.proven:
         complain("the trajectory is not proven as a whole: see 'proof' in its file, or 'planner check'.")
     if format == "ros-json":

@@ -36,6 +36,15 @@ def test_a_plan_of_ours(run: Run, tmp_path: Path) -> None:
     assert "is for robot 'planar_2r', not 'iiwa14': choose it with --robot." in err
 
 
+def test_of_a_folder_without_times_the_path_is_checked(run: Run, tmp_path: Path) -> None:
+    made = ("--robot", "planar_2r", "--scene", "empty")
+    ends = ("--start", "q:0,1", "--goal", "q:1,1", "--path-only", "--no-timing")
+    assert run("plan", *made, *ends, "--out", str(tmp_path))[0] == 0
+    code, out, _ = run("check", str(tmp_path), *made)
+    assert code == 0
+    assert "plan.json: planar_2r in empty" in " ".join(out.split())
+
+
 @pytest.mark.parametrize("backend", ["fcl", "coal"])
 def test_free_and_not_free(run: Run, tmp_path: Path, backend: str) -> None:
     code, out, err = run("check", written(tmp_path, FREE), *WINDOW, "--collision", backend)
