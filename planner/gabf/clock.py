@@ -48,10 +48,11 @@ class PrescribedClock:
     gamma: float
 
     def tau(self, t: Reading) -> Floats:
-        """tau at times t; +inf from T_p on."""
+        """tau at times t; +inf from T_p on. Near 0 the share of T_p that is left rounds to 1, near T_p t / T_p does."""
         t = np.asarray(t, dtype=np.float64)
         with np.errstate(divide="ignore", invalid="ignore"):
-            tau = self.gamma * t - 2.0 * (1.0 + self.h) * np.log((self.T - t) / self.T)
+            log_share = np.where(t < 0.5 * self.T, np.log1p(-t / self.T), np.log((self.T - t) / self.T))
+            tau = self.gamma * t - 2.0 * (1.0 + self.h) * log_share
         return np.where(t >= self.T, np.inf, tau)
 
     def time(self, tau: Reading) -> Floats:

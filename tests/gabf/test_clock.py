@@ -19,6 +19,13 @@ def test_time_inverts_tau(clock):
     assert np.allclose(clock.time(clock.tau(t)), t, rtol=1e-12, atol=1e-15)
 
 
+def test_tau_of_the_first_moments_is_not_lost_in_rounding():
+    short = PrescribedClock(T=1e-3, h=8.0, gamma=1.0)
+    for t in (1e-30, 1e-19, 1e-15, 1e-10):
+        assert float(short.tau(t)) == pytest.approx(t + 18.0 * (t / 1e-3 + 0.5 * (t / 1e-3) ** 2), rel=1e-12, abs=0.0)
+        assert float(short.time(short.tau(t))) == pytest.approx(t, rel=1e-12, abs=0.0)
+
+
 def test_gain_is_the_derivative_of_tau():
     t, step = np.linspace(0.1, 3.8, 30), 1e-6
     slope = (CLOCK.tau(t + step) - CLOCK.tau(t - step)) / (2 * step)
