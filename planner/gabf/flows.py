@@ -194,11 +194,15 @@ class PowerFlow(Flow):
             return np.copysign(self.beta1 * size**p + self.beta2 * size**q, s)
 
     def resolvent(self, c: Floats, dtau: float) -> Floats:
-        """Newton in v = |s|^p, in which the equation is convex: from above, the iterates fall to the root."""
+        """Newton in v = |s|^p, in which the equation is convex: from above, the iterates fall to the root.
+
+        They begin where one of the three terms alone would be all of it: far above, they fall by 1 - p/q each.
+        """
         p, q, _, _ = self._floats
         moving = c.nonzero()[0]
         goal = np.abs(c[moving])
         v = np.minimum(goal**p, goal / (dtau * self.beta1))
+        v = np.minimum(v, (goal / (dtau * self.beta2)) ** (p / q))
         for _ in range(60):
             value = v ** (1 / p) + dtau * (self.beta1 * v + self.beta2 * v ** (q / p)) - goal
             slope = v ** (1 / p - 1) / p + dtau * (self.beta1 + self.beta2 * q / p * v ** (q / p - 1))
