@@ -37,7 +37,7 @@ _SHOWN = (
 
 @dataclass(frozen=True)
 class Row:
-    """One seed; ``asked`` is a hash of the options and of all files that are read.
+    """One seed; ``asked`` is a hash of the options and of all files that are read, and how far a front is searched for.
 
     ``manipulability_cost``, ``w_min`` and ``w_mean`` are those of the path at beta 0, ``distance_cost`` and
     ``length_rad`` those of the path at beta 1; None where there is no path.
@@ -59,11 +59,6 @@ class Row:
     roadmap_sha256: str
     seconds: float
 
-    @property
-    def key(self) -> tuple:
-        """What was asked."""
-        return self.seed, self.asked, self.software
-
 
 def sweep_seeds(
     request: SweepRequest,
@@ -76,21 +71,22 @@ def sweep_seeds(
 ) -> Results[Row]:
     """One sweep per seed into ``out``/seed-K, and a row each in ``seeds.csv``.
 
-    Rows of the same options, files and software whose folder is there are kept. A sweep that is interrupted is left
-    out, and begun anew by the next run. Raises :class:`PlannerError` for unusable input.
+    Rows of the same options, files and software whose folder is there are kept; of others the folder is taken, and so
+    the row. A sweep that is interrupted is left out, and begun anew by the next run. Raises :class:`PlannerError` for
+    unusable input.
     """
     if not seeds or len(set(seeds)) < len(seeds):
         raise OptionError("give at least one seed, and each only once.")
     requests = [replace(request, seed=seed) for seed in seeds]
     make_folder(out)
-    ledger = ResultsFile(out / CSV_NAME, Row, "planner sweep --seeds", lambda row: row.key, lambda row: row.key)
-    here = software()
+    ledger = ResultsFile(out / CSV_NAME, Row, "planner sweep --seeds", lambda row: row.seed, lambda row: row.seed)
+    here, labels = software(), max_labels if front else 0
 
     def cached(one: SweepRequest) -> list[Row]:
-        there = is_file(_folder(out, one) / JSON_NAME)
-        return ledger.find((one.seed, request_hash(one), here)) if there else []
+        kept = ledger.find(one.seed) if is_file(_folder(out, one) / JSON_NAME) else []
+        return [row for row in kept if (row.asked, row.software) == (_asked(one, labels), here)]
 
-    measure = partial(_measure, out=out.absolute(), front=front, max_labels=max_labels)
+    measure = partial(_measure, out=out.absolute(), labels=labels)
     rows, complete = measure_missing(ledger, requests, cached, measure, "seeds", progress, workers)
     return Results(tuple(rows), _to_markdown(rows, complete, out), complete)
 
@@ -99,10 +95,15 @@ def _folder(out: Path, request: SweepRequest) -> Path:
     return out / f"seed-{request.seed}"
 
 
-def _measure(request: SweepRequest, progress: Progress, out: Path, front: bool, max_labels: int) -> list[Row]:
+def _asked(request: SweepRequest, labels: int) -> str:
+    """A hash of what is asked for, and the ``labels`` that the search of a front may make, 0 without one."""
+    return request_hash(request) + (f"-front-{labels}" if labels else "")
+
+
+def _measure(request: SweepRequest, progress: Progress, out: Path, labels: int) -> list[Row]:
     """The row of one seed; none where stopped."""
-    begin, asked = time.perf_counter(), request_hash(request)  # files may change while it is measured
-    found = sweep(request, progress.renamed(lambda stage, done, total: None), front, max_labels)
+    begin, asked = time.perf_counter(), _asked(request, labels)  # files may change while it is measured
+    found = sweep(request, progress.renamed(lambda stage, done, total: None), labels > 0, labels or MAX_LABELS)
     if found.outcome is Outcome.INTERRUPTED:
         return []
     save_sweep(found, _folder(out, request))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -45,6 +47,21 @@ def test_an_interrupted_run_goes_on(tmp_path: Path) -> None:
     assert second.rows[0] == first.rows[0]
     (tmp_path / "seed-1" / "sweep.json").unlink()
     assert sweep_seeds(REQUEST, (1, 2), tmp_path).rows[0].seconds != first.rows[0].seconds
+
+
+def test_a_row_is_of_the_sweep_in_its_folder(tmp_path: Path) -> None:
+    """Other options take the folder; asked for again, the first ones do not find their row beside it."""
+
+    def written() -> dict[str, Any]:
+        return json.loads((tmp_path / "seed-1" / "sweep.json").read_text())
+
+    first = sweep_seeds(REQUEST, (1,), tmp_path).rows[0]
+    sweep_seeds(replace(REQUEST, charge="nodes"), (1,), tmp_path)
+    again = sweep_seeds(REQUEST, (1,), tmp_path).rows[0]
+    assert again.manipulability_cost == first.manipulability_cost == written()["intervals"][0]["manipulability_cost"]
+    assert len((tmp_path / "seeds.csv").read_text().splitlines()) == 2
+    sweep_seeds(REQUEST, (1,), tmp_path, front=True)
+    assert written()["front"]["complete"]
 
 
 def test_a_limit_in_the_urdf_that_a_robot_file_names_is_part_of_what_is_asked(tmp_path: Path) -> None:
