@@ -42,7 +42,8 @@ class Splitting(Solver):
     estimated from how far m moved: a smaller one takes more steps and places the settling time better (at
     0.05 mostly within 3 %, at 0.005 within 0.5 %); the final x is the same. What is proved of the settling
     time is :attr:`planner.gabf.CostToGo.settling_tau_bracket`. ``max_step`` bounds a step in tau; with an
-    infinite tolerance every step has that size.
+    infinite tolerance every step has that size. A parent that takes over in the second half of a step has not moved m
+    before, so no tolerance sees it: where saved states have to be right to some digits, give a ``max_step`` too.
 
         solve(net, solver=Splitting(tolerance=1e-3))
     """
