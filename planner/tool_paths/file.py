@@ -16,7 +16,7 @@ from planner.base.places import Place, place
 from planner.base.yamlfile import Coordinate, Number, Strict, parse_yaml, read_text, validate
 from planner.models.poses import pose
 from planner.paths.file import cells, matrix
-from planner.tool_paths.tool_path import POINT_ARRAYS, ToolPath, TubeSize, arc_points, turned_to
+from planner.tool_paths.tool_path import POINT_ARRAYS, SAGITTA, ToolPath, TubeSize, arc_points, turned_to
 
 _UNIT = 1e-3  # of a quaternion's or an axis's length
 _COLUMNS = {"quaternion": ("qx", "qy", "qz", "qw"), "axis": ("ax", "ay", "az")}
@@ -138,7 +138,8 @@ def _with_arcs(path: ToolPath, vias: list[int], where: str) -> ToolPath:
                 raise FileError(f"{where}: point {k + 1} is no middle of an arc, as {error}: move it.") from None
         elif k - 1 not in vias:
             parts.append(path.rows(slice(k, k + 1)))
-    return replace(path, **{name: np.concatenate([part[name] for part in parts]) for name in POINT_ARRAYS})
+    bend = SAGITTA * path.tube.position if vias else 0.0
+    return replace(path, **{name: np.concatenate([part[name] for part in parts]) for name in POINT_ARRAYS}, bend=bend)
 
 
 def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from planner.base.errors import ArrayError
 from planner.base.kinds import checks_kinds
 
 _TURN = 0.05  # rad: by more the orientation does not change along one line, so that chords of rotations are near it
-_SAGITTA = 0.1  # of the tube: what arcs may be off the lines that stand for them
+SAGITTA = 0.1  # of the tube: what arcs may be off the lines that stand for them
 _FARTHEST = 20.0  # m: beyond any arm; points in millimetres are
 _SAME = 1e-6  # m: points nearer to each other are one
 _WIDEST = 1.5708  # rad, of a cone
@@ -51,8 +51,8 @@ class ToolPath:
     Where ``free`` (k,) the tool may turn about its z axis, which has to be within ``cones`` (k,) rad of that of
     ``turns``; 0: within the tube's angle. Between two points position and orientation change evenly; the tool may turn
     freely where it may at one of its ends. ``given`` (k,): the number of the point in the file, from 1, that each
-    belongs to, with which the line to it ends; :func:`planner.read_tool_path` reads one from a file. Raises
-    :class:`ArrayError` for what is no path.
+    belongs to, with which the line to it ends; :func:`planner.read_tool_path` reads one from a file. ``bend``: so far
+    (m) arcs may be off the lines that stand for them. Raises :class:`ArrayError` for what is no path.
     """
 
     name: str
@@ -62,6 +62,7 @@ class ToolPath:
     cones: Floats
     given: Ints
     tube: TubeSize = TubeSize()
+    bend: float = 0.0
 
     def __post_init__(self) -> None:
         k = len(numbers("positions", self.positions, ("k", 3)))
@@ -129,9 +130,8 @@ class ToolPath:
         position, turn, free, cone = self.at(line, share)
         begins = (share == 0) | (share == 1)  # what a point allows it allows, whatever its neighbours do
         position[begins], turn[begins], free[begins], cone[begins] = self.positions, self.turns, self.free, self.cones
-        return ToolPath(
-            self.name, position, turn, free, cone, self.given[np.where(share > 0, line + 1, line)], self.tube
-        )
+        given = self.given[np.where(share > 0, line + 1, line)]
+        return replace(self, positions=position, turns=turn, free=free, cones=cone, given=given)
 
     def divided(self, pieces: Floats) -> tuple[Ints, Floats]:
         """Places of the path, by line and share (n,), that cut its lines into ``pieces`` (k - 1,) at least."""
@@ -212,7 +212,7 @@ def arc_points(through: Floats, tube: float) -> tuple[Floats, Floats]:
         return float(np.arctan2((point - centre) @ y, (point - centre) @ x) % (2 * np.pi))
 
     to_middle, to_last = angle(middle), angle(last)
-    step = 2.0 * np.arccos(max(1.0 - _SAGITTA * tube / radius, 0.5))
+    step = 2.0 * np.arccos(max(1.0 - SAGITTA * tube / radius, 0.5))
     counts = [max(1, int(np.ceil(part / step))) for part in (to_middle, to_last - to_middle)]
     angles = np.concatenate(
         [

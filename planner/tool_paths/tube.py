@@ -98,7 +98,7 @@ class Tube:
     def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, DeviationRecord]:
         """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here.
 
-        And how far it is off at most, sampled.
+        And how far it is off at most, sampled; off arcs by so much more as these may be off the lines for them.
         """
         shares, count = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None], len(self._length)
         q = (path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof)
@@ -106,7 +106,7 @@ class Tube:
         places = np.append((along[:-1, None] + shares[:, 0, 0] * np.diff(along)[:, None]).ravel(), along[-1])
         line = np.clip(np.searchsorted(self.path.along, places, side="right") - 1, 0, count - 1)
         off, angle = self.deviations(np.clip(line[:, None] + np.arange(-1, 2), 0, count - 1), rotation, position)
-        return position, DeviationRecord(position=float(off.max()), angle=float(angle.max()))
+        return position, DeviationRecord(position=float(off.max()) + self.path.bend, angle=float(angle.max()))
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
         """How far (n,) m and rad poses are off one of their lines (n, a), the angle beyond a cone's.

@@ -340,3 +340,16 @@ def test_options_that_make_no_sense_are_refused() -> None:
         follow(RASTER, REQUEST, speed=1.0)
     with pytest.raises(SceneError, match="a tool path needs a still one"):
         follow(RASTER, robot="panda", scene=ROOT / "scenes/examples/cart.yaml")
+
+
+def test_what_is_told_of_an_arc_is_of_the_arc_and_not_of_its_lines() -> None:
+    centre, radius = np.array([0.45, 0.0, 0.45]), 0.1
+    spots = [centre + radius * np.array([np.cos(angle), np.sin(angle), 0.0]) for angle in (0.0, 1.0, 2.5)]
+    points: list[dict[str, Any]] = [{"position": spot.tolist(), "axis": [0, 0, -1]} for spot in spots]
+    points[1]["via"] = "arc"
+    found = follow({"points": points, "tube": {"position": 0.005, "angle": 0.02}}, REQUEST)
+    s = np.linspace(0, 1, 21)[:, None, None]
+    q = (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)
+    away = np.array([pose_of(found.robot, row)[1] for row in q]) - centre
+    off = np.hypot(np.hypot(away[:, 0], away[:, 1]) - radius, away[:, 2]).max()
+    assert off <= found.tool_path.record.largest_deviation.position <= 0.005  # type: ignore[union-attr]
