@@ -177,4 +177,5 @@ def _settling(field: dict[str, Any]) -> str:
     if field["settling_time"] is None:
         return "not within the budget"
     limit = f" of T_p = {field['prescribed_time']:g} s" if field["log10_remaining"] is not None else " s"
-    return f"at t = {field['settling_time']:.4f}{limit} (tau = {field['settling_tau']:.2f}), law {field['law']}"
+    time = f"{field['settling_time']:{'.4f' if field['settling_time'] >= 0.1 else '.4g'}}"
+    return f"at t = {time}{limit} (tau = {field['settling_tau']:.2f}), law {field['law']}"

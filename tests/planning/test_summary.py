@@ -48,6 +48,16 @@ def test_a_bound_on_the_settling_time_is_rounded_up_and_what_is_left_down() -> N
     assert "certified" not in rows(0.1, 0.1, None)
 
 
+def test_a_short_settling_time_is_not_rounded_to_none() -> None:
+    record: dict[str, Any] = plan_record(solved())
+    for time, T, told in (
+        (3.4e-7, 1e-6, "at t = 3.4e-07 of T_p = 1e-06 s"),
+        (3.99871, 4.0, "at t = 3.9987 of T_p = 4 s"),
+    ):
+        record["gabf"] |= {"settling_time": time, "prescribed_time": T}
+        assert dict(summary_rows(record))["settled"].startswith(told)
+
+
 def test_another_configuration_of_the_same_tool_position_may_cost_less() -> None:
     plan, start = solved(), solved().path[0]
     bound = plan_record(plan)["quality"]["lower_bound"]
