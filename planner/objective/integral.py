@@ -40,9 +40,9 @@ def _shares(intervals: int) -> Floats:
 def costs_along(robot: Robot, start: Floats, delta: Floats, scale: CostScale) -> tuple[Floats, Floats]:
     """w (k, W_STATES_PER_EDGE) along motions from ``start`` by ``delta`` (k, dof), and means (k, 3) of the ``COSTS``.
 
-    The means by Simpson's rule: on random motions of 0.5 to 3 rad they are 0.15 % off in the mean and 6 % at most,
-    where a dip of w is narrower than the states are apart. What is said of the smallest w along a path is sampled far
-    more finely.
+    The means by Simpson's rule: on random motions of 0.5 to 3 rad they are 0.11 % off in the mean and 8.2 % at most
+    with "log", 1.2 % and 93 % with "inverse", where a dip of w is narrower than the states are apart. What is said of
+    the smallest w along a path is sampled far more finely.
     """
     few, means = np.empty((len(start), W_STATES_PER_EDGE)), np.empty((len(start), len(COSTS)))
     for rows, w in w_along(robot, start, delta, np.linalg.norm(delta, axis=1)):

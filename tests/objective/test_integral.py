@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
@@ -9,6 +11,7 @@ from planner.base.resolutions import W_IN_COST, W_STATES_PER_EDGE
 from planner.kinematics.manipulability import manipulability, manipulability_along
 from planner.objective.integral import costs_along, w_along
 from planner.objective.scale import COSTS, manipulability_cost
+from tests.documents import ROOT
 from tests.worlds import load, random_q, small_plan
 
 
@@ -54,3 +57,26 @@ def test_means_of_all_costs_against_a_fine_sum() -> None:
             w = manipulability(robot, q + (np.arange(4000)[:, None] + 0.5) / 4000 * way)
             assert abs(mean / manipulability_cost(w, scale, name).mean() - 1) < 0.06
     assert costs_along(robot, start[:0], delta[:0], scale)[1].shape == (0, len(COSTS))
+
+
+def test_the_page_says_how_far_the_means_are_off() -> None:
+    page = (ROOT / "docs/explanation/laws_and_clocks.md").read_text()
+    told = re.search(
+        r"720 .* (\S+) % off in the mean and (\S+) % at\s+most with `log`, and (\S+) % and (\S+) % with", page
+    )
+    assert told
+    made = small_plan()
+    robot, scale = made.robot, made.roadmap.scale
+    off = np.empty((4, 180, len(COSTS)))
+    for seed in range(4):
+        rng, start = np.random.default_rng(seed), random_q(robot, 180, seed=seed)
+        way = rng.normal(size=start.shape)
+        way *= (rng.uniform(0.5, 3.0, 180) / np.linalg.norm(way, axis=1))[:, None]
+        found = costs_along(robot, start, way, scale)[1]
+        w = manipulability_along(robot, start, way, (np.arange(2000) + 0.5) / 2000)
+        for k, name in enumerate(COSTS):
+            fine = manipulability_cost(w.ravel(), scale, name).reshape(w.shape).mean(axis=1)
+            off[seed, :, k] = np.abs(found[:, k] / fine - 1)
+    log, inverse = 100 * off[..., COSTS.index("log")], 100 * off[..., COSTS.index("inverse")]
+    seen = [log.mean(), log.max(), inverse.mean(), inverse.max()]
+    assert np.allclose(seen, [float(number) for number in told.groups()], rtol=0.05)
