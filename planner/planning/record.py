@@ -202,6 +202,7 @@ class ToolPathRecord(Record):
     points: int
     """in its file"""
     largest_deviation: DeviationRecord
+    """of the path; a motion rounds its corners, as far as the tube allows"""
     tube: DeviationRecord
     proven: bool
     """what is followed stays in the tube throughout, as does the motion where there is one"""

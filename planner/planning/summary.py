@@ -31,7 +31,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
             ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
         )
     if record.get("tool_path"):
-        rows += _tool_path_rows(record["tool_path"])
+        rows += _tool_path_rows(record)
     rows += [(leg["leg"], _leg_text(leg)) for leg in record.get("legs") or ()]
     if record["trajectory"]:
         rows.append(("motion", _motion_text(record["trajectory"], bool(w and "floor" in w))))
@@ -60,20 +60,22 @@ def _leg_text(leg: dict[str, Any]) -> str:
     """How long a straight line of the tool is, and how far the tool is off it."""
     off, tube = leg["largest_deviation"], leg["tube"]
     return (
-        f"{leg['length']:.3g} m straight along the tool's z axis; at most {1e3 * off['position']:.3g} mm off where "
-        f"sampled, proven within {1e3 * tube['position']:g} mm and {tube['angle']:g} rad"
+        f"{leg['length']:.3g} m straight along the tool's z axis; the path at most {1e3 * off['position']:.3g} mm "
+        f"off where sampled, proven within {1e3 * tube['position']:g} mm and {tube['angle']:g} rad"
     )
 
 
-def _tool_path_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
+def _tool_path_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
     """How much of a tool path is followed, how far the tool is off it, and how fast it goes."""
+    found = record["tool_path"]
     off, tube = found["largest_deviation"], found["tube"]
-    proof = "proven within" if found["proven"] else "NOT proven within"
+    what = "path and motion" if record["trajectory"] else "path"
+    proof = f"{what} proven within" if found["proven"] else f"{what} NOT proven within"
     stops = "" if found["first_unreachable"] is None else f", not to point {found['first_unreachable']}"
     text = f"{100 * found['followed']:.1f} % of {found['points']} points followed{stops}"
     if found["followed"] > 0:
         text += (
-            f"; at most {1e3 * off['position']:.3g} mm and {off['angle']:.2g} rad off where sampled, "
+            f"; the path at most {1e3 * off['position']:.3g} mm and {off['angle']:.2g} rad off where sampled, "
             f"{proof} {1e3 * tube['position']:g} mm and {tube['angle']:g} rad"
         )
     rows, speed = [("tool path", text)], found.get("speed")

@@ -62,7 +62,7 @@ def test_the_motion_keeps_to_both_lines(found: Plan, tmp_path: Path) -> None:
     found.save(tmp_path)
     record = json.loads((tmp_path / "plan.json").read_text())
     rows = dict(summary_rows(record))
-    assert rows["retreat"].startswith("0.05 m straight along the tool's z axis; at most 0.0")
+    assert rows["retreat"].startswith("0.05 m straight along the tool's z axis; the path at most 0.0")
     assert rows["approach"].endswith("proven within 1 mm and 0.0087 rad")
     said = record["legs"]
     assert [(leg["leg"], round(leg["length"], 9)) for leg in said] == [("retreat", 0.05), ("approach", 0.1)]

@@ -15,6 +15,7 @@ from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Obstacle
 from planner.planning.follow import Follower, follow
+from planner.planning.summary import summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
@@ -353,3 +354,18 @@ def test_what_is_told_of_an_arc_is_of_the_arc_and_not_of_its_lines() -> None:
     away = np.array([pose_of(found.robot, row)[1] for row in q]) - centre
     off = np.hypot(np.hypot(away[:, 0], away[:, 1]) - radius, away[:, 2]).max()
     assert off <= found.tool_path.record.largest_deviation.position <= 0.005  # type: ignore[union-attr]
+
+
+def test_a_deviation_is_told_of_the_path_as_the_motion_rounds_its_corners() -> None:
+    corner = np.add([0.45, -0.1, 0.4], [[0, 0, 0], [0, 0.15, 0], [0.05, 0.15, 0.03]])
+    found = follow(line_of(corner, tube=(2e-3, 0.02)), REQUEST, timing=TimingRequest())
+    assert found.trajectory is not None
+    q = found.trajectory.at(np.linspace(0.0, found.trajectory.duration, 4001))
+    spots = np.array([pose_of(found.robot, row)[1] for row in q])
+    way = np.diff(corner, axis=0)
+    u = np.clip(((spots[:, None] - corner[:-1]) * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
+    off = np.linalg.norm(spots[:, None] - corner[:-1] - u[..., None] * way, axis=2).min(axis=1).max()
+    assert found.tool_path.record.largest_deviation.position < 0.5 * off < 1e-3  # type: ignore[union-attr]
+    told = dict(summary_rows(found.to_dict()))["tool path"]
+    assert "; the path at most" in told
+    assert "path and motion proven within 2 mm" in told
