@@ -14,12 +14,12 @@ from planner.base.progress import Progress
 from planner.gate.gate import JUDGED, Gate
 from planner.models.model_checks import notes
 from planner.models.scene import mesh_notes, obstacle_of
+from planner.planning.motion import timed
 from planner.planning.result import Plan
-from planner.problem.request import LimitsRequest
+from planner.problem.request import LimitsRequest, TimingRequest
 from planner.serve import messages as ask
 from planner.session.session import Session
 from planner.trajectory.file import trajectory_record
-from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 
 Tell = Callable[[dict[str, Any]], None]
@@ -141,7 +141,7 @@ class World:
             raise PlannerError(f"the planner cannot take a change that the gate has taken ({why}): load it anew.")
 
     def _motion(self, plan: Plan) -> Trajectory:
-        return time_path(plan.path, self.session.checker, self.gate.limits)
+        return timed(plan, TimingRequest(), self.gate.limits)
 
     def tell(self, event: dict[str, Any]) -> None:
         """Tell all who listen."""
