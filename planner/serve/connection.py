@@ -217,9 +217,8 @@ class Connection:
 def _planned(world: World, asked: ask.Plan | ask.Replan, progress: Progress) -> dict[str, Any]:
     if isinstance(asked, ask.Replan):
         return world.plan(lambda session, told: session.replan(told), asked.motion, progress)
-    return world.plan(
-        lambda session, told: session.plan(asked.start, asked.goal, asked.beta, told), asked.motion, progress
-    )
+    beta = world.beta if asked.beta is None else asked.beta
+    return world.plan(lambda session, told: session.plan(asked.start, asked.goal, beta, told), asked.motion, progress)
 
 
 def _decoded(frame: str | bytes) -> Any:

@@ -55,7 +55,7 @@ class Load(_OfWorld):
     min_manipulability: Number = 0.0
     nodes: Whole | None = None
     seed: Whole = 0
-    beta: Number | None = None
+    beta: Annotated[Number, pydantic.Field(ge=0, le=1)] | None = None
 
 
 class Plan(_OfWorld):

@@ -33,6 +33,7 @@ class World:
     name: str
     gate: Gate
     session: Session
+    beta: float | None = None  # of plans that say none; the session's own where left out
     listeners: dict[object, Tell] = field(default_factory=dict)
     _of_added: list[Note] = field(default_factory=list)  # what was passed over in files of obstacles that were added
     _waiting: list[Callable[[Session], object]] = field(default_factory=list)
@@ -53,9 +54,8 @@ class World:
         floor = asked.min_manipulability
         kept = {"margin": asked.margin, "tool": asked.tool, "min_manipulability": floor, "keep": asked.keep}
         gate = Gate(asked.robot, asked.scene, limits, judged=judged, **kept)
-        more = {"nodes": asked.nodes, "beta": asked.beta}
-        given = {name: value for name, value in more.items() if value is not None}
-        return World(asked.world, gate, Session(asked.robot, asked.scene, seed=asked.seed, **kept, **given))
+        given = {} if asked.nodes is None else {"nodes": asked.nodes}
+        return World(asked.world, gate, Session(asked.robot, asked.scene, seed=asked.seed, **kept, **given), asked.beta)
 
     def record(self) -> dict[str, Any]:
         """The world as plain data."""

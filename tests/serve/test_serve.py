@@ -444,3 +444,16 @@ def test_a_motion_keeps_the_floor_of_its_world(address: str) -> None:
         motion = client.ask("plan", world="floor", start=start, goal=goal)["motion"]
     assert manipulability(robot, np.array([point["q"] for point in motion["points"]])).min() >= floor
     assert motion["proof"]["floor"]["asked"] == floor
+
+
+def test_the_beta_of_a_world_is_that_of_plans_that_say_none(client: Client) -> None:
+    """A session has none of its own: every load with a beta was refused."""
+    ends: dict[str, Any] = {"start": [0.3, 0.4], "goal": "q:1.2,-0.8", "motion": False}
+    client.ask("load", world="short", robot="planar_2r", scene="empty", nodes=60, beta=1.0, replace=True)
+    told, own = (
+        client.ask("plan", world=world, **ends, **more) for world, more in (("main", {"beta": 1.0}), ("short", {}))
+    )
+    assert own["field"]["cost"] == told["field"]["cost"] != client.ask("plan", **ends)["field"]["cost"]
+    assert client.ask("plan", world="short", beta=0.0, **ends)["field"] == client.ask("plan", beta=0.0, **ends)["field"]
+    with pytest.raises(Refused, match="beta"):
+        client.ask("load", world="wrong", beta=2.0)
