@@ -118,7 +118,7 @@ class Connection:
             case ask.Worlds():
                 self._done(to, lambda: {"worlds": [world.record() for world in self._worlds.all()]})
             case ask.Load():
-                self._begin(to, request.timeout, lambda progress: self._worlds.load(asked).record())
+                self._begin(to, request.timeout, lambda progress: self._worlds.load(asked, progress).record())
             case ask.Plan() | ask.Replan():
                 world = self._worlds[asked.world]
                 self._begin(to, request.timeout, lambda progress: _planned(world, asked, progress))

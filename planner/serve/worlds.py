@@ -46,16 +46,18 @@ class World:
         self._notes = self._noted()
 
     @staticmethod
-    def of(asked: ask.Load) -> World:
-        """What a client asked for; :class:`PlannerError` for what cannot be loaded."""
+    def of(asked: ask.Load, progress: Progress) -> World:
+        """What a client asked for; :class:`PlannerError` for what cannot be loaded, or is to end before it is."""
         numbers = asked.limits.model_dump()
         limits = LimitsRequest(limits=numbers.pop("file"), **numbers)
         judged = JUDGED if asked.judged is None else tuple(asked.judged)
         floor = asked.min_manipulability
         kept = {"margin": asked.margin, "tool": asked.tool, "min_manipulability": floor, "keep": asked.keep}
         gate = Gate(asked.robot, asked.scene, limits, judged=judged, **kept)
-        given = {} if asked.nodes is None else {"nodes": asked.nodes}
-        return World(asked.world, gate, Session(asked.robot, asked.scene, seed=asked.seed, **kept, **given), asked.beta)
+        _go_on(progress)
+        given: dict[str, Any] = {} if asked.nodes is None else {"nodes": asked.nodes}
+        session = Session(asked.robot, asked.scene, seed=asked.seed, **kept, **given)
+        return World(asked.world, gate, session, asked.beta)
 
     def record(self) -> dict[str, Any]:
         """The world as plain data."""
@@ -155,11 +157,12 @@ class Worlds:
     def __init__(self) -> None:
         self._alone, self._known = threading.Lock(), dict[str, World]()
 
-    def load(self, asked: ask.Load) -> World:
-        """A world anew."""
+    def load(self, asked: ask.Load, progress: Progress) -> World:
+        """A world anew; none where that is to end before it is there."""
         self._require_new(asked)
-        world = World.of(asked)
+        world = World.of(asked, progress)
         with self._alone:
+            _go_on(progress)
             self._require_new(asked)
             old = self._known.get(asked.world)
             self._known[asked.world] = world

@@ -457,3 +457,19 @@ def test_the_beta_of_a_world_is_that_of_plans_that_say_none(client: Client) -> N
     assert client.ask("plan", world="short", beta=0.0, **ends)["field"] == client.ask("plan", beta=0.0, **ends)["field"]
     with pytest.raises(Refused, match="beta"):
         client.ask("load", world="wrong", beta=2.0)
+
+
+def test_a_load_that_is_ended_leaves_no_world(address: str) -> None:
+    """It was said to be cancelled, and then replaced the world that was there."""
+    with Client(address) as client:
+        client.ask("load", world="kept", robot="planar_2r", scene="empty")
+        work = client.send("load", world="kept", robot="panda", scene="shelf", replace=True)
+        client.ask("cancel", id=work)
+        with pytest.raises(Refused, match="cancelled"):
+            client.answer(work)
+        with pytest.raises(Refused, match="time is over"):
+            client.ask("load", timeout=0.001, world="kept", robot="panda", scene="shelf", replace=True)
+        with Client(address) as other:
+            other.send("load", world="kept", robot="panda", scene="shelf", replace=True)
+        assert _ends(lambda: not any(thread.name == "work" for thread in threading.enumerate()))
+        assert {each["world"]: each["robot"] for each in client.ask("worlds")["worlds"]}["kept"] == "planar_2r"
