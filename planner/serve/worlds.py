@@ -166,8 +166,11 @@ class Worlds:
             self._require_new(asked)
             old = self._known.get(asked.world)
             self._known[asked.world] = world
+            if old is not None:
+                world.listeners.update(old.listeners)
         if old is not None:
             old.session.close()
+            world.tell({"event": "world", **world.record()})
         return world
 
     def _require_new(self, asked: ask.Load) -> None:
@@ -189,8 +192,9 @@ class Worlds:
 
     def forget(self, listener: object) -> None:
         """A client is gone."""
-        for world in self.all():
-            world.listeners.pop(listener, None)
+        with self._alone:
+            for world in self.all():
+                world.listeners.pop(listener, None)
 
     def close(self) -> None:
         """End all plans that are under way."""

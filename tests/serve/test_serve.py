@@ -473,3 +473,15 @@ def test_a_load_that_is_ended_leaves_no_world(address: str) -> None:
             other.send("load", world="kept", robot="panda", scene="shelf", replace=True)
         assert _ends(lambda: not any(thread.name == "work" for thread in threading.enumerate()))
         assert {each["world"]: each["robot"] for each in client.ask("worlds")["worlds"]}["kept"] == "planar_2r"
+
+
+def test_who_subscribes_is_told_that_the_world_is_another_and_of_its_changes(address: str, client: Client) -> None:
+    """They heard nothing any more of a world that somebody had replaced."""
+    with Client(address) as listener:
+        listener.ask("subscribe")
+        client.ask("load", robot="ur5", scene="empty", replace=True)
+        told = listener.read()
+        assert (told["event"], told["robot"]) == ("world", "ur5")
+        client.ask("change", changes=[ROW])
+        assert listener.read()["obstacles"] == ["post"]
+        assert listener.ask("unsubscribe") == {"subscribed": True}
