@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import logging
 import queue
+import socket
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -35,9 +37,14 @@ class Socket(Protocol):
         """Send one frame; it waits for who reads slowly."""
         ...
 
-    def close(self) -> None:
-        """End the connection."""
-        ...
+    @property
+    def socket(self) -> socket.socket: ...  # what lies under it
+
+
+def hang_up(on: Socket) -> None:
+    """End a connection at once, also while a thread waits in ``send``, for which its own ``close`` would wait too."""
+    with suppress(OSError):
+        on.socket.shutdown(socket.SHUT_RDWR)
 
 
 @dataclass(frozen=True)
@@ -200,7 +207,7 @@ class Connection:
         try:
             self._events.put_nowait((to, event))
         except queue.Full:
-            self._socket.close()
+            hang_up(self._socket)
 
     def _tell_all(self) -> None:
         while (event := self._events.get()) is not None:

@@ -22,6 +22,7 @@ from planner.view.serve import HOST, require_port
 _LARGEST = 1 << 24  # bytes of a message
 _SHORTEST = 16  # characters of a token
 _SWITCH = 5e-4  # s after which a thread that plans lets one that checks go on; Python's own is 5 ms
+_PATIENCE = 2.0  # s in which clients may end their connections when the server does
 _AWAY = "left without waiting for what was being answered."
 
 
@@ -44,12 +45,13 @@ def running(host: str = HOST, port: int = 0, token: str | None = None) -> Iterat
     """
     require_port(port)
     require_token(host, token)
-    Connection, websocket_server, closed = _library()
-    worlds = Worlds()
+    Connection, hang_up, websocket_server, closed = _library()
+    worlds, talking = Worlds(), set[Any]()
 
     def talk(socket: Any) -> None:
         """One client from its first frame to its last."""
         connection = Connection(socket, worlds)
+        talking.add(socket)
         try:
             for frame in socket:
                 connection.take(frame)
@@ -57,6 +59,12 @@ def running(host: str = HOST, port: int = 0, token: str | None = None) -> Iterat
             pass
         finally:
             connection.close()
+            talking.discard(socket)
+
+    def leave() -> None:
+        """Wait no longer for who does not say goodbye, nor read what it is sent."""
+        for socket in list(talking):
+            hang_up(socket)
 
     def admit(socket: Any, request: Any) -> Any:
         """None for who knows the token, else the answer that turns it away."""
@@ -83,7 +91,10 @@ def running(host: str = HOST, port: int = 0, token: str | None = None) -> Iterat
         yield f"ws://{name}:{server.socket.getsockname()[1]}/"
     finally:
         worlds.close()
+        patience = threading.Timer(_PATIENCE, leave)
+        patience.start()
         server.shutdown()
+        patience.cancel()
         thread.join()
         sys.setswitchinterval(before)
 
@@ -113,17 +124,17 @@ def _is_of_this_machine(host: str) -> bool:
         return host == "localhost"
 
 
-def _library() -> tuple[Any, Any, Any]:
-    """The connection, what serves it, and what is raised when a client is gone."""
+def _library() -> tuple[Any, Any, Any, Any]:
+    """The connection, what ends and what serves it, and what is raised when a client is gone."""
     try:
         from websockets.exceptions import ConnectionClosed
         from websockets.sync.server import serve as websocket_server
 
-        from planner.serve.connection import Connection
+        from planner.serve.connection import Connection, hang_up
     except ModuleNotFoundError as error:
         if error.name not in ("websockets", "msgpack"):
             raise
         raise InstallationError(
             f"serving needs the Python package {error.name}: run pip install 'gabf-planner[serve]'."
         ) from None
-    return Connection, websocket_server, ConnectionClosed
+    return Connection, hang_up, websocket_server, ConnectionClosed

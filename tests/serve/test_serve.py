@@ -6,11 +6,13 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -485,3 +487,39 @@ def test_who_subscribes_is_told_that_the_world_is_another_and_of_its_changes(add
         client.ask("change", changes=[ROW])
         assert listener.read()["obstacles"] == ["post"]
         assert listener.ask("unsubscribe") == {"subscribed": True}
+
+
+def _asking(address: str, request: dict[str, Any]) -> tuple[socket.socket, bytes]:
+    """A client that never reads, and the frame with which it asks."""
+    port, body = int(address.rsplit(":", 1)[1].strip("/")), json.dumps(request).encode()
+    deaf = socket.create_connection(("127.0.0.1", port), timeout=1.0)
+    lines = ["GET / HTTP/1.1", f"Host: 127.0.0.1:{port}", "Upgrade: websocket", "Connection: Upgrade"]
+    lines += ["Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==", "Sec-WebSocket-Version: 13"]
+    deaf.sendall("".join(f"{line}\r\n" for line in (*lines, "")).encode())
+    assert deaf.recv(1000).startswith(b"HTTP/1.1 101")
+    return deaf, bytes([0x81, 0x80 | 126]) + len(body).to_bytes(2, "big") + bytes(4) + body
+
+
+def test_changes_are_answered_though_one_who_subscribed_never_reads(address: str, client: Client) -> None:
+    """Hanging up on it waited for what it did not read, and who had changed the world with it."""
+    posts = [
+        {"name": f"{k:0190}", "type": "sphere", "radius": 0.1, "position": [5.0 + k, 0.0, 0.0]} for k in range(300)
+    ]
+    client.ask("change", changes=[{"do": "add", "obstacle": post} for post in posts])
+    deaf, frame = _asking(address, {"id": 1, "method": "subscribe"})
+    with deaf:
+        deaf.sendall(frame)
+        for _ in range(1500):
+            client.ask("change", changes=[{"do": "move", "name": posts[0]["name"], "position": [5.0, 0.0, 0.0]}])
+
+
+def test_the_server_ends_though_a_client_never_reads() -> None:
+    begin = time.monotonic()
+    with running() as address:
+        deaf, frame = _asking(address, {"id": "x" * 180, "method": "nothing"})
+        with suppress(TimeoutError):
+            while time.monotonic() - begin < 60:
+                deaf.sendall(frame * 100)
+        begin = time.monotonic()
+    deaf.close()
+    assert time.monotonic() - begin < 10
