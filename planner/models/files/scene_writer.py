@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -45,18 +46,18 @@ def write_scene(scene: Scene, path: Place) -> list[Path]:
 
 
 def _lines(scene: Scene, path: Path, meshes: dict[Path, Mesh]) -> Iterator[str]:
-    yield f"name: {json.dumps(scene.name)}"
+    yield f"name: {_quoted(scene.name)}"
     if scene.description:
-        yield f"description: {json.dumps(scene.description)}"
+        yield f"description: {_quoted(scene.description)}"
     numbers = itertools.count()
     for key, things in (("obstacles", (*scene.obstacles, *scene.moving)), ("carried", scene.carried)):
         yield from _block(key, [_thing(item, path, meshes, numbers) for item in things])
     states = {robot: dict(named) for robot, named in scene.states.items()}
     if states:
-        yield f"states: {json.dumps(states)}"
+        yield f"states: {_quoted(states)}"
     if scene.robots:
         placed = {name: item.model_dump(exclude_defaults=True) for name, item in scene.robots.items()}
-        yield f"robots: {json.dumps(placed)}"
+        yield f"robots: {_quoted(placed)}"
     yield from _block("allowed", sorted(_permissions(scene)))
     yield from _block("keep", scene.keep.split(AND) if scene.keep else [])
 
@@ -64,7 +65,17 @@ def _lines(scene: Scene, path: Path, meshes: dict[Path, Mesh]) -> Iterator[str]:
 def _block(key: str, items: list[Any]) -> Iterator[str]:
     if items:
         yield f"{key}:"
-        yield from (f"  - {json.dumps(item)}" for item in items)
+        yield from (f"  - {_quoted(item)}" for item in items)
+
+
+def _quoted(data: Any) -> str:
+    """``data`` as JSON that is YAML too: what JSON writes as two escapes is one there."""
+    return re.sub(r"\\u(d[89ab]..)\\u(d[c-f]..)", _as_one, json.dumps(data))
+
+
+def _as_one(pair: re.Match[str]) -> str:
+    high, low = (int(digits, 16) & 0x3FF for digits in pair.groups())
+    return f"\\U{0x10000 + (high << 10) + low:08x}"
 
 
 def _thing(

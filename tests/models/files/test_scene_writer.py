@@ -104,3 +104,12 @@ def test_what_no_scene_file_says_is_refused(item: Obstacle, said: str, tmp_path:
     with pytest.raises(SceneError, match=said):
         write_scene(Scene("made", (item,)), tmp_path / "made.yaml")
     assert not any(tmp_path.iterdir())
+
+
+def test_names_of_any_letters(tmp_path: Path) -> None:
+    """Letters beyond the first 65,536 were written as JSON has them, which is no YAML: the file could not be read."""
+    name = "ball \U0001f600 \\ud83d\\ude00 é\x85"
+    scene = Scene(name, (Obstacle(name, Sphere(0.1), pose([1.0, 0.0, 0.0])),))
+    write_scene(scene, tmp_path / "scene.yaml")
+    there = Scene.load(tmp_path / "scene.yaml")
+    assert (there.name, there.obstacles[0].name) == (name, name)
