@@ -8,6 +8,7 @@ from pathlib import Path
 
 from planner.base.errors import FileError
 from planner.base.hashing import content_hash
+from planner.base.yamlfile import repeated
 from planner.batch.options import plain_options
 from planner.problem.request import PlanRequest
 from planner.setup.sources import sources_hash
@@ -44,7 +45,7 @@ def find_problems(folder: Path) -> list[Problem]:
 
     One is ``request<X>.yaml`` with ``scene<X>.yaml`` or ``scene<X>.scene`` beside it. A request whose scene is missing
     is a problem all the same, which the planner will refuse by the name of that file. Raises :class:`FileError` where
-    there is none.
+    there is none, and where two would have one name.
     """
     try:
         requests = sorted(p for p in folder.rglob("request*") if p.suffix.lower() in _REQUESTS and p.is_file())
@@ -55,7 +56,11 @@ def find_problems(folder: Path) -> list[Problem]:
             f"{folder} holds no problems: give a folder with request0001.yaml beside scene0001.yaml and so on, "
             "or with such folders in it."
         )
-    return [_problem(folder, request) for request in requests]
+    problems = [_problem(folder, request) for request in requests]
+    for name in repeated(problem.name for problem in problems):
+        first, second, *_ = (problem.request for problem in problems if problem.name == name)
+        raise FileError(f"{first} and {second} would both be the plan '{name}': rename one, or move it elsewhere.")
+    return problems
 
 
 def _problem(folder: Path, request: Path) -> Problem:

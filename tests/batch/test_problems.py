@@ -44,3 +44,14 @@ def test_a_folder_without_problems_is_refused(tmp_path: Path) -> None:
         with pytest.raises(FileError, match="holds no problems"):
             bench_plan(folder, tmp_path / "out", PLAIN)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("second", ["{name}/request0001.yaml", "request0001.yml"])
+def test_two_problems_of_one_name_are_refused(second: str, tmp_path: Path) -> None:
+    """Both were planned into one folder, and the row of one stood for both."""
+    write_problem(tmp_path, "0001", (0, 0), (1, 1))
+    other = tmp_path / second.format(name=tmp_path.name)
+    other.parent.mkdir(exist_ok=True)
+    other.write_text((tmp_path / "request0001.yaml").read_text())
+    with pytest.raises(FileError, match=f"would both be the plan '{tmp_path.name}/0001'"):
+        find_problems(tmp_path)
