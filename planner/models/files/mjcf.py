@@ -7,6 +7,7 @@ import math
 import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,8 @@ _ATTRIBUTES = {  # that have a meaning here
     "mesh": ("name", "class", "file", "scale", "vertex", "face", "normal", "texcoord", "refpos", "refquat", "inertia"),
 }
 _ALIKE = 0.7
+_PROBE = """<mujoco><worldbody><body><joint name="joint"/><geom size="1"/><body pos="1 0 0"><geom size="1"/>
+<body pos="1 0 0"><geom size="1"/><site name="site"/></body></body></body></worldbody></mujoco>"""
 _AXES = {axis: np.eye(3)[k] for k, axis in enumerate("xyz")}
 _LIMITED = ("true", "false", "auto")
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3}  # numbers that say how large a geom is
@@ -134,6 +137,8 @@ def model_of(path: Path) -> tuple[pin.Model, frozenset[str]]:
     except (ValueError, RuntimeError, LookupError) as error:
         said = " ".join((printed.complaint() or str(error)).split())[:200]
         raise RobotError(f"MJCF {path} cannot be read ({said}): export it again, or convert it to a URDF.") from None
+    if _misplaces_sites():
+        _place_sites(model)
     low, high, turning = model.lowerPositionLimit, model.upperPositionLimit, set[str]()
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         k = joint.idx_q
@@ -141,6 +146,24 @@ def model_of(path: Path) -> tuple[pin.Model, frozenset[str]]:
             low[k], high[k] = -np.pi, np.pi
             turning.add(name)
     return model, frozenset(turning)
+
+
+@cache
+def _misplaces_sites() -> bool:
+    """Whether Pinocchio puts sites of bodies without joints to where they would be with the body above at its joint."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "probe.xml")
+        write_whole(file, _PROBE.encode(), lasting=False)
+        model = pin.buildModelFromMJCF(str(file))
+    return float(model.frames[model.getFrameId("site")].placement.translation[0]) < 2.0
+
+
+def _place_sites(model: pin.Model) -> None:
+    """Put them to where they belong, which is all that is left out of their places."""
+    for site in model.frames:
+        above = model.frames[model.frames[site.parentFrame].parentFrame]  # of its body
+        if site.type == pin.FrameType.OP_FRAME and above.type == pin.FrameType.FIXED_JOINT:
+            site.placement = model.frames[above.parentFrame].placement * site.placement
 
 
 def geometry_of(path: Path, model: pin.Model, kind: pin.GeometryType) -> pin.GeometryModel:

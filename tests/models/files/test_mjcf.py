@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
+from planner.base.arrays import Floats
 from planner.base.errors import RobotError
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
+from planner.models.poses import pose
 from planner.models.robot import Robot, load_visuals
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Capsule, Mesh, Sphere
@@ -164,3 +167,40 @@ def test_limits_that_make_no_sense_are_refused(tmp_path: Path, joint: str) -> No
     path.write_text(path.read_text().replace('range="-2 2" limited="true"', joint))
     with pytest.raises(RobotError, match=r"limited=.*give true, false, auto, and a range"):
         Robot.load(str(path), tool="tip")
+
+
+WELDED = """<mujoco><compiler angle="radian"/><worldbody><body name="base"><geom size="0.02"/>
+<body name="arm"><joint name="j" axis="0 0 1" pos="0.1 0.2 0" range="-2 2"/><geom size="0.02"/>
+ <site name="own" pos="1 0 0"/>
+ <body name="flange" pos="0.3 0 0" euler="0 0 0.5"><geom size="0.02"/><site name="near" pos="0 0.1 0"/>
+  <body name="hand" pos="0.4 0 0"><geom size="0.02"/><site name="tip" pos="0 0 0.1" euler="1 0 0"/>
+   <body name="finger" pos="0.1 0 0"><joint name="k" axis="0 0 1" pos="0 0.1 0" range="-2 2"/><geom size="0.02"/>
+    <body name="pad" pos="0 0.1 0"><geom size="0.02"/><site name="end" pos="0.1 0 0"/>
+</body></body></body></body></body></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("tool", ["own", "near", "tip", "end"])
+def test_sites_are_where_their_bodies_are(tmp_path: Path, tool: str) -> None:
+    """Those of a body without joints stood where the body above had its joint: with it off the origin, or two deep."""
+    (tmp_path / "welded.xml").write_text(WELDED)
+    robot = Robot.load(str(tmp_path / "welded.xml"), tool="tip")
+    values = dict(zip(robot.joints, (0.7, -0.4), strict=False))
+    arm = _turned(values["j"], (0.1, 0.2, 0))
+    flange = arm @ pose([0.3, 0, 0], rpy=[0, 0, 0.5])
+    hand = flange @ pose([0.4, 0, 0])
+    pad = hand @ pose([0.1, 0, 0]) @ _turned(values.get("k", 0.0), (0, 0.1, 0)) @ pose([0, 0.1, 0])
+    where = {
+        "own": arm @ pose([1, 0, 0]),
+        "near": flange @ pose([0, 0.1, 0]),
+        "tip": hand @ pose([0, 0, 0.1], rpy=[1, 0, 0]),
+        "end": pad @ pose([0.1, 0, 0]),
+    }
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, np.array(list(values.values())))
+    there = data.oMf[robot.model.getFrameId(tool)].homogeneous
+    np.testing.assert_allclose(there, where[tool], rtol=0, atol=1e-12)
+
+
+def _turned(angle: float, about: tuple[float, float, float]) -> Floats:
+    """A turn about the z-axis through a point."""
+    return pose(about, rpy=[0, 0, angle]) @ pose([-x for x in about])
