@@ -21,7 +21,7 @@ def placement_of(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
     """The placement (4, 4) of a frame in the scene's own; :class:`SceneError` says that of ``what`` it is unknown.
 
     Fixed frames of the scene come first, then the scene's own frame by the names that it has, then what stands of the
-    robot. The frame in which a scene places its fixed frames is its own, if no link has that name.
+    robot. The one frame in which a scene places its fixed frames is its own, if no link has that name.
     """
     fixed = {} if scene.message is None else scene.message.frames
     if frame in fixed:
@@ -35,7 +35,7 @@ def placement_of(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
         return frozen(found.placement.homogeneous)
     if found is not None:
         raise SceneError(f"{what} is given in frame {shown(frame)}, which moves with the arm; give it in {here}.")
-    if frame in {parent for parent, _ in fixed.values()}:
+    if {parent for parent, _ in fixed.values()} - {"", *(each.name for each in robot.model.frames)} == {frame}:
         return frozen(np.eye(4))
     known = [each.name for each in robot.model.frames if each.parentJoint == 0]
     raise SceneError(
