@@ -35,6 +35,7 @@ class World:
     session: Session
     beta: float | None = None  # of plans that say none; the session's own where left out
     listeners: dict[object, Tell] = field(default_factory=dict)
+    replaced: bool = False  # another one has its name
     _of_added: list[Note] = field(default_factory=list)  # what was passed over in files of obstacles that were added
     _waiting: list[Callable[[Session], object]] = field(default_factory=list)
     _apart: str | None = None  # why the session is not in the gate's world
@@ -123,6 +124,10 @@ class World:
             plan = question(self.session, progress)
             made = self._motion(plan) if motion and plan.solved and len(plan.path) > 1 else None
             _go_on(progress)
+        except PlannerError:
+            if self.replaced:  # its session is closed: that is why
+                raise PlannerError(f"world '{self.name}' was replaced meanwhile: ask again.") from None
+            raise
         finally:
             self._planning.release()
         self.tell({"event": "field", "world": self.name, **_field(plan)})
@@ -169,6 +174,7 @@ class Worlds:
             if old is not None:
                 world.listeners.update(old.listeners)
         if old is not None:
+            old.replaced = True
             old.session.close()
             world.tell({"event": "world", **world.record()})
         return world

@@ -523,3 +523,21 @@ def test_the_server_ends_though_a_client_never_reads() -> None:
         begin = time.monotonic()
     deaf.close()
     assert time.monotonic() - begin < 10
+
+
+def test_plans_of_a_world_that_is_replaced_say_so(address: str) -> None:
+    """Those that waited said that the planner cannot take a change, and to load the world anew."""
+    with Client(address) as client:
+        client.ask("load", world="old", robot="panda", scene="shelf", nodes=200_000, replace=True)
+        first = client.send("plan", world="old")
+        while client.read().get("event") != "progress":
+            pass
+        client.ask("change", world="old", changes=[ROW])
+        second = client.send("plan", world="old")
+        client.ask("load", world="old", robot="planar_2r", scene="empty", replace=True)
+        answers: dict[object, str] = {}
+        while len(answers) < 2:
+            message = client.read()
+            if "event" not in message:
+                answers[message["id"]] = message["error"]["message"]
+    assert answers == dict.fromkeys((first, second), "world 'old' was replaced meanwhile: ask again.")
