@@ -90,7 +90,7 @@ def read_tasks(source: Path, plain: PlanRequest) -> list[Task]:
 
 def _csv_entries(text: str, source: Path) -> list[dict[str, Any]]:
     """One plan a line; an empty cell says nothing."""
-    table = csv.DictReader(text.splitlines())
+    table = csv.DictReader(text.removeprefix("\ufeff").splitlines())  # as Excel begins a file
     try:
         names, rows = table.fieldnames or (), list(table)
     except csv.Error as error:  # a cell of more than 131,072 characters

@@ -123,6 +123,10 @@ def _permissions(robot: Robot, scene: Scene) -> Iterator[Note]:
     if ignored := [pair for pair in scene.allowed if pair <= links and pair not in own | touching]:
         text = "allows links of the robot to touch, which are checked all the same, as the SRDF does not"
         yield Note(f"scene '{scene.name}' {text}: {_pairs(ignored)}.", grave=False)
+    standing = {item.name for item in (*scene.obstacles, *scene.moving)} | {item.object for item in scene.obstacles}
+    if ignored := [pair for pair in scene.allowed if pair <= standing - links]:
+        text = "allows obstacles to touch each other, which nothing asks about"
+        yield Note(f"scene '{scene.name}' {text}: {_pairs(ignored)}.", grave=False)
     if scene.message is not None and (ignored := scene.message.checked & own):
         text = "allows no contact of links of the robot that are not checked all the same, as its SRDF leaves them out"
         yield Note(f"scene '{scene.name}' {text}: {_pairs(ignored)}.", grave=False)

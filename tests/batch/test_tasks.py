@@ -57,6 +57,8 @@ def test_a_file_that_makes_no_sense_is_refused_by_plan_and_option(text: str, mes
 
 
 def test_a_column_that_stands_twice_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "batch.csv").write_text("\ufeffname,beta\na,0.1\n")  # as Excel begins a file
+    assert [task.name for task in read_tasks(tmp_path / "batch.csv", PLAIN)] == ["a"]
     (tmp_path / "batch.csv").write_text("name,beta,beta\na,0.1,0.9\n")
     with pytest.raises(FileError, match="two columns called 'beta'"):
         read_tasks(tmp_path / "batch.csv", PLAIN)

@@ -21,7 +21,7 @@ from planner.models.files.robot_files import JointChoice
 from planner.models.model_checks import notes
 from planner.models.robot import Robot, with_carried, with_tool
 from planner.models.scene import Scene
-from planner.models.shapes import Carried, Sphere
+from planner.models.shapes import Carried, Obstacle, Sphere
 from planner.paths.file import read_joint_path
 from planner.problem.request import LimitsRequest
 from planner.trajectory.limits import MotionLimits
@@ -125,6 +125,13 @@ def test_contacts_allowed_to_names_that_nobody_has_are_noted(tmp_path: Path) -> 
     (note,) = [note for note in notes(robot, scene) if "neither it nor the robot has" in note.text]
     assert "contacts of gripper," in note.text
     assert not note.grave
+
+
+def test_obstacles_that_may_touch_each_other_are_noted() -> None:
+    robot, two = load("planar_2r"), [Obstacle(name, Sphere(0.1), np.eye(4)) for name in "ab"]
+    scene = Scene("x", tuple(two), allowed=frozenset({frozenset("ab"), frozenset({"a", "link_1"})}))
+    (note,) = [note for note in notes(robot, scene) if "each other" in note.text]
+    assert note.text.endswith("which nothing asks about: a and b.")
 
 
 @pytest.mark.parametrize(
