@@ -39,6 +39,8 @@ class QualityRecord(Record):
     """no path between the roadmap's start and goal configurations costs less"""
     gap: float | None
     """how much more this one costs at most than the optimum between these, as a share"""
+    manipulability_cost: float | None
+    """Omega of the path in pieces of 0.01 rad, where ``cost`` has it by few states an edge; None if charged at nodes"""
     corners: int
     dip: DipRecord
 

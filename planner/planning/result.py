@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
 from planner.models.run_record import run_record
 from planner.models.scene import Scene
+from planner.objective.motion_cost import MotionCost
 from planner.paths.clearance import TOO_CLOSE
 from planner.paths.measure import PathMeasures, corners, dense_path, measure_path, path_manipulability
 from planner.planning.conditioning import Conditioning, judge_conditioning
@@ -356,9 +357,20 @@ def _quality(plan: Plan) -> QualityRecord | None:
         curve=[PointRecord(rounds=rounds, cost=cost) for rounds, cost in plan.curve],
         lower_bound=bound,
         gap=plan.cost.total / bound - 1.0 if bound > 0 else None,
+        manipulability_cost=_in_pieces(plan),
         corners=corners(plan.path),
         dip=DipRecord(below_both_ends=bool(w.min() < (1.0 - 1e-9) * min(w[0], w[-1])), floor=plan.dip_floor),
     )
+
+
+def _in_pieces(plan: Plan) -> float | None:
+    """Omega along the path, finely: a dip of w between the states that edges are priced by is missed there."""
+    objective = replace(plan.request.objective, beta=0.0, floor=0.0)
+    if objective.charge == "nodes":
+        return None
+    states = dense_path(plan.path)
+    cost = MotionCost(plan.robot, plan.roadmap.scale, objective, longest=np.inf, states=3).of_pieces
+    return float(cost(states[:-1], states[1:]).sum())
 
 
 def _manipulability(plan: Plan) -> ManipulabilityRecord | None:

@@ -11,6 +11,7 @@ from planner.trajectory.clearance import clearance_rows
 from planner.trajectory.report import floor_text
 
 CONDITIONING = "conditioning"  # the row that is there only where it is bad
+_NOTABLE = 0.02  # share of a cost
 _ROUNDING = 1e-9  # %, of a cost that is a sum
 
 
@@ -20,6 +21,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
     rows = [("roadmap", roadmap_text(record["roadmap"]))]
     if cost:
         rows.append(("cost", cost_text(cost)))
+        rows += _integral_rows(cost, record["quality"]["manipulability_cost"])
         rows += _quality_rows(record["quality"], bool(record["in_time"]))
         rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
         if record["conditioning"] and record["conditioning"]["poor"]:
@@ -98,6 +100,16 @@ def _quality_rows(quality: dict[str, Any], in_time: bool) -> list[tuple[str, str
         rounds = quality["curve"][-1]["rounds"]
         rows.append(("effort", f"{rounds} rounds took the best cost from {costs[0]:.4f} to {costs[-1]:.4f}"))
     return rows
+
+
+def _integral_rows(cost: dict[str, Any], finely: float | None) -> list[tuple[str, str]]:
+    """How much more a path costs in short pieces, where that is worth a word."""
+    if finely is None or cost["beta"] == 1.0 or finely <= (1.0 + _NOTABLE) * cost["manipulability"]:
+        return []
+    more = 100 * (finely / cost["manipulability"] - 1.0)
+    return [
+        ("integral", f"{finely:.4f} manipulability in pieces of 0.01 rad, {more:.1f} % more: w dips between states")
+    ]
 
 
 def _motion_text(motion: dict[str, Any], floored: bool) -> str:

@@ -32,7 +32,7 @@ from planner.trajectory.timing import time_path
 CONTRACT = {
     "": {"outcome", "robot", "scene", "seed", "config", "versions", "path", "path_nodes", "cost", "manipulability"}
     | {"roadmap", "gabf", "quality", "timings_s"},
-    "quality": {"effort", "curve", "lower_bound", "gap", "corners", "dip"},
+    "quality": {"effort", "curve", "lower_bound", "gap", "manipulability_cost", "corners", "dip"},
     "cost": {"total", "manipulability", "distance", "beta"},
     "manipulability": {"min", "mean"},
     "roadmap": {"nodes", "edges", "components", "edges_certified", "sha256"},

@@ -10,6 +10,9 @@ import pytest
 
 import planner
 from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.objective.scale import manipulability_cost
+from planner.paths.measure import dense_path
 from planner.planning.result import plan_record
 from planner.planning.summary import summary_rows
 
@@ -71,3 +74,20 @@ def test_another_configuration_of_the_same_tool_position_may_cost_less() -> None
     assert np.abs(tool_positions(plan.robot, q[None])[0] - target).max() < 1e-6
     assert np.linalg.norm(q - start) / plan.roadmap.scale.joint_length < 0.99 * bound
     assert "between the roadmap's start and goal configurations" in dict(summary_rows(plan_record(plan)))["bound"]
+
+
+def test_a_dip_of_w_between_the_states_of_edges_is_told() -> None:
+    """Refinement seeks what is priced too low: with 1/w a path cost a quarter more than was said."""
+    plan = planner.plan(
+        robot="kinova", scene="empty", start="home", goal="xyz:0.3,0.3,0.5", beta=0.0, manipulability_cost="inverse",
+        nodes=300,
+    )  # fmt: skip
+    record, scale = plan_record(plan), plan.roadmap.scale
+    states = dense_path(plan.path, 1e-3)
+    omega = manipulability_cost(manipulability(plan.robot, states), scale, "inverse")
+    step = np.linalg.norm(np.diff(states, axis=0), axis=1) / scale.joint_length
+    finely = float((0.5 * (omega[1:] + omega[:-1]) * step).sum())
+    assert record["quality"]["manipulability_cost"] == pytest.approx(finely, rel=2e-3)
+    assert finely > 1.1 * record["cost"]["manipulability"]
+    assert dict(summary_rows(record))["integral"].startswith(f"{record['quality']['manipulability_cost']:.4f} ")
+    assert "integral" not in dict(summary_rows(plan_record(solved())))
