@@ -126,22 +126,14 @@ def _checking(function: Any) -> Any:
             by_name.update(dict.fromkeys(_parameters(plain)))
             by_name.update(kinds_of(plain))
             by_place.extend(list(by_name.items())[: plain.__code__.co_argcount])
-        own: dict[int, Any] = {}  # numbers of other libraries as Python's
+        given = list(args)
         for place, ((name, kind), value) in enumerate(zip(by_place, args, strict=False)):
-            if kind is None:
-                continue
-            if not kind.fits(value):
-                _refuse(title, name, value, kind)
-            if kind.numbers and type(value) not in _OWN:
-                own[place] = _own(value)
+            if kind is not None:
+                given[place] = _taken(title, name, value, kind)
         for name, value in named.items():
-            if (kind := by_name.get(name)) is None:
-                continue
-            if not kind.fits(value):
-                _refuse(title, name, value, kind)
-            if kind.numbers and type(value) not in _OWN:
-                named[name] = _own(value)
-        return function(*[own.get(k, value) for k, value in enumerate(args)] if own else args, **named)
+            if (kind := by_name.get(name)) is not None:
+                named[name] = _taken(title, name, value, kind)
+        return function(*given, **named)
 
     return checked
 
@@ -156,8 +148,11 @@ def _read(annotation: Any, names: Mapping[str, Any]) -> Any:
         return object
 
 
-def _refuse(title: str, name: str, value: object, kind: Kind) -> None:
-    raise kind.error(f"{title}: {name} is {_shown(value)}: give {kind.wanted}.")
+def _taken(title: str, name: str, value: Any, kind: Kind) -> Any:
+    """The value if it fits; a number of another library as Python's own."""
+    if not kind.fits(value):
+        raise kind.error(f"{title}: {name} is {_shown(value)}: give {kind.wanted}.")
+    return value if type(value) in _OWN or not kind.numbers else _own(value)
 
 
 def _own(value: Any) -> Any:

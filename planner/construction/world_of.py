@@ -15,12 +15,12 @@ from planner.base.places import Place
 from planner.base.resources import published_scene_names, robot_names, scene_names
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.models.files.robot_files import read_robot
 from planner.models.robot import with_widened_limits
 from planner.problem.request import KeptRequest, Thing, WorldRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.setup.open import open_world
+from planner.setup.robots import files_of
 
 
 def reopen(
@@ -74,7 +74,7 @@ def reopen_plan(config: Mapping[str, Any], path: Place) -> CollisionChecker:
 
 
 def _name_of(robot: Thing) -> str:
-    return read_robot(robot).name if isinstance(robot, str | PathLike) else robot.name
+    return files_of(str(robot), None).name if isinstance(robot, str | PathLike) else robot.name
 
 
 def _built_in(what: str, name: str, names: Sequence[str], path: Place, remedy: str) -> str:

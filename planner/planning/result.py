@@ -146,6 +146,16 @@ class Plan:
         return path_manipulability(self.robot, self.path)
 
     @cached_property
+    def cost_in_pieces(self) -> float | None:
+        """Omega of the path in pieces of 0.01 rad, where edges are priced by few states; None if charged at nodes."""
+        objective = replace(self.request.objective, beta=0.0, floor=0.0)
+        if objective.charge == "nodes":
+            return None
+        states = dense_path(self.path)
+        cost = MotionCost(self.robot, self.roadmap.scale, objective, longest=np.inf, states=3).of_pieces
+        return float(cost(states[:-1], states[1:]).sum())
+
+    @cached_property
     def conditioning(self) -> Conditioning | None:
         """How well conditioned the path is where that is worst; None where there is none."""
         return judge_conditioning(self.robot, self.roadmap, self.path, self.request) if len(self.path) else None
@@ -357,20 +367,10 @@ def _quality(plan: Plan) -> QualityRecord | None:
         curve=[PointRecord(rounds=rounds, cost=cost) for rounds, cost in plan.curve],
         lower_bound=bound,
         gap=plan.cost.total / bound - 1.0 if bound > 0 else None,
-        manipulability_cost=_in_pieces(plan),
+        manipulability_cost=plan.cost_in_pieces,
         corners=corners(plan.path),
         dip=DipRecord(below_both_ends=bool(w.min() < (1.0 - 1e-9) * min(w[0], w[-1])), floor=plan.dip_floor),
     )
-
-
-def _in_pieces(plan: Plan) -> float | None:
-    """Omega along the path, finely: a dip of w between the states that edges are priced by is missed there."""
-    objective = replace(plan.request.objective, beta=0.0, floor=0.0)
-    if objective.charge == "nodes":
-        return None
-    states = dense_path(plan.path)
-    cost = MotionCost(plan.robot, plan.roadmap.scale, objective, longest=np.inf, states=3).of_pieces
-    return float(cost(states[:-1], states[1:]).sum())
 
 
 def _manipulability(plan: Plan) -> ManipulabilityRecord | None:

@@ -46,7 +46,7 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
     if isinstance(request.robot, Robot):
         _require_as_it_is(request)
         return _asked_of(_carrying(with_tool(request.robot, request.tool), scene), message, JointChoice())
-    files = _files(str(request.robot), request.srdf)
+    files = files_of(str(request.robot), request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
     choice = JointChoice(request.group, request.joint_names)
@@ -98,7 +98,7 @@ _read: dict[tuple[object, ...], _Read] = {}
 _alone = Lock()
 
 
-def _files(name: str, srdf: Place | None) -> RobotFiles:
+def files_of(name: str, srdf: Place | None) -> RobotFiles:
     """The robot's files, read again only where one of them has been touched.
 
     Or where they may include others that nobody has named, as a xacro and an MJCF do.

@@ -196,13 +196,19 @@ def test_a_name_in_bytes_is_the_same_name(address: str) -> None:
         assert client.read()["id"] == "x"
 
 
+def long_plan(client: Client, world: str) -> int:
+    """The number of a plan that is under way, and does not end by itself before anybody looks, in a new world."""
+    client.ask("load", world=world, robot="panda", scene="shelf", nodes=200_000, replace=True)
+    work = client.send("plan", world=world)
+    while client.read().get("event") != "progress":
+        pass
+    return work
+
+
 def test_work_ends_when_it_is_cancelled_when_its_time_is_over_and_with_its_client(address: str) -> None:
     """The next plan of the same world has its turn at once, and is as if nothing had been."""
     with Client(address) as client:
-        client.ask("load", world="large", robot="panda", scene="shelf", nodes=200_000, replace=True)
-        work = client.send("plan", world="large")
-        while client.read().get("event") != "progress":
-            pass
+        work = long_plan(client, "large")
         client.ask("cancel", id=work)
         with pytest.raises(Refused, match="cancelled"):
             client.answer(work)
@@ -528,10 +534,7 @@ def test_the_server_ends_though_a_client_never_reads() -> None:
 def test_plans_of_a_world_that_is_replaced_say_so(address: str) -> None:
     """Those that waited said that the planner cannot take a change, and to load the world anew."""
     with Client(address) as client:
-        client.ask("load", world="old", robot="panda", scene="shelf", nodes=200_000, replace=True)
-        first = client.send("plan", world="old")
-        while client.read().get("event") != "progress":
-            pass
+        first = long_plan(client, "old")
         client.ask("change", world="old", changes=[ROW])
         second = client.send("plan", world="old")
         client.ask("load", world="old", robot="planar_2r", scene="empty", replace=True)
