@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -13,6 +12,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.interrupts import signals_wait
+from planner.base.records import dataclass
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.collision.degenerate_triangles import widened

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.records import dataclass
 from planner.constraints.keeps import Keeps
 from planner.kinematics.reach import Reach, pair_reach
 from planner.models.robot import Robot

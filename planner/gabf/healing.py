@@ -6,7 +6,6 @@ So states that a change may have left too low are first raised to an overestimat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import AssumptionError, OptionError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.base.shares import require_share, traded_off
 from planner.gabf.arcmaps import AffineArcs, ArcMap, FunctionArcs, UserFunction
 

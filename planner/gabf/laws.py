@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
@@ -13,6 +12,7 @@ import numpy as np
 from planner.base.arrays import Floats, plain_numbers
 from planner.base.errors import ArrayError, OptionError, choices
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.gabf.clock import PrescribedClock, Reading, UniformClock
 from planner.gabf.flows import Flow, LinearFlow, PowerFlow
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, plain_numbers, ranges, so_far
 from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
 
@@ -38,7 +39,7 @@ class Network:
     source_values: Floats | None = None
     node_cost: Floats | None = None
     arc_cost: Floats | None = None
-    kernel: Kernel = TradeOff(beta=0.5)  # noqa: RUF009  (frozen, so safe to share)
+    kernel: Kernel = TradeOff(beta=0.5)
 
     def __post_init__(self) -> None:
         for name in ("indptr", "indices", "sources"):

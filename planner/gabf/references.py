@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import AssumptionError, OptionError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input
 from planner.gabf.network import Network

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.gabf.assumptions import Premises
 from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.laws import Law

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from planner.base.arrays import Floats, frozen, plain_numbers
 from planner.base.errors import OptionError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.gabf.laws import Law, control_input
 from planner.gabf.problem import Problem
 from planner.gabf.result import FieldHistory

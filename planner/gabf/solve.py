@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.gabf.assumptions import Premises, pack_start, premises, require_overestimate
 from planner.gabf.laws import Law, SingularityFree
 from planner.gabf.network import Network

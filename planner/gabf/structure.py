@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, as_frozen, indices
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce, states

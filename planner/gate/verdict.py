@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any, Literal, Protocol
 
+from planner.base.records import dataclass
 from planner.trajectory.trajectory import Trajectory
 
 Kind = Literal["contact", "undecided", "reach", "limit", "floor", "kept", "start"]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import choices
+from planner.base.records import dataclass
 from planner.kinematics.forward import tool_positions
 from planner.models.poses import quaternion_of
 from planner.models.shapes import Cylinder

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +12,7 @@ import pinocchio as pin
 from planner.base.arrays import Floats, frozen, numbers, placement
 from planner.base.errors import SceneError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
 from planner.models.shapes import Obstacle, Shape, farthest
 

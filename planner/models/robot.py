@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ from planner.base.hashing import content_hash
 from planner.base.kinds import checks_kinds
 from planner.base.notes import Note
 from planner.base.places import Place
+from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
 from planner.models.files import urdf
 from planner.models.files.dae import dae_notes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -16,6 +16,7 @@ from planner.base.hashing import content_hash
 from planner.base.kinds import checks_kinds
 from planner.base.notes import Note
 from planner.base.places import Place, place_text
+from planner.base.records import dataclass
 from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.yamlfile import (
     FARTHEST,

@@ -6,7 +6,6 @@ above 0, placements rigid, all of them finite: :class:`SceneError` for others.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,6 +14,7 @@ from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, number
 from planner.base.errors import SceneError
 from planner.base.kinds import checks_kinds
 from planner.base.products import product
+from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
 
 

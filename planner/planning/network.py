@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import AssumptionError, OptionError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.base.shares import traded_off
 from planner.objective.scale import cost_number, length_cost, manipulability_cost
 from planner.problem.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective, said_twice

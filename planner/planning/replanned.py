@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
+
+from planner.base.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from planner.base.html import html_table
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import rounded
+from planner.base.records import dataclass
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
@@ -108,7 +109,7 @@ class Plan:
     tool_path: FollowedPath | None = None  # what came of a tool path that was to be followed
     legs: tuple[LegRecord, ...] = ()  # lines of the tool that the path begins and ends with, where they were asked for
     reason: NoPath | None = None
-    replanned: Replanned = Replanned()  # noqa: RUF009 (frozen); what a session did for it
+    replanned: Replanned = Replanned()
     timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:

@@ -12,11 +12,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from planner.base.errors import OptionError, choices
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 
 _FARTHEST = 1e4  # rad (m): what is written beyond is no condition on an arm
 THINNEST = 1e-4  # rad (m): no straight joint motion of any length keeps to less

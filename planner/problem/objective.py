@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, get_args
 
 from planner.base.errors import KeywordError, OptionError, choices, require_number
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.base.shares import Cost, require_share, traded_off
 
 Metric = Literal["joint", "workspace"]

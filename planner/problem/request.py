@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal, Optional, Protocol, TypeAlias, g
 from planner.base.errors import OptionError, PlannerError, choices, require_number
 from planner.base.kinds import WIDER, checks_kinds
 from planner.base.places import Place, place, place_text
+from planner.base.records import dataclass
 from planner.base.shares import require_share
 from planner.problem.conditions import Condition, keeps_text
 from planner.problem.objective import (

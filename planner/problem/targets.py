@@ -19,11 +19,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Set
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from planner.base.errors import OptionError, StateError, choices
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.problem.conditions import AND as AND  # between alternative goals too
 from planner.problem.conditions import FORMS as CONDITIONS
 from planner.problem.conditions import (

@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from os import PathLike
 from typing import NoReturn, Unpack
 
@@ -18,6 +18,7 @@ from planner.base.errors import KindError, OptionError, PlannerError, SceneError
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress
+from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker, is_free
 from planner.models.moving import MovingObstacle
 from planner.models.robot import Robot

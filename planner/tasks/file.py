@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -17,6 +17,7 @@ from planner.base.files import is_file
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place as FilePlace
 from planner.base.places import place as file_place
+from planner.base.records import dataclass
 from planner.base.resources import scene_file
 from planner.base.yamlfile import (
     FARTHEST,

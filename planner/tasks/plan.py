@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
@@ -12,6 +12,7 @@ from planner.base.arrays import Floats
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress, Stopwatch
+from planner.base.records import dataclass
 from planner.collision.checker import contact_of
 from planner.construction.build import build_roadmap
 from planner.models.frames import in_world

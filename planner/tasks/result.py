@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from planner.base.files import staged
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import rounded
+from planner.base.records import dataclass
 from planner.base.resolutions import RECHECK
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen, numbers, so_far, truths
 from planner.base.errors import ArrayError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 
 _TURN = 0.05  # rad: by more the orientation does not change along one line, so that chords of rotations are near it
 SAGITTA = 0.1  # of the tube: what arcs may be off the lines that stand for them

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from planner.base.errors import FileError, StateError
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import QUIET, Progress, Stopwatch
+from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.construction.connect_endpoints import SAME
 from planner.construction.obtain import obtain_roadmap

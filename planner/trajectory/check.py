@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from planner.base.errors import FileError, OptionError
 from planner.base.kinds import checks_kinds
 from planner.base.polynomials import bernstein
 from planner.base.progress import QUIET, Progress
+from planner.base.records import dataclass
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker

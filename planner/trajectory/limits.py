@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from planner.base.arrays import Floats, as_frozen, frozen, plain_numbers
 from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
+from planner.base.records import dataclass
 from planner.base.yamlfile import Number, Strict, parse_yaml, read_text, validate
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, require_scale

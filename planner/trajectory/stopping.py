@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil, sqrt
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from planner.base.arrays import Floats, numbers
 from planner.base.kinds import checks_kinds
 from planner.base.polynomials import derivative
+from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.trajectory.limits import KINDS, MotionLimits

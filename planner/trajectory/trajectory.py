@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -12,6 +12,7 @@ from planner.base.arrays import Floats, Ints, frozen, numbers
 from planner.base.errors import ArrayError, choices
 from planner.base.kinds import checks_kinds
 from planner.base.polynomials import derivative, evaluate
+from planner.base.records import dataclass
 from planner.native.motions import polynomial_extrema, polynomial_worst
 from planner.trajectory.limits import LimitError, MotionLimits
 

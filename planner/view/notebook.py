@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from html import escape
 from typing import Protocol
 
 from planner.base.errors import OptionError
 from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.roadmap.roadmap import Roadmap
 from planner.view.page import roadmap_page

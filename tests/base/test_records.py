@@ -1,0 +1,250 @@
+"""Records are what dataclasses makes of the same class, but for how they are made."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import inspect
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import FrozenInstanceError, field, fields, replace
+from functools import cached_property
+from typing import Any
+
+import pytest
+
+from planner.base.errors import OptionError
+from planner.base.kinds import checks_kinds
+from planner.base.records import dataclass
+
+
+def point(made_by: Any, **options: Any) -> Any:
+    @made_by(frozen=True, **options)
+    class Point:
+        x: float
+        y: float = 2.0
+        tags: list[str] = field(default_factory=list)
+        secret: str = field(default="s", repr=False, compare=False)
+        length: float = field(init=False)
+
+        def __post_init__(self) -> None:
+            object.__setattr__(self, "length", (self.x**2 + self.y**2) ** 0.5)
+
+        @cached_property
+        def half(self) -> float:
+            return self.length / 2
+
+    return Point
+
+
+def both(**options: Any) -> tuple[Any, Any]:
+    return point(dataclass, **options), point(dataclasses.dataclass, **options)
+
+
+@dataclass(frozen=True)
+class Named:
+    name: str
+    """Of what it is."""
+    size: int = 1
+
+
+@dataclass(frozen=True)
+class Coloured(Named):
+    colour: str = "red"
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    to: list[Any]
+
+
+@pytest.mark.parametrize(
+    ("args", "named"),
+    [((1.0,), {}), ((3.0, 4.0), {}), ((), {"y": 1.0, "x": 2.0}), ((1.0, 2.0, ["a"]), {"secret": "t"})],
+)
+def test_they_hold_what_they_are_given(args: tuple[Any, ...], named: dict[str, Any]) -> None:
+    ours, theirs = (made(*args, **named) for made in both())
+    assert vars(ours) == vars(theirs)
+    assert list(vars(ours)) == list(vars(theirs))
+    assert repr(ours) == repr(theirs)
+    assert dataclasses.asdict(ours) == dataclasses.asdict(theirs)
+    assert [item.name for item in fields(ours)] == [item.name for item in fields(theirs)]
+    assert vars(replace(ours, x=5.0)) == vars(replace(theirs, x=5.0))
+    assert ours.half == theirs.half
+    assert type(ours)(*args, **named).tags is not type(ours)(*args[:2], **named).tags or len(args) > 2
+
+
+@pytest.mark.parametrize(
+    ("args", "named", "told"),
+    [
+        ((), {}, "missing a required argument: 'x'"),
+        ((), {"y": 1.0}, "missing a required argument: 'x'"),
+        ((1.0,), {"x": 2.0}, "multiple values for argument 'x'"),
+        ((1.0,), {"z": 2.0}, "unexpected keyword argument 'z'"),
+        ((), {"y": 1.0, "z": 2.0}, "'x'"),
+        ((1.0,), {"length": 2.0}, "unexpected keyword argument 'length'"),
+        ((1.0, 2.0, [], "s", 5.0), {}, "too many positional arguments"),
+    ],
+)
+def test_what_does_not_fit_is_refused_as_python_does(args: Any, named: Any, told: str) -> None:
+    ours, theirs = both()
+    with pytest.raises(TypeError):
+        theirs(*args, **named)
+    with pytest.raises(TypeError, match=rf"Point\(\) .*{told}"):
+        ours(*args, **named)
+
+
+def test_by_name_only() -> None:
+    ours, theirs = both(kw_only=True)
+    assert vars(ours(x=1.0)) == vars(theirs(x=1.0))
+    with pytest.raises(TypeError, match="too many positional"):
+        ours(1.0)
+
+
+def test_signatures_are_told() -> None:
+    for ours, theirs in (both(), both(kw_only=True)):
+        mine, expected = inspect.signature(ours).parameters, inspect.signature(theirs).parameters
+        assert [(one.name, one.kind) for one in mine.values()] == [(one.name, one.kind) for one in expected.values()]
+        assert mine["y"].default == 2.0
+        assert mine["x"].default is inspect.Parameter.empty
+        assert mine["x"].annotation == "float"
+        assert ours.__init__.__annotations__ == theirs.__init__.__annotations__
+    assert str(inspect.signature(Coloured)).startswith("(name: 'str', size: 'int' = 1, colour")
+
+    class Own(Named):
+        def __init__(self, one: int) -> None:
+            super().__init__(str(one))
+
+    assert list(inspect.signature(Own).parameters) == ["one"]
+
+
+def test_equal_where_fields_are_and_hashed_alike() -> None:
+    ours, _ = both()
+    assert ours(1.0) == ours(1.0, secret="t") != ours(2.0)
+    assert Named("a") == Named("a")
+    assert hash(Named("a")) == hash(Named("a"))
+    assert Named("a") != Named("b")
+    assert Named("a") != Coloured("a")
+    assert (Named("a") == "a") is False
+    assert {Named("a"): 1}[Named("a", 1)] == 1
+    nan: Any = float("nan")
+    assert Named(nan) == Named(nan)  # one object is itself, as in tuples
+    one, other = Link([]), Link([])
+    assert one != other
+    assert hash(one) != hash(other)
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(ours(1.0))
+
+
+def test_a_class_keeps_what_it_has_of_its_own() -> None:
+    @dataclass(frozen=True)
+    class Odd:
+        x: int
+
+        def __repr__(self) -> str:
+            return "odd"
+
+        def __eq__(self, other: object) -> bool:
+            return isinstance(other, Odd)
+
+        def __hash__(self) -> int:
+            return 7
+
+    assert repr(Odd(1)) == "odd"
+    assert Odd(1) == Odd(2)
+    assert hash(Odd(1)) == 7
+
+
+@pytest.mark.parametrize("made", [Named("a"), Coloured("a", 2, "blue")])
+def test_nothing_is_changed(made: Any) -> None:
+    for name in ("name", "size", "other"):
+        with pytest.raises(FrozenInstanceError, match=name):
+            setattr(made, name, 1)
+        with pytest.raises(FrozenInstanceError, match=name):
+            delattr(made, name)
+
+
+def test_what_extends_a_record_may_have_more_of_its_own() -> None:
+    class Counted(Named):
+        count = 0
+
+    counted = Counted("a")
+    counted.count = 5
+    assert counted.count == 5
+    with pytest.raises(FrozenInstanceError):
+        counted.name = "b"  # pyright: ignore[reportAttributeAccessIssue]
+
+
+@pytest.mark.parametrize(("inner", "outer"), [(dataclass, dataclasses.dataclass), (dataclasses.dataclass, dataclass)])
+def test_records_and_data_classes_extend_each_other(inner: Any, outer: Any) -> None:
+    @inner(frozen=True)
+    class Base:
+        a: int
+
+    @outer(frozen=True)
+    class More(Base):
+        b: int = 2
+
+    made = More(1)
+    assert (made.a, made.b) == (1, 2)
+    assert made == More(1, 2)
+    assert hash(made) == hash(More(1))
+    with pytest.raises(FrozenInstanceError):
+        made.b = 3
+    with pytest.raises(TypeError, match="frozen"):
+
+        @dataclasses.dataclass
+        class Loose(Base):
+            c: int = 3
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda made: pickle.loads(pickle.dumps(made))])
+def test_they_are_copied_and_kept(copied: Callable[[Any], Any]) -> None:
+    for made in (Named("a", 3), Coloured("b", 2, "c")):
+        assert copied(made) == made
+        assert type(copied(made)) is type(made)
+
+
+def test_matched_by_place() -> None:
+    match Coloured("a", 2):
+        case Coloured(name, size, colour):
+            assert (name, size, colour) == ("a", 2, "red")
+
+
+def test_one_that_holds_itself_is_shown() -> None:
+    link = Link([])
+    link.to.append(link)
+    assert repr(link) == "Link(to=[...])"
+
+
+def test_kinds_are_judged() -> None:
+    @checks_kinds
+    @dataclass(frozen=True)
+    class Sized:
+        size: int
+        name: str = field(default="a", kw_only=True)
+
+    assert Sized(3, name="b") == Sized(size=3, name="b")
+    for wrong in (lambda: Sized("3"), lambda: Sized(size=None), lambda: Sized(3, name=4)):  # pyright: ignore[reportArgumentType]
+        with pytest.raises(OptionError, match=r"Sized: (size|name) is"):
+            wrong()
+
+
+def test_no_method_is_compiled_for_a_record() -> None:
+    counted = """
+import builtins, dataclasses
+texts = []
+real = builtins.exec
+dataclasses.exec = lambda text, *more: (texts.append(text), real(text, *more))
+from planner.base.records import dataclass
+@dataclass(frozen=True)
+class One:
+    a: int
+    b: str = "x"
+assert One(1) == One(1, "x")
+print(len(texts))
+"""
+    done = subprocess.run([sys.executable, "-c", counted], capture_output=True, text=True, check=True)
+    assert done.stdout == "0\n"
