@@ -25,7 +25,8 @@ def _dataclass(cls: Any = None, /, *, frozen: bool = False, eq: bool = True, kw_
         return lambda cls: _dataclass(cls, frozen=frozen, eq=eq, kw_only=kw_only, **more)
     if not frozen or more:
         return dataclasses.dataclass(cls, frozen=frozen, eq=eq, kw_only=kw_only, **more)
-    own, extends = frozenset(vars(cls)), any(dataclasses.is_dataclass(base) for base in cls.__mro__[1:])
+    own = {name for name, member in vars(cls).items() if name != "__hash__" or member is not None}  # beside an __eq__
+    extends = any(dataclasses.is_dataclass(base) for base in cls.__mro__[1:])
     cls.__doc__ = cls.__doc__ or cls.__name__  # else its signature is asked for, which takes longer than all else
     dataclasses.dataclass(cls, init=False, repr=False, eq=False, frozen=extends, kw_only=kw_only)
     cls.__dataclass_params__.frozen = cls.__dataclass_params__.repr = cls.__dataclass_params__.init = True
@@ -48,7 +49,7 @@ else:
 
 
 def _init(cls: type) -> Callable[..., None]:
-    """The ``__init__`` of a class; ``takes`` are its parameters, those that may be given by place first."""
+    """The ``__init__`` of a class; ``parameters`` are those that may be given by place, and the others."""
     taken = [item for item in fields(cls) if item.init]
     places = tuple(item.name for item in taken if not item.kw_only)
     template = {item.name: _REQUIRED if item.default is dataclasses.MISSING else item.default for item in taken}
@@ -90,20 +91,29 @@ class _Signature:
     def __get__(self, instance: object, owner: type) -> inspect.Signature:
         if instance is not None or inspect.unwrap(owner.__init__) is not self._init:
             raise AttributeError("__signature__")  # that of its own __init__, or none
-        return inspect.Signature([_parameter(item) for item in fields(owner) if item.init])
+        return _signature(owner)
 
 
-def _parameter(item: dataclasses.Field[Any]) -> inspect.Parameter:
-    kind = inspect.Parameter.KEYWORD_ONLY if item.kw_only else inspect.Parameter.POSITIONAL_OR_KEYWORD
+def _signature(cls: type) -> inspect.Signature:
+    kinds = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY
+    taken = sorted((item for item in fields(cls) if item.init), key=lambda item: item.kw_only)
+    return inspect.Signature(
+        [
+            inspect.Parameter(item.name, kinds[item.kw_only], default=_default(item), annotation=item.type)
+            for item in taken
+        ]
+    )
+
+
+def _default(item: dataclasses.Field[Any]) -> Any:
     default = item.default if item.default_factory is dataclasses.MISSING else item.default_factory
-    default = inspect.Parameter.empty if default is dataclasses.MISSING else default
-    return inspect.Parameter(item.name, kind, default=default, annotation=item.type)
+    return inspect.Parameter.empty if default is dataclasses.MISSING else default
 
 
 def _misfit(cls: type, args: tuple[Any, ...], named: dict[str, Any]) -> TypeError:
     """What Python says of arguments that do not fit a class."""
     try:
-        inspect.Signature([_parameter(item) for item in fields(cls) if item.init]).bind(*args, **named)
+        _signature(cls).bind(*args, **named)
     except TypeError as error:
         return TypeError(f"{cls.__qualname__}() {error}")
     raise AssertionError("they fit")

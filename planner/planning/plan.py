@@ -173,7 +173,7 @@ def improved(draft: Plan, progress: Progress) -> Plan:
     improved = improved_roadmap(roadmap, draft.checker, request, request.beta, progress, room)
     roadmap, level = improved.roadmap, 0.0
     for beta in _EXTREMES:
-        if beta != request.beta:
+        if beta != request.beta and request.rounds > 0:
             fewer = replace(request, effort=min(request.rounds, _ROUNDS_PER_EXTREME))
             roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress, room).roadmap
     if (request.above_ends or request.beta == 0.0) and request.min_manipulability <= 0:

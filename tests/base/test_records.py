@@ -60,6 +60,12 @@ class Link:
     to: list[Any]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Sized(Named):
+    length: float
+    width: float = 1.0
+
+
 @pytest.mark.parametrize(
     ("args", "named"),
     [((1.0,), {}), ((3.0, 4.0), {}), ((), {"y": 1.0, "x": 2.0}), ((1.0, 2.0, ["a"]), {"secret": "t"})],
@@ -112,6 +118,8 @@ def test_signatures_are_told() -> None:
         assert mine["x"].annotation == "float"
         assert ours.__init__.__annotations__ == theirs.__init__.__annotations__
     assert str(inspect.signature(Coloured)).startswith("(name: 'str', size: 'int' = 1, colour")
+    assert str(inspect.signature(Sized)) == "(name: 'str', size: 'int' = 1, *, length: 'float', width: 'float' = 1.0)"
+    assert vars(Sized("a", length=2.0)) == {"name": "a", "size": 1, "length": 2.0, "width": 1.0}
 
     class Own(Named):
         def __init__(self, one: int) -> None:
@@ -155,6 +163,16 @@ def test_a_class_keeps_what_it_has_of_its_own() -> None:
     assert repr(Odd(1)) == "odd"
     assert Odd(1) == Odd(2)
     assert hash(Odd(1)) == 7
+
+    @dataclass(frozen=True)
+    class Alike:
+        x: int
+
+        def __eq__(self, other: object) -> bool:
+            return isinstance(other, Alike)
+
+    assert Alike(1) == Alike(2)
+    assert hash(Alike(1)) == hash(Alike(1)) != hash(Alike(2)), "as dataclasses has it"
 
 
 @pytest.mark.parametrize("made", [Named("a"), Coloured("a", 2, "blue")])
@@ -222,13 +240,13 @@ def test_one_that_holds_itself_is_shown() -> None:
 def test_kinds_are_judged() -> None:
     @checks_kinds
     @dataclass(frozen=True)
-    class Sized:
-        size: int
+    class Judged:
         name: str = field(default="a", kw_only=True)
+        size: int
 
-    assert Sized(3, name="b") == Sized(size=3, name="b")
-    for wrong in (lambda: Sized("3"), lambda: Sized(size=None), lambda: Sized(3, name=4)):  # pyright: ignore[reportArgumentType]
-        with pytest.raises(OptionError, match=r"Sized: (size|name) is"):
+    assert Judged(3, name="b") == Judged(size=3, name="b")
+    for wrong in (lambda: Judged("3"), lambda: Judged(size=None), lambda: Judged(3, name=4)):  # pyright: ignore[reportArgumentType]
+        with pytest.raises(OptionError, match=r"Judged: (size|name) is"):
             wrong()
 
 

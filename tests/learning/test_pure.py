@@ -10,7 +10,7 @@ import pytest
 from tests.test_imports import MODULES, imported
 
 GRAPHS_ONLY = [name for name in MODULES if name.startswith("planner.learning") and "roadmap" not in name]
-ALLOWED = ("planner.learning", "planner.gabf", "planner.base.arrays", "planner.base.errors")
+ALLOWED = ("planner.learning", "planner.gabf", "planner.base.arrays", "planner.base.errors", "planner.base.records")
 
 
 @pytest.mark.parametrize("module", GRAPHS_ONLY)
