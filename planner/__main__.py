@@ -36,8 +36,11 @@ def run(command_line: Callable[[], None]) -> None:
 
 
 def _leave_at_once(code: int) -> None:
-    """End the process without taking apart what it has loaded, 0.13 s of a plan's 0.9; not where a thread works on."""
-    if threading.active_count() > 1:
+    """End the process without taking apart what it has loaded, 0.13 s of a plan's 0.7; not where a thread works on.
+
+    Daemons do not count, they end with the process either way; that of a progress bar is often still about to.
+    """
+    if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         return
     try:
         sys.stdout.flush()

@@ -68,6 +68,7 @@ def test_while_the_first_modules_are_loaded_an_interrupt_ends_in_no_traceback() 
     [
         ("pass", 4, "last"),
         ("threading.Timer(0.3, os.write, (2, b'worked, ')).start()", 3, "worked, last, taken apart"),
+        ("threading.Thread(target=threading.Event().wait, daemon=True).start()", 4, "last"),
         ("pass", "'a sentence'", "a sentence\nlast, taken apart"),
     ],
 )

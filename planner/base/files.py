@@ -22,6 +22,7 @@ from planner.base.errors import FileError
 from planner.base.process_lock import PROCESS
 
 _UNFINISHED = ".unfinished"
+_ENCODE = json.JSONEncoder(allow_nan=False).encode
 
 
 def is_file(path: Path) -> bool:
@@ -86,7 +87,21 @@ def remove(path: Path) -> None:
 
 def write_json(path: Path, record: dict[str, Any]) -> None:
     """Write ``record`` whole or not at all; raises ValueError for a number that is not finite."""
-    write_whole(path, (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())
+    write_whole(path, (json_text(record) + "\n").encode())
+
+
+def json_text(value: Any, begin: str = "\n") -> str:
+    """JSON with a line for each key, and one for each array that holds neither arrays nor objects.
+
+    Raises ValueError for a number that is not finite. A line ends with ``begin``, which is how the next one begins.
+    """
+    inner = begin + " "
+    if isinstance(value, dict) and value:
+        lines = [f"{_ENCODE(str(key))}: {json_text(item, inner)}" for key, item in value.items()]
+        return f"{{{inner}{(',' + inner).join(lines)}{begin}}}"
+    if isinstance(value, list | tuple) and any(isinstance(item, dict | list | tuple) for item in value):
+        return f"[{inner}{(',' + inner).join([json_text(item, inner) for item in value])}{begin}]"
+    return _ENCODE(value)
 
 
 def _open_temporary(path: Path) -> tuple[int, str]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json as json_text
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from planner.base.errors import OptionError
+from planner.base.files import json_text
 from planner.cli.common import Debug, Flag
 from planner.cli.terminal import complain, facts, say, show, watching
 from planner.problem.request import LimitsRequest, WorldRequest
@@ -96,7 +96,7 @@ def check(
     waypoints = read_joint_path(path, robot)
     if json:
         report = check_path(checker, waypoints, step)
-        say(json_text.dumps(report_record(report), indent=1, allow_nan=False))
+        say(json_text(report_record(report)))
     else:
         excess = worst_excess(robot, waypoints)
         if excess is not None and not looks_like_degrees(robot, waypoints):
@@ -138,7 +138,7 @@ def _check_task(path: Path, task: TaskRecord, checker: CollisionChecker, step: f
         require_of_robot(checker.robot, whole.limits)
     found = summary(list(judged(task, checker, whole, step)))
     if json:
-        say(json_text.dumps(found, indent=1, allow_nan=False))
+        say(json_text(found))
     else:
         rows = [
             (
@@ -177,7 +177,7 @@ def _check_trajectory(
     if json:
         report = check_trajectory(checker, points, limits, step)
         record = report_record(report) | ({} if stops is None else {"prefixes": stops.to_dict()})
-        say(json_text.dumps(record, indent=1, allow_nan=False))
+        say(json_text(record))
     else:
         with watching() as progress:
             report = check_trajectory(checker, points, limits, step, progress)

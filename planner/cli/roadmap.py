@@ -67,14 +67,13 @@ def info(file: File, json: Flag = False, debug: Debug = False) -> int:
         file: A roadmap.npz.
         json: Print it as JSON.
     """
-    from json import dumps
-
+    from planner.base.files import json_text
     from planner.roadmap.storage import load_roadmap
     from planner.roadmap.summary import summary
 
     found = summary(load_roadmap(file))
     if json:
-        say(dumps(found, indent=1, allow_nan=False))
+        say(json_text(found))
     else:
         show(facts(str(file), _info_rows(found)))
     return 0

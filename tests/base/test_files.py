@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,6 +14,7 @@ from planner.base.errors import FileError
 from planner.base.files import (
     is_file,
     is_folder,
+    json_text,
     make_folder,
     require_writable_file,
     require_writable_folder,
@@ -118,3 +121,24 @@ def test_looking_a_place_up(tmp_path: Path, loop: Path) -> None:
 def test_a_folder_that_no_disk_can_name_is_refused(tmp_path, name) -> None:
     with pytest.raises(FileError, match="cannot be made"):
         make_folder(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ({"a": 1, "é": [1.5, -0.0, 1e-300], "n": None}, '{| "a": 1,| "\\u00e9": [1.5, -0.0, 1e-300],| "n": null|}'),
+        ({"rows": [[1, 2], [3]], "no": {}}, '{| "rows": [|  [1, 2],|  [3]| ],| "no": {}|}'),
+        ([{"t": 0.5}, []], '[| {|  "t": 0.5| },| []|]'),
+        ([], "[]"),
+        ("x", '"x"'),
+    ],
+)
+def test_json_has_a_line_for_each_key_and_each_row(value: Any, text: str) -> None:
+    assert json_text(value) == text.replace("|", "\n")
+    assert json.loads(json_text(value)) == value
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf")])
+def test_no_number_that_json_does_not_have(number: float) -> None:
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        json_text({"a": [[number]]})
