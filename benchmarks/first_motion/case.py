@@ -6,6 +6,7 @@ python -m benchmarks.first_motion.case out.json '{"method": "planner", "request"
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import importlib.metadata
 import json
@@ -91,6 +92,7 @@ def _ours(query: Query, request: PlanRequest, motion: LimitsRequest) -> _Found:
     timing = TimingRequest(**vars(motion))
     with contextlib.suppress(PlannerError):
         plan(replace(asked, scene=Scene("empty")), timing=timing)
+    gc.collect()
     watch, begin, cpu = _FirstPath(), time.perf_counter(), time.process_time()
     found = plan(asked, Progress(watch), timing)
     total, cpu = time.perf_counter() - begin, time.process_time() - cpu
@@ -122,6 +124,7 @@ def _version(package: str) -> str:
 
 def _ompl(query: Query, seed: int, seconds: float) -> _Found:
     """RRTConnect with Pinocchio's loop over all pairs of coal as state check, as its documentation shows."""
+    gc.collect()
     begin, cpu = time.perf_counter(), time.process_time()
     connect = OmplConnect(query.robot, plain_check(query.checker), seed)
     columns: Columns = {"ready_s": time.perf_counter() - begin, "version": _version("ompl"), "proven": False}

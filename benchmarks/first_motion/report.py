@@ -164,7 +164,8 @@ the clocks start. Times are medians of the wall clock over the problems that the
 is a mean; ready is from a new scene to a checker of it, shortcuts count from the same moment as the first path, 98 % is
 of the total, or of the time to the path where there is no motion. Ours: `planner plan --path-only` without its page,
 every motion proven, after a plan of the same robot in an empty scene; with the whole roadmap, a plan whose path is
-there once all is refined. OMPL: RRTConnect and `simplifyMax` with its defaults, a Python callback that asks Pinocchio
+there once all is refined. Before ours and OMPL's Python collects what loading left behind, 0.03 s that would fall on
+one plan of a process. OMPL: RRTConnect and `simplifyMax` with its defaults, a Python callback that asks Pinocchio
 and coal about all pairs. roboplan (C++) and pyroboplan (Python): RRT-Connect and their own shortcuts, states 0.05 rad
 apart, in the environments given by `--python NAME=PATH`, with the same URDF, limits, link pairs and obstacles;
 roboplan's connection distance is its default, 3 rad, pyroboplan's 1 rad. roboplan's motion is that of its default
