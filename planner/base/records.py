@@ -95,19 +95,15 @@ class _Signature:
 
 
 def _signature(cls: type) -> inspect.Signature:
-    kinds = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY
-    taken = sorted((item for item in fields(cls) if item.init), key=lambda item: item.kw_only)
-    return inspect.Signature(
-        [
-            inspect.Parameter(item.name, kinds[item.kw_only], default=_default(item), annotation=item.type)
-            for item in taken
-        ]
-    )
+    taken = [_parameter(item) for item in fields(cls) if item.init]
+    return inspect.Signature(sorted(taken, key=lambda parameter: parameter.kind))
 
 
-def _default(item: dataclasses.Field[Any]) -> Any:
+def _parameter(item: dataclasses.Field[Any]) -> inspect.Parameter:
+    kind = inspect.Parameter.KEYWORD_ONLY if item.kw_only is True else inspect.Parameter.POSITIONAL_OR_KEYWORD
     default = item.default if item.default_factory is dataclasses.MISSING else item.default_factory
-    return inspect.Parameter.empty if default is dataclasses.MISSING else default
+    default = inspect.Parameter.empty if default is dataclasses.MISSING else default
+    return inspect.Parameter(item.name, kind, default=default, annotation=item.type)
 
 
 def _misfit(cls: type, args: tuple[Any, ...], named: dict[str, Any]) -> TypeError:
