@@ -141,6 +141,10 @@ class Robot:
         return found
 
 
+HALF_TURN = np.pi - 1e-9
+"""The farthest (rad) that a joint without limits may turn on a motion that is told by its ends: rounding comes to less."""
+
+
 def shorter_way(delta: Floats, turns: Bools) -> Floats:
     """Joint motions (..., dof) in the shorter direction for joints that turn freely; back is the exact opposite."""
     if not turns.any():

@@ -42,7 +42,7 @@ class MotionCost:
 
     The length is divided by the longest edge of the roadmap that ``scale`` was measured on; omega is integrated along
     the motion and multiplied by that, or with ``charge`` "nodes" that of the state it leads to. Infinite for motions
-    with a state below the floor, where a continuous joint turns by more than half a turn, and unless beta is 1 for
+    with a state below the floor, where a continuous joint turns by half a turn or more, and unless beta is 1 for
     those longer than ``longest``. ``states``: in how many, at least, w is looked at along each.
     """
 

@@ -9,6 +9,7 @@ from planner.base.products import length
 from planner.base.resolutions import PROOF, W_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver, MotionCheck
 from planner.kinematics.manipulability import manipulability
+from planner.models.robot import HALF_TURN
 
 
 class Motions:
@@ -32,11 +33,13 @@ class Motions:
     def shortest_way(self, path: Floats) -> Floats:
         """The states (k, dof) of a ``path`` (n, dof) of proven motions that the shortest way along it passes.
 
-        Motions that skip others are proven, and leave ``room``.
+        Motions that skip others are proven, and leave ``room``; they turn no joint by half a turn, as angles of such
+        ends tell another motion, the shorter one.
         """
         states = self.robot.unwound(path)
-        apart = np.sqrt(((states[:, None] - states) ** 2).sum(axis=2))
-        price = np.where(np.triu(np.ones(apart.shape, dtype=bool), 1), apart, np.inf)
+        by = np.abs(states[:, None] - states)
+        allowed = np.triu((by[..., self.robot.continuous] < HALF_TURN).all(axis=2), 1) | np.eye(len(path), k=1, dtype=bool)
+        price = np.where(allowed, np.sqrt((by**2).sum(axis=2)), np.inf)
         allows = self._all_well_conditioned if self.floor > 0 else None
         return path[self.prover.cheapest_chain(states, price, self.room, allows)]
 

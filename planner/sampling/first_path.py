@@ -197,8 +197,9 @@ class FirstPathSearch:
         tries, seed = self._settings.shortcuts, int(self._rng.integers(2**31))
         refiner = PathRefiner(prover, cost, EXTRA_CLEARANCE, seed, self._progress, tries, floor)
         path = roomy.shortest_way(subdivided(robot, path, longest))
-        path = robot.normalise(refiner.partial_shortcuts(robot.unwound(path)))
-        return roomy.shortest_way(subdivided(robot, path, longest))
+        shorter = robot.normalise(refiner.partial_shortcuts(robot.unwound(path)))
+        shorter[[0, -1]] = path[[0, -1]]  # to the last bit: they are nodes already
+        return roomy.shortest_way(subdivided(robot, shorter, longest))
 
 
 def shorter_path(

@@ -72,7 +72,8 @@ struct Prices {
     bool asks_w() const { return beta < 1.0 || floor > 0.0; }
 };
 
-constexpr int most_doublings = 7;  // of the states on longer motions
+constexpr double half_turn = M_PI - 1e-9;  // rad: who is told the ends alone turns the other way beyond that
+constexpr int most_doublings = 7;          // of the states on longer motions
 
 // The costs of motions that straight lines from `start` to `end` (dof,) are, some at a time.
 class Pricing {
@@ -91,7 +92,7 @@ class Pricing {
             for (int j = 0; j < dof; ++j) {
                 const double by = b[j] - a[j];
                 square += by * by;
-                allowed = allowed && !(prices_.wraps[j] && std::abs(by) > M_PI);
+                allowed = allowed && !(prices_.wraps[j] && std::abs(by) > half_turn);
             }
             const double length = std::sqrt(square);
             allowed = allowed && !(prices_.beta < 1.0 && length > prices_.longest);
