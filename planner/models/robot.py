@@ -142,7 +142,7 @@ class Robot:
 
 
 HALF_TURN = np.pi - 1e-9
-"""The farthest (rad) that a joint without limits may turn on a motion that is told by its ends: rounding comes to less."""
+"""How far (rad) a joint without limits may turn, at most, on motions that are told by their ends: less is rounding."""
 
 
 def shorter_way(delta: Floats, turns: Bools) -> Floats:

@@ -38,8 +38,8 @@ class Motions:
         """
         states = self.robot.unwound(path)
         by = np.abs(states[:, None] - states)
-        allowed = np.triu((by[..., self.robot.continuous] < HALF_TURN).all(axis=2), 1) | np.eye(len(path), k=1, dtype=bool)
-        price = np.where(allowed, np.sqrt((by**2).sum(axis=2)), np.inf)
+        told = (by[..., self.robot.continuous] < HALF_TURN).all(axis=2) | np.eye(len(path), k=1, dtype=bool)
+        price = np.where(np.triu(told, 1), np.sqrt((by**2).sum(axis=2)), np.inf)
         allows = self._all_well_conditioned if self.floor > 0 else None
         return path[self.prover.cheapest_chain(states, price, self.room, allows)]
 

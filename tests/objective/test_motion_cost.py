@@ -81,7 +81,7 @@ def test_motions_cost_what_numpy_says(name: str, charge: Charge, beta: float, fl
             mean = float(mean_manipulability_cost(w[None], scale, kind)[0]) * distance
             omega = float(manipulability_cost(w[-1:], scale, kind)[0]) if charge == "nodes" else mean
             whole = (1.0 - beta) * omega + beta * distance
-            turned = (np.abs(end - start) > np.pi)[robot.continuous].any()
+            turned = (np.abs(end - start) >= np.pi)[robot.continuous].any()
             barred = turned or (beta < 1.0 and length > longest) or (floor > 0 and w.min() < floor)
             assert cost == pytest.approx(np.inf if barred else whole, rel=1e-12)
 
@@ -110,3 +110,15 @@ def test_what_is_to_be_short_costs_its_length(name: str) -> None:
     a, b = random_q(robot, 40, seed=0), random_q(robot, 40, seed=1)
     b = a + robot.difference(a, b)
     np.testing.assert_allclose(MotionCost.of_length(robot)(a, b), np.linalg.norm(b - a, axis=1), rtol=1e-13)
+
+
+def test_half_a_turn_of_a_free_joint_is_barred() -> None:
+    """Its ends tell the motion the other way round as well, whatever the angles are counted on from."""
+    robot = load("kinova")
+    joint, scale = int(np.flatnonzero(robot.continuous)[0]), CostScale(0.02, 0.2, 1.7, 0.9, 0.01)
+    by = np.zeros((4, robot.dof))
+    by[:, joint] = [np.pi, -np.pi, np.pi - 1e-6, 1e-6 - np.pi]
+    start = np.repeat(robot.home[None], 4, axis=0)
+    for beta in (0.5, 1.0):
+        cost = MotionCost(robot, scale, Objective(beta), np.inf)(start, start + by)
+        assert np.isfinite(cost).tolist() == [False, False, True, True]

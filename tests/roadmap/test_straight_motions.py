@@ -23,6 +23,20 @@ def test_motions_with_a_floor_refuse_what_dips() -> None:
     assert manipulability(robot, a[None])[0] > 0.01
 
 
+def test_the_shortest_way_turns_as_the_path_does() -> None:
+    """A shortcut by half a turn or more would be told by its ends, and they tell the motion the other way round."""
+    robot, prover = load("kinova"), EdgeProver(checker_of("kinova"))
+    joint = int(np.flatnonzero(robot.continuous)[0])
+    for turn in (1.0, np.pi, 1.5 * np.pi, -2.0 * np.pi, 7.0):
+        path = np.repeat(robot.home[None], 41, axis=0)
+        path[:, joint] += np.linspace(0.0, turn, len(path))
+        path = robot.normalise(path)
+        short = Motions(prover).shortest_way(path)
+        assert len(short) < 10
+        np.testing.assert_array_equal(short[[0, -1]], path[[0, -1]])
+        np.testing.assert_allclose(robot.unwound(short)[-1] - path[0], robot.unwound(path)[-1] - path[0], atol=1e-9)
+
+
 def test_what_looks_free_may_touch_and_what_is_proven_does_not() -> None:
     """Of random motions past the post, by coal every millimetre: proven ones are free, sampled ones nearly all."""
     checker = make_post()

@@ -36,6 +36,20 @@ def test_the_path_is_proven_subdivided_and_joins_its_ends() -> None:
     assert all(recheck(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
 
 
+@pytest.mark.parametrize(("scene", "seed"), [("shelf", 2), ("table", 0), ("table", 1), ("window", 0)])
+def test_joints_that_turn_freely(scene: str, seed: int) -> None:
+    """They were shortened to motions the other way round, through the table, and ends lost their last bit."""
+    query = make_query(PlanRequest("kinova", scene=scene))
+    prover, robot = EdgeProver(query.checker), query.robot
+    searched = FirstPathSearch(Motions(prover), JoinSettings(0.4, 56_000, 16), np.random.default_rng(seed))
+    found = searched.join(query.starts, query.goals)
+    assert found is not None
+    np.testing.assert_array_equal(found[[0, -1]], [query.starts[0], query.goals[0]])
+    delta = robot.difference(found[:-1], found[1:])
+    assert (prover.prove(found[:-1], delta).verdict == Verdict.FREE).all()
+    assert all(recheck(query.checker, q, d, 5e-3) is None for q, d in zip(found, delta, strict=False))
+
+
 def test_shortcuts_make_it_shorter() -> None:
     def length_with(shortcuts: int, seed: int) -> float:
         settings = JoinSettings(range=0.4, motions=4000, shortcuts=shortcuts)
