@@ -97,11 +97,15 @@ def json_text(value: Any, begin: str = "\n") -> str:
     """
     inner = begin + " "
     if isinstance(value, dict) and value:
-        lines = [f"{_ENCODE(str(key))}: {json_text(item, inner)}" for key, item in value.items()]
+        lines = [f"{_key(key)}: {json_text(item, inner)}" for key, item in value.items()]
         return f"{{{inner}{(',' + inner).join(lines)}{begin}}}"
     if isinstance(value, list | tuple) and any(isinstance(item, dict | list | tuple) for item in value):
         return f"[{inner}{(',' + inner).join([json_text(item, inner) for item in value])}{begin}]"
     return _ENCODE(value)
+
+
+def _key(key: Any) -> str:
+    return _ENCODE(key) if isinstance(key, str) else _ENCODE({key: 0})[1 : -len(": 0}")]
 
 
 def _open_temporary(path: Path) -> tuple[int, str]:

@@ -77,17 +77,13 @@ def kinds_of(function: Callable[..., Any]) -> dict[str, Kind | None]:
     """The kind that each parameter of a function is checked for; None where anything will do."""
     plain = inspect.unwrap(function)
     names, hints = {**vars(sys.modules[plain.__module__]), **WIDER}, plain.__annotations__
-    places, others = _parameters(plain)
-    return {name: kind_of(_read(hints[name], names)) for name in (*places, *others) if name in hints}
+    return {name: kind_of(_read(hints[name], names)) for name in _parameters(plain) if name in hints}
 
 
-def _parameters(function: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Those that may be given by place, and the others; inspect takes ten times as long, which hundreds feel."""
-    if (said := getattr(function, "parameters", None)) is not None:
-        return said  # of a class of planner.base.records
+def _parameters(function: Any) -> tuple[str, ...]:
+    """Those by name, the positional ones first: inspect takes ten times as long, which hundreds of functions feel."""
     code = function.__code__
-    names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
-    return names[: code.co_argcount], names[code.co_argcount :]
+    return code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
 
 
 def kind_of(hint: Any) -> Kind | None:
@@ -127,10 +123,9 @@ def _checking(function: Any) -> Any:
     def checked(*args: Any, **named: Any) -> Any:
         if not by_name:
             plain = inspect.unwrap(function)
-            places, others = _parameters(plain)
-            by_name.update(dict.fromkeys((*places, *others)))
+            by_name.update(dict.fromkeys(_parameters(plain)))
             by_name.update(kinds_of(plain))
-            by_place.extend((name, by_name[name]) for name in places)
+            by_place.extend(list(by_name.items())[: plain.__code__.co_argcount])
         given = list(args)
         for place, ((name, kind), value) in enumerate(zip(by_place, args, strict=False)):
             if kind is not None:

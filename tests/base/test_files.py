@@ -142,3 +142,12 @@ def test_json_has_a_line_for_each_key_and_each_row(value: Any, text: str) -> Non
 def test_no_number_that_json_does_not_have(number: float) -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         json_text({"a": [[number]]})
+
+
+def test_keys_are_written_as_json_does() -> None:
+    record = {2: 1, 1.5: [1], None: {}, True: [[2]], False: {"x": 1}, "é": 2}
+    assert json.loads(json_text(record)) == json.loads(json.dumps(record))
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        json_text({float("nan"): 1})
+    with pytest.raises(TypeError, match="keys must be str"):
+        json_text({(1, 2): 1})
