@@ -43,8 +43,9 @@ def _leave_at_once(code: int) -> None:
     if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         return
     try:
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:  # as one is that was closed before the program began
+                stream.flush()
     except OSError:  # a full disk, a closed pipe: the interpreter sees to these
         return
     atexit._run_exitfuncs()

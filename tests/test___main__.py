@@ -76,3 +76,11 @@ def test_the_end_waits_for_threads_and_runs_exit_functions(before: str, code: in
     end = END.format(before=before, code=code)
     done = subprocess.run([sys.executable, "-c", end], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr, done.returncode) == ("said\n", last, code if isinstance(code, int) else 1)
+
+
+@pytest.mark.parametrize("closed", [1, 2])
+def test_a_stream_that_was_closed_before_is_not_missed(closed: int) -> None:
+    end = END.format(before="pass", code=4)
+    command = f'exec {closed}>&-; exec "$0" -c "$1"'
+    done = subprocess.run(["sh", "-c", command, sys.executable, end], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr, done.returncode) == (("", "last", 4) if closed == 1 else ("said\n", "", 4))
