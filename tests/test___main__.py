@@ -84,3 +84,11 @@ def test_a_stream_that_was_closed_before_is_not_missed(closed: int) -> None:
     command = f'exec {closed}>&-; exec "$0" -c "$1"'
     done = subprocess.run(["sh", "-c", command, sys.executable, end], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr, done.returncode) == (("", "last", 4) if closed == 1 else ("said\n", "", 4))
+
+
+def test_errors_are_told_where_nobody_reads_the_output() -> None:
+    command = 'exec "$0" -m planner plan --robot nowhere >&-'
+    done = subprocess.run(["sh", "-c", command, sys.executable], stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 3
+    assert done.stderr.strip().startswith("planner: error: robot 'nowhere' not found")
+    assert "Traceback" not in done.stderr
