@@ -102,6 +102,7 @@ class _Filling:
 
     def fill(self, made: Any, values: dict[str, Any]) -> None:
         """Give a new instance its fields; ``values`` holds its arguments, itself among them."""
+        values = values.copy()  # a debugger that looks at the caller writes into what locals() gave
         del values[self._this]
         for name, factory in self._factories:
             if values.get(name, _FACTORY) is _FACTORY:
@@ -117,6 +118,9 @@ class _Factory:
 
     def __repr__(self) -> str:
         return "<factory>"
+
+    def __reduce__(self) -> str:
+        return "_FACTORY"
 
 
 _FACTORY = _Factory()

@@ -320,6 +320,29 @@ def test_they_are_copied_and_kept(copied: Callable[[Any], Any]) -> None:
         assert type(copied(made)) is type(made)
 
 
+def test_what_stands_for_a_factory_is_kept_as_itself() -> None:
+    default = inspect.signature(both()[0]).parameters["tags"].default
+    assert pickle.loads(pickle.dumps(default)) is copy.deepcopy(default) is default
+
+
+def test_a_debugger_that_looks_at_all_frames_changes_nothing() -> None:
+    ours, _ = both()
+
+    def look(frame: Any, event: str, arg: object) -> Any:
+        while frame is not None:
+            assert frame.f_locals is not None
+            frame = frame.f_back
+        return look
+
+    before = sys.gettrace()
+    sys.settrace(look)
+    try:
+        made = ours(3.0)
+    finally:
+        sys.settrace(before)
+    assert vars(made) == vars(ours(3.0))
+
+
 def test_matched_by_place() -> None:
     match Coloured("a", 2):
         case Coloured(name, size, colour):
