@@ -115,17 +115,18 @@ def kind_of(hint: Any) -> Kind | None:
 
 def _checking(function: Any) -> Any:
     """The function with a look at what it is given."""
-    by_place: list[tuple[str, Kind | None]] = []
-    by_name: dict[str, Kind | None] = {}
+    known: list[
+        tuple[list[tuple[str, Kind | None]], dict[str, Kind | None]]
+    ] = []  # one: threads may ask at once
     title = function.__qualname__.removesuffix(".__init__")
 
     @wraps(function)
     def checked(*args: Any, **named: Any) -> Any:
-        if not by_name:
+        if not known:
             plain = inspect.unwrap(function)
-            by_name.update(dict.fromkeys(_parameters(plain)))
-            by_name.update(kinds_of(plain))
-            by_place.extend(list(by_name.items())[: plain.__code__.co_argcount])
+            found = {**dict.fromkeys(_parameters(plain)), **kinds_of(plain)}
+            known.append((list(found.items())[: plain.__code__.co_argcount], found))
+        by_place, by_name = known[0]
         given = list(args)
         for place, ((name, kind), value) in enumerate(zip(by_place, args, strict=False)):
             if kind is not None:
