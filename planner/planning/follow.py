@@ -263,7 +263,8 @@ def _joined(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats
     roadmap = roomy_where_joined(free.roadmap, free.clearance_kept)
     number = np.where(along > 1e-9, NEW, LEFT_OUT)
     for goal in roadmap.goals:
-        same = np.abs(ladder.nodes[ladder.starts] - roadmap.nodes[goal]).max(axis=1) < 1e-9
+        away = free.robot.difference(ladder.nodes[ladder.starts], roadmap.nodes[goal])
+        same = np.abs(away).max(axis=1) < 1e-9
         number[ladder.starts[same]] = goal
     joined, number = attached(free.robot, roadmap, ladder, number)
     places = np.full(len(joined.nodes), -1.0)

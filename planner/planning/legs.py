@@ -91,7 +91,7 @@ class Legs:
             numbers = []
             for leg in legs:
                 number = np.full(len(leg.places), NEW)
-                away = np.abs(roadmap.nodes[doors] - leg.free).max(axis=1)
+                away = np.abs(free.robot.difference(roadmap.nodes[doors], leg.free)).max(axis=1)
                 number[leg.roadmap.goals[0]] = doors[away.argmin()]
                 roadmap, number = attached(free.robot, roadmap, leg.roadmap, number)
                 numbers.append(number[leg.roadmap.starts[0]])
@@ -99,17 +99,17 @@ class Legs:
                 roadmap = replace(roadmap, **{name: np.array(numbers)})
         return replace(free, roadmap=roadmap, clearance_kept=0.0)
 
-    def of(self, path: Floats) -> tuple[Leg | None, Leg | None]:
-        """The legs with which a path (k, dof) begins and ends."""
+    def of(self, robot: Robot, path: Floats) -> tuple[Leg | None, Leg | None]:
+        """The legs with which a path (k, dof) begins and ends, whole turns aside."""
         begin, end = (
-            next((leg for leg in legs if np.abs(leg.end - q).max() < 1e-9), None)
+            next((leg for leg in legs if np.abs(robot.difference(leg.end, q)).max() < 1e-9), None)
             for legs, q in ((self.retreats, path[0]), (self.approaches, path[-1]))
         )
         return begin, end
 
     def timed(self, found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
         """The motion along a plan's path; it rests between a leg and what is free."""
-        begin, end = self.of(found.path)
+        begin, end = self.of(found.robot, found.path)
         if begin is None and end is None:
             return timed(found, timing, limits)
         limits = limits or MotionLimits.of(found.robot)
@@ -129,7 +129,7 @@ class Legs:
 
     def records(self, robot: Robot, path: Floats) -> tuple[LegRecord, ...]:
         """What ``plan.json`` says of the legs of a path."""
-        begin, end = self.of(path)
+        begin, end = self.of(robot, path)
         return tuple(leg.record(name, robot) for name, leg in (("retreat", begin), ("approach", end)) if leg)
 
 

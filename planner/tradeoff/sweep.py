@@ -210,7 +210,8 @@ def _obtain(request: SweepRequest, query: Query, progress: Progress, earlier: Ch
     roadmap = earlier.roadmap
     require_same_world(roadmap, query.checker, earlier.where)
     for role, wanted, nodes in (("start", query.starts, roadmap.starts), ("goal", query.goals, roadmap.goals)):
-        if wanted.shape != roadmap.nodes[nodes].shape or np.abs(wanted - roadmap.nodes[nodes]).max() > SAME:
+        found = roadmap.nodes[nodes]
+        if wanted.shape != found.shape or np.abs(query.robot.difference(wanted, found)).max() > SAME:
             raise FileError(f"roadmap {earlier.where} has another {role} than is asked for now: sweep anew.")
     return roadmap
 

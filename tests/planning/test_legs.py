@@ -79,6 +79,17 @@ def test_the_page_draws_both_lines(found: Plan, monkeypatch: pytest.MonkeyPatch)
         np.testing.assert_allclose(line, [position, position - length * turn[:, 2]], atol=1e-9)
 
 
+def test_lines_are_kept_where_a_joint_has_turned_past_half_a_turn() -> None:
+    """At its end the path counts such a joint on, and the goal does not."""
+    start, goal = [2.9, 2.9, 1.3, 0.2, 1.4, 0.0], [-2.9, 2.9, 1.3, 0.5, 1.2, 0.4]
+    found = plan(
+        robot="kinova", scene="empty", start=start, goal=goal, path_only=True, approach=0.03, timing=TimingRequest()
+    )
+    assert found.path[-1, 0] == pytest.approx(goal[0] + 2 * np.pi)
+    assert [leg.leg for leg in found.legs] == ["approach"]
+    assert leg_outside(found, 0.03, at_end=True) <= 1.0
+
+
 def test_without_lines_the_tool_comes_from_anywhere(found: Plan) -> None:
     """What the judge would see: without --approach the same goal is not reached along its axis."""
     plain = plan(**DOWN, path_only=True, timing=TimingRequest())  # type: ignore[arg-type]
