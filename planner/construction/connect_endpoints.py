@@ -106,7 +106,8 @@ class _Builder:
                 break
             edges = np.concatenate(pairs)
             a, b = self.nodes[edges[:, 1]], self.nodes[edges[:, 0]]
-            edges = edges[self.prover.free(a, self.robot.difference(a, b))]
+            delta = self.robot.difference(a, b)
+            edges = edges[self.prover.free(a, delta) & self.robot.told_by_ends(delta)]
             self._add(edges)
             near = {node: rows for node, rows in near.items() if node not in edges[:, 1]}
 

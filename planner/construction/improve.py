@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.base import polylines
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.base.records import dataclass
@@ -21,7 +22,8 @@ from planner.collision.checker import CollisionChecker
 from planner.construction.enlarge import enlarged
 from planner.models.robot import Robot
 from planner.objective.motion_cost import MotionCost
-from planner.refinement.refine import PathRefiner, cut
+from planner.refinement.refine import PathRefiner
+from planner.refinement.shortcuts import parts_told_by_ends
 from planner.refinement.simplify import simplified
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.forest import Forest
@@ -162,7 +164,10 @@ class _Search:
         return shorter_path(motions, settings, *ends, longest, rng, refiner.progress)[0]
 
     def _cut(self, path: Floats) -> Floats:
-        return cut(path, self.refiner.cost.longest) if self.refiner.cost.objective.beta < 1.0 else path
+        """The path without motions that have no cost: those that are too long, or that their ends do not tell."""
+        cost = self.refiner.cost
+        longest = cost.longest if cost.objective.beta < 1.0 else np.inf
+        return polylines.cut(path, parts_told_by_ends(cost.robot, np.diff(path, axis=0), longest))
 
 
 def improve(

@@ -114,6 +114,10 @@ class Robot:
         """The joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
         return shorter_way(self._of_joints("b", b) - self._of_joints("a", a), self.continuous)
 
+    def told_by_ends(self, delta: Floats) -> Bools:
+        """(...,) which joint motions (..., dof) are those that angles of their ends tell: below half a turn."""
+        return np.all(np.abs(delta[..., self.continuous]) < HALF_TURN, axis=-1)
+
     def unwound(self, path: Floats) -> Floats:
         """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump.
 
@@ -130,8 +134,7 @@ class Robot:
         q = self._of_joints("q", q)
         if not self.continuous.any():
             return np.array(q, dtype=float)
-        wrapped = np.mod(q + np.pi, 2 * np.pi) - np.pi
-        return np.where(self.continuous, wrapped, q)
+        return np.where(self.continuous, in_one_turn(q + np.pi) - np.pi, q)
 
     def _of_joints(self, what: str, values: Floats) -> Floats:
         """``values`` as an array (..., dof); :class:`ArrayError` where they are of other joints."""
@@ -142,17 +145,24 @@ class Robot:
 
 
 HALF_TURN = np.pi - 1e-9
-"""How far (rad) a joint without limits may turn, at most, on motions that are told by their ends: less is rounding."""
+"""The farthest (rad) that a joint without limits may turn on a motion told by its ends: rounding comes to less."""
 
 
 def shorter_way(delta: Floats, turns: Bools) -> Floats:
-    """Joint motions (..., dof) in the shorter direction for joints that turn freely; back is the exact opposite."""
+    """Joint motions (..., dof) in the shorter direction for joints that turn freely; back is the exact opposite.
+
+    What is half a turn but for rounding goes the way that ``delta`` does: so does a path of it however it is unwound.
+    """
     if not turns.any():
         return delta
-    wrapped = np.mod(delta + np.pi, 2 * np.pi) - np.pi
-    # half a turn: keep the sign of delta, so that the motion back is the opposite
-    half = (wrapped == -np.pi) & (delta > 0)
-    return np.where(turns, np.where(half, np.pi, wrapped), delta)
+    turned = np.mod(np.abs(delta) + np.pi, 2 * np.pi) - np.pi
+    turned = np.where(turned < -HALF_TURN, turned + 2 * np.pi, turned)
+    return np.where(turns, np.copysign(1.0, delta) * turned, delta)
+
+
+def in_one_turn(angles: Floats) -> Floats:
+    """Angles brought into [0, 2 pi); twice, as what is below 0 by less than rounding comes to 2 pi."""
+    return np.mod(np.mod(angles, 2 * np.pi), 2 * np.pi)
 
 
 def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:

@@ -52,10 +52,16 @@ def in_pieces(prover: EdgeProver, ends: Floats, longest: float) -> Floats:
 def subdivided(robot: Robot, path: Floats, longest: float) -> Floats:
     """The path (k, dof) with no motion longer than ``longest`` (rad): a piece of a proven motion is proven."""
     delta = robot.difference(path[:-1], path[1:])
-    parts = parts_of(np.array([length(motion) for motion in delta]), longest)
+    parts = parts_told_by_ends(robot, delta, longest)
     rows = robot.normalise(cut(path, parts, delta))
     rows[np.cumsum([0, *parts])] = path
     return rows
+
+
+def parts_told_by_ends(robot: Robot, delta: Floats, longest: float) -> Ints:
+    """Into how many parts (m,) motions (m, dof) are cut so that their ends tell each, and none is over ``longest``."""
+    parts = parts_of(np.array([length(motion) for motion in delta]), longest)
+    return np.where(robot.told_by_ends(delta), parts, np.maximum(parts, 2))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ from planner.base.products import length
 from planner.base.resolutions import PROOF, W_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver, MotionCheck
 from planner.kinematics.manipulability import manipulability
-from planner.models.robot import HALF_TURN
 
 
 class Motions:
@@ -37,9 +36,9 @@ class Motions:
         ends tell another motion, the shorter one.
         """
         states = self.robot.unwound(path)
-        by = np.abs(states[:, None] - states)
-        told = (by[..., self.robot.continuous] < HALF_TURN).all(axis=2) | np.eye(len(path), k=1, dtype=bool)
-        price = np.where(np.triu(told, 1), np.sqrt((by**2).sum(axis=2)), np.inf)
+        by = states - states[:, None]
+        allowed = np.triu(self.robot.told_by_ends(by), 1) | np.eye(len(path), k=1, dtype=bool)
+        price = np.where(allowed, np.sqrt((by**2).sum(axis=2)), np.inf)
         allows = self._all_well_conditioned if self.floor > 0 else None
         return path[self.prover.cheapest_chain(states, price, self.room, allows)]
 

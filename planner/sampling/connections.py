@@ -9,7 +9,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
-from planner.models.robot import Robot
+from planner.models.robot import Robot, in_one_turn
 from planner.native.graphs import detours
 from planner.native.loading import threads
 
@@ -41,7 +41,7 @@ def nearest_of(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tupl
     size = None
     if robot.continuous.any():  # in a box without edges a search takes three times as long
         size = np.where(robot.continuous, 2 * np.pi, 0.0)
-        nodes, queries = (np.where(robot.continuous, np.mod(q, 2 * np.pi), q) for q in (nodes, queries))
+        nodes, queries = (np.where(robot.continuous, in_one_turn(q), q) for q in (nodes, queries))
     tree = KDTree(nodes, _LEAF, boxsize=size)
     nearest: Any = [*range(1, count + 1)]  # a list keeps the second axis where it has one entry
     length, order = tree.query(queries, k=nearest, workers=threads() if len(queries) >= _MANY else 1)
@@ -98,7 +98,8 @@ def connect(
         batch = top[_one_per_node(candidates[top], _BATCH)]
         pairs = candidates[batch]
         a, b = nodes[pairs[:, 0]], nodes[pairs[:, 1]]
-        free = pairs[prover.free(a, robot.difference(a, b))][: target - len(accepted)]
+        delta = robot.difference(a, b)
+        free = pairs[prover.free(a, delta) & robot.told_by_ends(delta)][: target - len(accepted)]
         accepted = np.concatenate([accepted, free])
         keep = np.ones(len(candidates), dtype=bool)
         keep[batch] = False

@@ -11,14 +11,16 @@ from planner.base.errors import StateError
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.looks import recheck
+from planner.construction.build import build_roadmap
 from planner.construction.connect_endpoints import attach
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.shapes import Box
 from planner.planning.network import build_network
+from planner.roadmap.roadmap import segments
 from planner.sampling.connections import NEIGHBOURS
 from planner.sampling.growth_settings import GrowthSettings
-from tests.worlds import POST_START, load, make_post, post_roadmap, scene_of
+from tests.worlds import POST_START, checker_of, load, make_post, post_roadmap, scene_of
 
 Q, OTHER = np.array([[-0.9, 1.2]]), np.array([[0.8, -1.1]])
 
@@ -243,3 +245,14 @@ def test_ends_that_have_come_apart_are_joined_again():
     same = old.nodes[old.starts], old.nodes[old.goals]
     assert attach(apart, make_post(), *same, join=False) is apart
     assert attach(apart, make_post(), *same).connected
+
+
+def test_ends_half_a_turn_apart_are_linked_in_pieces():
+    robot = load("kinova")
+    checker = checker_of("kinova")
+    ends = np.array([robot.home, robot.home + 0.3 * np.eye(6)[4]])
+    start, goal = robot.home - 0.5 * np.eye(6)[4], robot.home - 0.5 * np.eye(6)[4] + np.pi * np.eye(6)[5]
+    new = attach(build_roadmap(robot, checker, *ends, nodes=2, density=0.0), checker, start[None], goal[None])
+    _, delta = segments(new, robot, np.arange(len(new.edges)))
+    assert new.connected
+    assert robot.told_by_ends(delta).all()

@@ -113,3 +113,12 @@ def test_the_way_is_the_cheapest_of_all_that_is_proven(beta):
         assert all(usable[(i == a) & (j == b)] for a, b in found)
         shorter += bool(found)
     assert shorter > 1
+
+
+def test_half_a_turn_is_cut_however_long_pieces_may_be():
+    robot = load("kinova")
+    ends = np.array([robot.home, robot.normalise(robot.home + np.pi * np.eye(6)[0])])
+    rows = subdivided(robot, ends, 10.0)
+    assert len(rows) == 3
+    assert robot.told_by_ends(robot.difference(rows[:-1], rows[1:])).all()
+    np.testing.assert_array_equal(rows[[0, 2]], ends)

@@ -11,11 +11,12 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from planner.base.progress import Progress
+from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.roadmap.roadmap import component_labels
-from planner.sampling.connections import candidate_links, connect, nearest_neighbours
+from planner.sampling.connections import candidate_links, connect, nearest_neighbours, nearest_of
 from tests.random_shapes import QUICK
-from tests.worlds import load, random_q
+from tests.worlds import load, random_q, scene_of
 
 
 def nearest_by_tree(nodes, count) -> tuple[np.ndarray, np.ndarray]:
@@ -146,3 +147,24 @@ def test_components_of_a_long_chain():
     edges = np.column_stack([order[:-1], order[1:]])
     assert component_labels(n, edges).max() == 0
     assert component_labels(n, edges[:-1]).max() == 1
+
+
+def test_the_nearest_to_angles_just_below_zero():
+    """Rounding takes them to a whole turn, which SciPy's tree refuses."""
+    robot = load("kinova")
+    nodes = random_q(robot, 300)
+    nodes[7, robot.continuous] = -4e-16
+    length, order = nearest_of(robot, nodes, nodes, 1)
+    assert order[7, 0] == 7
+    assert length[7, 0] < 1e-12
+
+
+def test_no_link_turns_by_half_a_turn():
+    """Its ends do not tell which way round it goes."""
+    robot = load("kinova")
+    nodes = np.array([robot.home, robot.home])
+    nodes[1, 5] += np.pi
+    prover = EdgeProver(make_checker(robot, scene_of()))
+    assert len(connect(prover, nodes, np.zeros((0, 2), dtype=np.int64), 1)) == 0
+    nodes[1, 5] -= 0.1
+    assert len(connect(prover, nodes, np.zeros((0, 2), dtype=np.int64), 1)) == 1
