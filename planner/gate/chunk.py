@@ -10,7 +10,7 @@ from planner.base.arrays import Floats, Ints, numbers
 from planner.base.errors import ArrayError, StateError
 from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
-from planner.models.robot import Robot
+from planner.models.robot import HALF_TURN, Robot
 from planner.setup.resolve import position_bounds
 from planner.trajectory.trajectory import whole_nanoseconds
 
@@ -122,11 +122,11 @@ def _state(robot: Robot, state: RobotState) -> Floats:
 
 
 def _require_one_way(robot: Robot, here: Floats, first: Floats) -> None:
-    """Refuse a continuous joint more than half a turn from the first point: some controllers turn it the short way."""
-    far = robot.continuous & (np.abs(first - here) > np.pi)
+    """Refuse a continuous joint half a turn or more from the first point: some controllers turn it the short way."""
+    far = robot.continuous & (np.abs(first - here) > HALF_TURN)
     if far.any():
         joint = robot.joints[int(far.argmax())]
         raise StateError(
-            f"joint '{joint}' is more than half a turn from the first point, and controllers differ on which way round "
+            f"joint '{joint}' is half a turn or more from the first point, and controllers differ on which way round "
             "it goes: add whole turns to one of the two, or points between them."
         )

@@ -431,9 +431,9 @@ def test_a_wheel_that_controllers_may_turn_either_way_is_refused() -> None:
     asked, joint = Gate(robot, Scene("x", (FAR,))), int(np.flatnonzero(robot.continuous)[0])
     here = 0.5 * (np.where(robot.continuous, 0.0, robot.lower) + np.where(robot.continuous, 0.0, robot.upper))
     there = here.copy()
-    here[joint], there[joint] = -3.1, 3.1
-    with pytest.raises(StateError, match="more than half a turn"):
-        asked.check(there[None], times=[5.0], state=(here, 0 * here))
+    for here[joint], there[joint] in ((0.0, np.pi), (0.3 - np.pi, 0.3), (-3.1, 3.1)):
+        with pytest.raises(StateError, match="half a turn or more"):
+            asked.check(there[None], times=[5.0], state=(here, 0 * here))
     here[joint] += 2 * np.pi
     assert asked.check(there[None], times=[5.0], state=(here, 0 * here), stop=False).safe_until in (0.0, 5.0)
 

@@ -72,8 +72,7 @@ struct Prices {
     bool asks_w() const { return beta < 1.0 || floor > 0.0; }
 };
 
-constexpr double half_turn = M_PI - 1e-9;  // rad: who is told the ends alone turns the other way beyond that
-constexpr int most_doublings = 7;          // of the states on longer motions
+constexpr int most_doublings = 7;  // of the states on longer motions
 
 // The costs of motions that straight lines from `start` to `end` (dof,) are, some at a time.
 class Pricing {

@@ -113,7 +113,7 @@ struct Chunk {
         approached = state_rows > 0 && !led;
         if (count < 1) return false;
         for (int j = 0; j < dof && led; ++j)
-            if (rules.is_wheel[j] && std::fabs(columns[j] - state[j]) > 3.14159265358979323846) return false;
+            if (rules.is_wheel[j] && std::fabs(columns[j] - state[j]) > half_turn) return false;
         int64_t before = 0;
         times[0] = 0.0;
         for (int i = 0; i < k; ++i) {

@@ -9,6 +9,8 @@
 
 namespace planner {
 
+constexpr double half_turn = M_PI - 1e-9;  // rad: who is told the ends alone turns the other way beyond that
+
 struct Joint {
     int parent;  // 0 the base, else the number of a joint + 1
     bool prismatic;
