@@ -115,9 +115,7 @@ def kind_of(hint: Any) -> Kind | None:
 
 def _checking(function: Any) -> Any:
     """The function with a look at what it is given."""
-    known: list[
-        tuple[list[tuple[str, Kind | None]], dict[str, Kind | None]]
-    ] = []  # one: threads may ask at once
+    known: list[tuple[list[tuple[str, Kind | None]], dict[str, Kind | None]]] = []  # one: threads may ask at once
     title = function.__qualname__.removesuffix(".__init__")
 
     @wraps(function)
