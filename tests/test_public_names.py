@@ -282,6 +282,7 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
         "name": "planar_2r", "tool": None, "fixed_joints": None, "base": None, "srdf": None, "choice": JointChoice()
     },
     "Robot.difference": lambda: {"a": FINE[0], "b": FINE[1]},
+    "Robot.told_by_ends": lambda: {"delta": FINE},
     "Robot.unwound": lambda: {"path": FINE},
     "Robot.normalise": lambda: {"q": FINE},
     "Scene.load": lambda: {"name": "empty"},

@@ -116,7 +116,7 @@ class Robot:
 
     def told_by_ends(self, delta: Floats) -> Bools:
         """(...,) which joint motions (..., dof) are those that angles of their ends tell: below half a turn."""
-        return np.all(np.abs(delta[..., self.continuous]) < HALF_TURN, axis=-1)
+        return np.all(np.abs(self._of_joints("delta", delta)[..., self.continuous]) < HALF_TURN, axis=-1)
 
     def unwound(self, path: Floats) -> Floats:
         """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump.
