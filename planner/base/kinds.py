@@ -45,12 +45,16 @@ _WANTED = {
 
 
 class Kind(NamedTuple):
-    """What fits a hint, what to say is wanted, the error for what does not, and whether it is a number."""
+    """What fits a hint, what to say is wanted, the error for what does not, and whether it is a number.
+
+    Everything whose type is one of ``exact`` fits as it is: most calls need no closer look.
+    """
 
     fits: Callable[[Any], bool]
     wanted: str
     error: type[PlannerError] = KindError
     numbers: bool = False
+    exact: frozenset[type] = frozenset()
 
 
 def checks_kinds(thing: Checked) -> Checked:
@@ -96,7 +100,7 @@ def kind_of(hint: Any) -> Kind | None:
     if origin in (Union, types.UnionType):
         return _any_of([kind_of(arg) for arg in args])
     if origin is Literal:
-        return Kind(lambda value: isinstance(value, str), f"one of {choices(args)}", OptionError)
+        return Kind(lambda value: isinstance(value, str), f"one of {choices(args)}", OptionError, exact=_exactly(str))
     if getattr(origin, "__module__", "") == "numpy":
         return Kind(_holds_numbers, "an array of numbers", ArrayError)
     if origin is tuple:
@@ -127,10 +131,10 @@ def _checking(function: Any) -> Any:
         by_place, by_name = known[0]
         given = list(args)
         for place, ((name, kind), value) in enumerate(zip(by_place, args, strict=False)):
-            if kind is not None:
+            if kind is not None and type(value) not in kind.exact:
                 given[place] = _taken(title, name, value, kind)
         for name, value in named.items():
-            if (kind := by_name.get(name)) is not None:
+            if (kind := by_name.get(name)) is not None and type(value) not in kind.exact:
                 named[name] = _taken(title, name, value, kind)
         return function(*given, **named)
 
@@ -219,7 +223,8 @@ def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
     tests = [kind.fits for kind in known]
     error = errors.pop() if len(errors) == 1 else FileError if FileError in errors else KindError
     numbers = any(kind.numbers for kind in known)
-    return Kind(lambda value: any(fits(value) for fits in tests), ", or ".join(wanted), error, numbers)
+    exact = frozenset().union(*(kind.exact for kind in known))
+    return Kind(lambda value: any(fits(value) for fits in tests), ", or ".join(wanted), error, numbers, exact)
 
 
 def _sequence(items: Sequence[Any], fixed: bool) -> Kind:
@@ -261,7 +266,7 @@ def _instance(kind: type) -> Kind:
     article = "an" if kind.__name__[0] in "AEIO" else "a"
     wanted = _WANTED.get(kind.__name__, f"{article} {kind.__name__}")
     if not getattr(kind, "_is_protocol", False):
-        return Kind(lambda value: isinstance(value, kind), wanted)
+        return Kind(lambda value: isinstance(value, kind), wanted, exact=_exactly(kind))
     members = [(name, member) for name, member in vars(kind).items() if not name.startswith("_")]
     required = [name for name, member in members if callable(member) or isinstance(member, property)]
 
@@ -272,22 +277,25 @@ def _instance(kind: type) -> Kind:
     return Kind(fits, wanted)
 
 
+def _exactly(kind: type) -> frozenset[type]:
+    return frozenset((kind,))
+
+
 _MOST = 2**63
 _OWN = frozenset({type(None), bool, int, float, str})
 _PATH = Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError)
 _PLAIN: dict[Any, Kind | None] = {
-    **dict.fromkeys((type(None), None), Kind(lambda value: value is None, "None")),
+    **dict.fromkeys((type(None), None), Kind(lambda value: value is None, "None", exact=_exactly(type(None)))),
     bool: Kind(
         lambda value: isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"),
         "True or False",
         OptionError,
         numbers=True,
+        exact=_exactly(bool),
     ),
     int: Kind(_is_whole, "a whole number", OptionError, numbers=True),
-    float: Kind(_is_number, "a number", OptionError, numbers=True),
-    str: Kind(lambda value: isinstance(value, str), "text", OptionError),
-    **dict.fromkeys(
-        (os.PathLike, os.PathLike[str]), Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError)
-    ),
+    float: Kind(_is_number, "a number", OptionError, numbers=True, exact=_exactly(float)),
+    str: Kind(lambda value: isinstance(value, str), "text", OptionError, exact=_exactly(str)),
+    **dict.fromkeys((os.PathLike, os.PathLike[str]), _PATH),
     Any: None,
 }

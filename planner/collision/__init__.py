@@ -45,14 +45,16 @@ def make_checker(
     return kind(World.of(robot, in_world(scene, robot), disabled, margin, conditions), made)
 
 
-@lru_cache(maxsize=8)
 def second_checker(checker: CollisionChecker) -> CollisionChecker:
     """A checker by coal in the world of ``checker``; ``checker`` itself where it is coal.
 
     Coal is quick, and shares no code with our proofs, nor with FCL: it checks finished paths once more.
     """
-    if checker.name == "coal":
-        return checker
+    return checker if checker.name == "coal" else _by_coal(checker)
+
+
+@lru_cache(maxsize=8)
+def _by_coal(checker: CollisionChecker) -> CollisionChecker:
     from planner.collision.coal import CoalChecker
 
     known = checker.second[-1] if checker.second else None

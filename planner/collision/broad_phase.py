@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import threading
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -52,8 +52,8 @@ class BroadPhase:
         hits = np.flatnonzero(self.touching(world, q))
         if not len(hits):
             return None
-        pairs = (view.touching_pair(world, q[hits[0]]) for view in self._views)
-        return int(hits[0]), min(pair for pair in pairs if pair is not None)
+        pairs = np.concatenate([view.touching_pairs(world, q[hits[0]]) for view in self._views])
+        return int(hits[0]), int(pairs.min())
 
     def touching(self, world: World, q: Floats, extra: Floats | None = None) -> Bools:
         """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
@@ -135,12 +135,11 @@ class _View:
             self._place(world)
             return self.part.pool.touching(q, np.where(self.pairs >= 0, margins[self.pairs], 0.0))
 
-    def touching_pair(self, world: World, q: Floats) -> int | None:
-        """The number of the first pair that touches at a configuration (dof,)."""
+    def touching_pairs(self, world: World, q: Floats) -> Ints:
+        """The numbers of the pairs that touch at a configuration (dof,)."""
         with self.part.alone:
             self._place(world)
-            row = self.part.pool.touching_row(q)
-        return None if row is None else int(self.pairs[row])
+            return self.pairs[self.part.pool.touching_rows(q)]
 
     def _place(self, world: World) -> None:
         for row, k in enumerate(self.numbers.tolist()):
@@ -182,17 +181,16 @@ class Pool:
             self.models += self._managers[threads].models
         return self._managers[threads].touching(q, margins)
 
-    def touching_row(self, q: Floats) -> int | None:
-        """The row of the first pair that touches at a configuration (nq,), by the margins that it was made with."""
+    def touching_rows(self, q: Floats) -> Ints:
+        """The rows of the pairs that touch at a configuration (nq,), by the margins that it was made with."""
         kinematics, data = self._of_one
-        pin.computeCollisions(self._robot, kinematics, self.models[0], data, q, True)
-        hits = [k for k, result in enumerate(data.collisionResults) if result.isCollision()]
-        return hits[0] if hits else None
+        pin.computeCollisions(self._robot, kinematics, self.models[0], data, q, False)
+        return np.array([k for k, result in enumerate(data.collisionResults) if result.isCollision()], dtype=np.int64)
 
     @cached_property
     def _of_one(self) -> tuple[pin.Data, pin.GeometryData]:
         data = pin.GeometryData(self.models[0])
-        _settle(_requests([data]), self._margins)
+        _keep(_settled([data]), self._margins)
         return self._robot.createData(), data
 
 
@@ -203,8 +201,8 @@ class _Managers:
         self._threads, self._margins = threads, margins
         self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(robot, geometry, threads)
         self.models = [manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers()]
-        self._requests = _requests(self._pool.getGeometryDatas())
-        _settle(self._requests, margins)
+        self._requests = _settled(self._pool.getGeometryDatas())
+        _keep(self._requests, margins)
 
     def touching(self, q: Floats, margins: Floats) -> Bools:
         """See :meth:`Pool.touching`."""
@@ -215,9 +213,33 @@ class _Managers:
         return np.asarray(hits).ravel().astype(bool)
 
 
-def _requests(geometries: Iterable[pin.GeometryData]) -> list[list[Any]]:
-    """What coal is asked about every pair, once for each geometry; valid as long as that is there."""
+def _settled(geometries: Sequence[pin.GeometryData]) -> list[list[Any]]:
+    """What coal is asked about every pair, once for each geometry; valid as long as that is there.
+
+    With settings without which a verdict could be wrong, or depend on earlier questions.
+    """
+    for data in geometries:
+        if len(data.collisionRequests):
+            asked = type(data.collisionRequests)()
+            asked.extend([_question(type(data.collisionRequests[0]))] * len(data.collisionRequests))
+            data.collisionRequests = asked
     return [list(data.collisionRequests) for data in geometries]
+
+
+@cache
+def _question(kind: type) -> Any:
+    """A question as it has to be put, without a margin.
+
+    Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
+    within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
+    contact the verdict then depends on earlier questions.
+    """
+    request = kind()
+    request.enable_contact = True
+    with PROCESS, warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
+        request.enable_cached_gjk_guess = False
+    return request
 
 
 def _keep(requests: Sequence[Sequence[Any]], margins: Floats) -> None:
@@ -225,22 +247,6 @@ def _keep(requests: Sequence[Sequence[Any]], margins: Floats) -> None:
     for of_pairs in requests:
         for request, margin in zip(of_pairs, margins.tolist(), strict=True):
             request.security_margin = margin
-
-
-def _settle(requests: Sequence[Sequence[Any]], margins: Floats) -> None:
-    """Settings without which a verdict could be wrong, or depend on earlier questions.
-
-    Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
-    within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
-    contact the verdict then depends on earlier questions.
-    """
-    _keep(requests, margins)
-    with PROCESS, warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
-        for of_pairs in requests:
-            for request in of_pairs:
-                request.enable_contact = True
-                request.enable_cached_gjk_guess = False
 
 
 def _numbers(rows: Ints, world: World, obstacles: Ints) -> Ints:
@@ -261,13 +267,15 @@ def geometry_of(world: World, shapes: Sequence[Any], obstacles: Ints, own: bool)
     for k in [*range(count), *(count + obstacles).tolist()]:
         item, joint = world.items[k], world.bodies[k].joint if k < count else 0
         model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), shapes[k]))
-    rows = np.argwhere(world.checked[:, obstacles]).tolist()
-    for body, column in rows:
-        model.addCollisionPair(pin.CollisionPair(body, count + column))
-    for k, (first, second) in enumerate(world.self_pairs.tolist() if own else []):
-        model.addCollisionPair(pin.CollisionPair(first, second))
-        rows.append([-1, k])
-    return model, np.array(rows, dtype=np.int64).reshape(-1, 2)
+    number = np.full((model.ngeoms, model.ngeoms), -1)
+    number[:count, count:][world.checked[:, obstacles]] = 0
+    if own:
+        number[world.self_pairs[:, 0], world.self_pairs[:, 1]] = np.arange(len(world.self_pairs))
+    model.setCollisionPairs(number >= 0)  # in this order
+    first, second = np.nonzero(number >= 0)
+    of_obstacle = second >= count
+    rows = np.where(of_obstacle, first, -1), np.where(of_obstacle, second - count, number[first, second])
+    return model, np.stack(rows, axis=1)
 
 
 def of_one_arm(one: World, other: World) -> bool:

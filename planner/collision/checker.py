@@ -10,6 +10,8 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, rows
 from planner.base.errors import StateError
+from planner.base.polynomials import evaluate
+from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
 from planner.collision.bounds import ClearanceBound
 from planner.collision.containment import Inside
@@ -19,6 +21,24 @@ from planner.models.robot import Robot
 from planner.problem.conditions import Condition
 
 APART = 1e-9  # m: what is proven to be so far apart touches for nobody
+
+
+@dataclass(frozen=True, eq=False)
+class StatesOn:
+    """Configurations (n, dof) at ``s`` (n,) in [0, 1] on each its ``piece`` (n,) of ``coefficients``, ascending powers.
+
+    As an array of them, but worked out where they are asked for: ``states[rows]``.
+    """
+
+    coefficients: Floats
+    piece: Ints
+    s: Floats
+
+    def __len__(self) -> int:
+        return len(self.s)
+
+    def __getitem__(self, rows: Ints | slice) -> Floats:
+        return evaluate(self.coefficients[self.piece[rows]], self.s[rows])
 
 
 class CollisionChecker(Protocol):
@@ -82,13 +102,13 @@ class CollisionChecker(Protocol):
             return found
         return int(held[0]), replace(self.world.contact(int(pairs[held[0]])), enclosed=True)
 
-    def first_contact_along(self, q: Floats, motion: Floats) -> tuple[int, Contact] | None:
+    def first_contact_along(self, q: Floats | StatesOn, motion: Floats) -> tuple[int, Contact] | None:
         """As :meth:`first_contact`, for configurations (n, dof) one after the other on motions.
 
         ``motion`` (pairs,): metres by which a pair's distance changes at most from one to the next. A backend whose own
         distances are quick may pass over configurations that they clear.
         """
-        return self.first_contact(q)
+        return self.first_contact(q[:] if isinstance(q, StatesOn) else q)
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """As :meth:`first_contact`, for surfaces: what is wholly inside a mesh touches nothing."""

@@ -13,7 +13,7 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats, Ints
 from planner.collision.bounds import ClearanceBound
 from planner.collision.broad_phase import LazyBroadPhase, Pool, differ_in_places_only, geometry_of, of_one_arm
-from planner.collision.checker import CollisionChecker, configurations
+from planner.collision.checker import CollisionChecker, StatesOn, configurations
 from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
@@ -64,19 +64,20 @@ class CoalChecker(CollisionChecker):
         found = self._broad.phase.first_touch(self.world, q)
         return None if found is None else (found[0], self.world.contact(found[1]))
 
-    def first_contact_along(self, q: Floats, motion: Floats) -> tuple[int, Contact] | None:
+    def first_contact_along(self, q: Floats | StatesOn, motion: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`.
 
         Where every pair is farther apart in the middle of a stretch than it moves from there to the ends, by coal's own
         word, nothing of the stretch touches, and what lies inside something in the middle does so on all of it.
         """
-        q = configurations(self, "q", q)
+        q = q if isinstance(q, StatesOn) else configurations(self, "q", q)
         starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
         for width, finer in zip(_STRETCHES, (*_STRETCHES[1:], 1), strict=True):
-            middle = np.minimum(starts + width // 2, len(q) - 1)
-            near = self.near(q[middle], (width // 2) * motion)
-            enclosed = ~near & (self.inside.pairs(q[middle]) >= 0)
-            first = min(first, int(starts[enclosed].min(initial=first)))
+            middle = configurations(self, "q", q[np.minimum(starts + width // 2, len(q) - 1)])
+            near = self.near(middle, (width // 2) * motion)
+            apart = starts[~near]
+            enclosed = self.inside.pairs(middle[~near]) >= 0
+            first = min(first, int(apart[enclosed].min(initial=first)))
             if width == 1:
                 first = min(first, int(starts[near].min(initial=first)))
             starts = (starts[near][:, None] + np.arange(0, width, finer)).ravel()
@@ -195,8 +196,9 @@ class CoalInTime:
             placement = pin.SE3.Identity() if k >= len(world.bodies) and item.name in joints else se3(item.placement)
             geometry.addGeometryObject(pin.GeometryObject(f"{k}", joint, placement, _geometry(item.shape)))
         self._numbers = np.argwhere(world.checked)
-        for body, obstacle in self._numbers.tolist():
-            geometry.addCollisionPair(pin.CollisionPair(body, len(world.bodies) + obstacle))
+        asked = np.zeros((geometry.ngeoms, geometry.ngeoms), dtype=bool)
+        asked[: len(world.bodies), len(world.bodies) :] = world.checked
+        geometry.setCollisionPairs(asked)  # in the order of their numbers
         numbers = self._numbers @ [len(world.obstacles), 1] if len(self._numbers) else np.zeros(0, dtype=np.int64)
         self._own_margins = world.margin + world.rounding[numbers]
         self._pool = Pool(model, geometry, self._own_margins, 1)
@@ -208,9 +210,8 @@ class CoalInTime:
             return None
         row = hits[:1]
         with self._alone:
-            pair = self._pool.touching_row(self._whole(q[row], t[row])[0])
-        assert pair is not None  # it touches
-        body, obstacle = self._numbers[pair]
+            first = self._pool.touching_rows(self._whole(q[row], t[row])[0])[0]
+        body, obstacle = self._numbers[first]
         return int(row[0]), Contact(self.world.bodies[body].link, self.world.obstacles[obstacle].name)
 
     def touching(self, q: Floats, t: Floats, extra: float = 0.0) -> Bools:

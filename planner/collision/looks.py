@@ -12,10 +12,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, so_far
-from planner.base.polynomials import evaluate
 from planner.base.products import product
 from planner.base.records import dataclass
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, StatesOn
 from planner.collision.world import Contact, World
 from planner.native.walk import walk
 
@@ -71,11 +70,11 @@ def first_seen(
         looks = looks_along(checker, coefficients[rows], step)
         for first in range(0, len(looks.s), _AT_ONCE):
             piece, s = looks.piece[first : first + _AT_ONCE] + rows.start, looks.s[first : first + _AT_ONCE]
-            states = evaluate(coefficients[piece], s)
+            states = StatesOn(coefficients, piece, s)
             found = checker.first_contact_along(states, looks.apart)
             if found is not None:
                 k = found[0]
-                return Seen(int(piece[k]), float(s[k]), states[k], found[1])
+                return Seen(int(piece[k]), float(s[k]), states[k : k + 1][0], found[1])
             progress(int(piece[-1]) + 1)
     return None
 
