@@ -79,12 +79,12 @@ class CollisionChecker(Protocol):
     @cached_property
     def static_contact(self) -> Contact | None:
         """A pair that no joint can move (the base and an obstacle), if it touches or is within the margin."""
-        world = self.world
-        checked = np.append(world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool))
-        pairs = np.flatnonzero(checked & ~world.moving)
-        if not len(pairs):
+        world, anywhere = self.world, np.zeros((1, self.robot.dof))
+        if world.moving.all():
             return None
-        touching = pairs[self.gaps(np.zeros(self.robot.dof), pairs) <= world.margin]
+        near = self.bound.coarse(*joint_placements(self.chain, anywhere))[0] <= world.margin
+        pairs = np.flatnonzero(near & ~world.moving)
+        touching = pairs[self.gaps(anywhere, pairs) <= world.margin] if len(pairs) else pairs
         return world.contact(int(touching[0])) if len(touching) else None
 
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:

@@ -47,7 +47,13 @@ def tell(robot: Robot, scene: Scene) -> None:
         _log.log(logging.WARNING if note.grave else logging.INFO, "%s", note.text)
 
 
-def _of_robot(robot: Robot, arm: float) -> Iterator[Note]:
+@lru_cache(maxsize=16)
+def _of_robot(robot: Robot, arm: float) -> tuple[Note, ...]:
+    """Kept, as every scene asks for the same robot's."""
+    return tuple(_of_links(robot, arm))
+
+
+def _of_links(robot: Robot, arm: float) -> Iterator[Note]:
     """Links that are seen and move, and that nothing can touch; meshes in millimetres, thinned, or not closed."""
     moving = {frame.name for frame in robot.model.frames if frame.parentJoint != 0}
     if bare := sorted(robot.source.bare & moving):
@@ -139,6 +145,7 @@ def _pairs(pairs: Iterable[frozenset[str]]) -> str:
     return "; ".join(listed[:_SHOWN]) + more
 
 
+@lru_cache(maxsize=16)
 def _length(robot: Robot) -> float:
     """How long the arm is (m) from its first planned joint to its tool, along the chain."""
     model = robot.model

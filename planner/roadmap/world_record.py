@@ -61,7 +61,7 @@ def record_of(world: World) -> WorldRecord:
         upper=tuple(robot.upper.tolist()),
         held=dict(robot.fixed_joints),
         bodies=tuple(_body_record(body) for body in world.bodies),
-        self_pairs=tuple((int(i), int(k)) for i, k in world.self_pairs),
+        self_pairs=tuple((i, k) for i, k in world.self_pairs.tolist()),
         obstacles=tuple(
             ObstacleRecord(
                 name=item.name,
@@ -69,7 +69,7 @@ def record_of(world: World) -> WorldRecord:
                 placement=content_hash([item.placement]),
                 unchecked=tuple(sorted({body.link for body, on in zip(world.bodies, row, strict=True) if not on})),
             )
-            for item, row in zip(world.obstacles, world.checked.T, strict=True)
+            for item, row in zip(world.obstacles, world.checked.T.tolist(), strict=True)
         ),
     )
 
