@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import coal
 import numpy as np
@@ -43,14 +43,17 @@ class CoalChecker(CollisionChecker):
         self.bound = bound or ClearanceBound(world, known.bound if known else None)
         self.queries, self.second = 0, []
         self._geometries = [_geometry(item.shape) for item in world.items]
-        self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]
-        self._fixed = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.obstacles]
         self._request = coal.DistanceRequest()
         alike = known if known is not None and of_one_arm(known.world, world) else None
         if alike is not None and differ_in_places_only(alike.world, world):
             self._broad = alike._broad
         else:
             self._broad = LazyBroadPhase(world, self._geometries, alike and alike._broad)
+
+    @cached_property
+    def _placements(self) -> list[coal.Transform3s]:
+        """Of all items, in the frames of their joints."""
+        return [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in self.world.items]
 
     @property
     def geometry_model(self) -> pin.GeometryModel:
@@ -101,7 +104,7 @@ class CoalChecker(CollisionChecker):
     def _members(self, pair: int) -> tuple[int, int]:
         """The numbers of a pair's shapes in our lists, bodies first."""
         first, second = self.world.members(pair)
-        return first, second + len(self._local) * self.world.is_scene_pair(pair)
+        return first, second + len(self.world.bodies) * self.world.is_scene_pair(pair)
 
     def error(self, distance: float) -> float:
         return _ERROR
@@ -129,11 +132,11 @@ class _Placed:
     def _at(self, k: int) -> coal.Transform3s:
         bodies = self._checker.world.bodies
         if k >= len(bodies):
-            return self._checker._fixed[k - len(bodies)]
+            return self._checker._placements[k]
         if k not in self._transforms:
             joint = bodies[k].joint
             moved = coal.Transform3s(self._rotation[joint], self._position[joint])
-            self._transforms[k] = moved * self._checker._local[k]
+            self._transforms[k] = moved * self._checker._placements[k]
         return self._transforms[k]
 
 

@@ -101,12 +101,15 @@ class World:
         """The world with so much more margin (m), without the pairs that no joint can move: the base and its table."""
         moving = self.moving
         scene, own = moving[: self.checked.size], moving[self.checked.size :]
-        return replace(
+        made = replace(
             self,
             checked=frozen(self.checked & scene.reshape(self.checked.shape), np.bool_),
             self_pairs=frozen(self.self_pairs[own], np.int64),
             margin=self.margin + clearance,
         )
+        left = np.append(np.ones(scene.size, dtype=bool), own)
+        vars(made).update(reach=self.reach, pair_reach=self.pair_reach[left])  # of the robot, whatever the margin
+        return made
 
     @cached_property
     def keeps(self) -> Keeps:

@@ -93,7 +93,7 @@ class Nearest:
     def __call__(self, s: float, late: float) -> float:
         begin, takes, slack = self.span
         place = self.motion.at(begin + takes * s + slack * late)[0]
-        self.judge._fixed[0] = coal.Transform3s(place[:3, :3], place[:3, 3])
+        self.judge._placements[len(self.judge.world.bodies)] = coal.Transform3s(place[:3, :3], place[:3, 3])
         rotation, position = joint_placements(self.judge.chain, evaluate(self.coefficients[None], np.array([s])))
         pairs = np.flatnonzero(self.judge.world.checked.ravel())
         return float(self.judge.distances(rotation[:, 0], position[:, 0], pairs).min())
