@@ -29,13 +29,15 @@ def _dataclass(cls: Any = None, /, *, frozen: bool = False, eq: bool = True, kw_
     own = set(vars(cls))
     if "__eq__" in own and cls.__hash__ is None:
         own.remove("__hash__")  # it stands for none of its own beside an __eq__
-    extends = any(dataclasses.is_dataclass(base) for base in cls.__mro__[1:])
     cls.__doc__ = cls.__doc__ or cls.__name__  # else its signature is asked for, which takes longer than all else
-    dataclasses.dataclass(cls, init=False, repr=False, eq=False, frozen=extends, kw_only=kw_only)
+    if _extended(cls):
+        _extend(cls, kw_only)
+    else:
+        dataclasses.dataclass(cls, init=False, repr=False, eq=False, kw_only=kw_only)
     cls.__dataclass_params__.frozen = cls.__dataclass_params__.repr = cls.__dataclass_params__.init = True
     cls.__dataclass_params__.eq = eq
     methods = {"__repr__": _Methods.__repr__, "__init__": _init(cls)}
-    if not extends:
+    if cls.__setattr__ is not _Methods.__setattr__:
         methods |= {"__setattr__": _Methods.__setattr__, "__delattr__": _Methods.__delattr__}
     if eq:
         methods |= _compared(cls)
@@ -50,10 +52,41 @@ else:
     dataclass = _dataclass
 
 
+def _extend(cls: Any, kw_only: bool) -> None:
+    """Give a class its fields, behind those of what it extends.
+
+    Its own are found in a class that extends nothing: in one that does, :mod:`dataclasses` would compile what refuses
+    changes anew.
+    """
+    hints = vars(cls).get("__annotations__", {})
+    defaults = {name: getattr(cls, name) for name in hints if hasattr(cls, name)}
+    alone: Any = type(cls.__name__, (), {**defaults, "__annotations__": hints, "__module__": cls.__module__})
+    alone.__doc__ = cls.__doc__
+    dataclasses.dataclass(alone, init=False, repr=False, eq=False, kw_only=kw_only)
+    for name in [name for name in hints if isinstance(vars(cls).get(name), dataclasses.Field)]:
+        if name in vars(alone):
+            setattr(cls, name, vars(alone)[name])
+        else:
+            delattr(cls, name)
+    found: dict[str, Any] = {}
+    for base in reversed(_extended(cls)):
+        found |= base.__dataclass_fields__
+    cls.__dataclass_fields__ = found | alone.__dataclass_fields__
+    cls.__dataclass_params__ = alone.__dataclass_params__
+    if "__match_args__" not in vars(cls):
+        cls.__match_args__ = tuple(item.name for item in fields(cls) if item.init and not item.kw_only)
+
+
 def _is_beyond(cls: type) -> bool:
     """Whether a class has what only :mod:`dataclasses` does."""
     hints = vars(cls).get("__annotations__", {}).values()
-    return "__setattr__" in vars(cls) or "__delattr__" in vars(cls) or any("InitVar" in str(hint) for hint in hints)
+    own = "__setattr__" in vars(cls) or "__delattr__" in vars(cls) or any("InitVar" in str(hint) for hint in hints)
+    return own or any(not base.__dataclass_params__.frozen for base in _extended(cls))
+
+
+def _extended(cls: type) -> list[Any]:
+    """The data classes that a class extends, the nearest first."""
+    return [base for base in cls.__mro__[1:] if dataclasses.is_dataclass(base)]
 
 
 def _init(cls: Any) -> Callable[..., None]:

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, InitVar, field, fields, replace
 from functools import cached_property
-from typing import Any, get_type_hints
+from typing import Any, ClassVar, get_type_hints
 
 import pytest
 
@@ -277,6 +277,51 @@ def test_nothing_is_changed(made: Any) -> None:
             setattr(made, name, 1)
         with pytest.raises(FrozenInstanceError, match=name):
             delattr(made, name)
+
+
+def wider(made_by: Any, **options: Any) -> Any:
+    """What extends two others, takes fields of theirs over, and has fields of every kind."""
+
+    @made_by(frozen=True)
+    class Base:
+        a: int
+        b: int = 1
+        c: list[int] = field(default_factory=list)
+
+    @made_by(frozen=True)
+    class Beside:
+        e: int = 5
+
+    @made_by(frozen=True, **options)
+    class Wide(Beside, Base):
+        kinds: ClassVar[int] = 3
+        b: float
+        c: Any = None
+        d: int = field(default=4, repr=False, compare=False)
+        f: dict[str, int] = field(default_factory=dict, kw_only=True)
+        g: int = field(default=7, init=False)
+        h: int = field(init=False, compare=False, default_factory=int)
+
+    return Wide
+
+
+@pytest.mark.parametrize("options", [{}, {"kw_only": True}, {"eq": False}])
+def test_what_extends_others_is_as_dataclasses_makes_it(options: dict[str, bool]) -> None:
+    ours, theirs = wider(dataclass, **options), wider(dataclasses.dataclass, **options)
+    assert str(inspect.signature(ours)) == str(inspect.signature(theirs))
+    assert [str(item) for item in ours.__dataclass_fields__.values()] == [
+        str(item) for item in theirs.__dataclass_fields__.values()
+    ]
+    assert str(ours.__dataclass_params__) == str(theirs.__dataclass_params__)
+    assert ours.__match_args__ == theirs.__match_args__
+    names = [{name for name in vars(made) if not name.startswith("__")} for made in (ours, theirs)]
+    assert names[0] == names[1]
+    one, other = ours(1, f={"x": 1}), theirs(1, f={"x": 1})
+    assert repr(one) == repr(other)
+    assert vars(one) == vars(other)
+    assert vars(replace(one, a=2, f={})) == vars(replace(other, a=2, f={}))
+    with pytest.raises(FrozenInstanceError, match="cannot assign to field 'd'"):
+        one.d = 1
 
 
 def test_what_extends_a_record_may_have_more_of_its_own() -> None:
