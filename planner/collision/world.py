@@ -142,7 +142,7 @@ class World:
     def pair_reach(self) -> Floats:
         """(pairs, dof): metres by which a joint's motion can change a pair's distance at most, per unit."""
         scene = np.repeat(self.reach.bodies, len(self.obstacles), axis=0)
-        own = [pair_reach(self.robot, self.bodies[i], self.bodies[k]) for i, k in self.self_pairs]
+        own = [pair_reach(self.robot, self.bodies[i], self.bodies[k]) for i, k in self.self_pairs.tolist()]
         return np.vstack([scene, np.reshape(own, (len(own), self.robot.dof))])
 
     @cached_property

@@ -57,7 +57,7 @@ def build_roadmap(
     require_nodes(nodes)
     require_seed(seed)
     _require_shares(min_manipulability, density, refined)
-    starts, goals = (_ends(role, rows, checker) for role, rows in (("start", start), ("goal", goal)))
+    starts, goals = _ends(start, goal, checker)
     prover, growth = RecordingProver(checker, progress), replace(growth or GrowthSettings(), floor=min_manipulability)
     # a tree that is grown in two parts shows one bar
     whole = progress.renamed(lambda stage, done, total: progress(stage, done, nodes if stage == ROADMAP else total))
@@ -89,12 +89,22 @@ def _require_shares(floor: float, density: float, refined: float) -> None:
         )
 
 
-def _ends(role: str, rows: Floats | Sequence[float], checker: CollisionChecker) -> Floats:
-    """Starts or goals (k, dof) that are free."""
-    values = numbers(role, np.atleast_2d(plain_numbers(role, rows, StateError)), ("k", "dof"), StateError)
+def _ends(
+    start: Floats | Sequence[float], goal: Floats | Sequence[float], checker: CollisionChecker
+) -> tuple[Floats, Floats]:
+    """Starts (s, dof) and goals (g, dof) that are free."""
+    ends = [(role, _rows(role, given)) for role, given in (("start", start), ("goal", goal))]
+    free = free_configurations([(role, q) for role, values in ends for q in values], checker)
+    first = len(ends[0][1])
+    return free[:first], free[first:]
+
+
+def _rows(role: str, given: Floats | Sequence[float]) -> Floats:
+    """Configurations (k, dof), one at least."""
+    values = numbers(role, np.atleast_2d(plain_numbers(role, given, StateError)), ("k", "dof"), StateError)
     if not len(values):
         raise StateError(f"there is no {role}: give at least one configuration.")
-    return free_configurations([(role, q) for q in values], checker)
+    return values
 
 
 def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints, goals: Ints, seed: int) -> Roadmap:
