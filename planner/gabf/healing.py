@@ -6,13 +6,14 @@ So states that a change may have left too low are first raised to an overestimat
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.errors import AssumptionError
+from planner.base.errors import AssumptionError, OptionError
 from planner.base.kinds import checks_kinds
 from planner.base.records import dataclass
 from planner.gabf.laws import Law
@@ -68,6 +69,8 @@ def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0
     equation in tau is autonomous, so only the date of settling is another. ``options`` are those of
     :func:`planner.gabf.solve`. Raises AssumptionError for a law that needs strict overestimates: start that anew.
     """
+    if not (math.isfinite(since_tau) and since_tau >= 0):
+        raise OptionError(f"since_tau is {since_tau}, no reading of a clock: give 0 or more.")
     if law is not None and law.needs_overestimate:
         raise AssumptionError(
             f"the {law.name} law needs starts above the optimum everywhere, and a healing field is at it almost "

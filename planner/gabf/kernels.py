@@ -169,6 +169,10 @@ class UserKernel(Kernel):
     lower: float = -math.inf
     upper: float = math.inf
 
+    def __post_init__(self) -> None:
+        if not self.lower < self.upper:
+            raise OptionError(f"a kernel's domain [{self.lower}, {self.upper}] is empty: give lower below upper.")
+
     @property
     def domain(self) -> Domain:
         return Domain(self.lower, self.upper)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from typing import Any
@@ -31,6 +31,7 @@ from planner.problem.targets import TURN
 _log = logging.getLogger(__name__)
 
 _MOST_TURNS = 4  # in either direction: limits of more are taken for degrees
+_ROUNDED = 1e-6  # rad (m): what a file writes with few digits is at its limit
 
 
 @checks_kinds
@@ -286,7 +287,7 @@ def assemble(
         states=states_of_joints(files.srdf, planned) if files.srdf else {},
         motion=files.motion(planned),
         world_frame=files.srdf.world_frame if files.srdf else "",
-        notes=(*files.notes, *dae_notes(mesh_files(description))),
+        notes=(*files.notes, *dae_notes(mesh_files(description)), *_held_beyond_limits(files.model, held)),
         model=model,
         bodies=bodies(placed, geometry),
         fixed_joints=held,
@@ -302,6 +303,20 @@ def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:
             f"no joint that moves frame '{tool}' is planned: plan one of {choices(between)}, or choose another tool "
             "frame."
         )
+
+
+def _held_beyond_limits(model: pin.Model, held: Mapping[str, float]) -> Iterator[Note]:
+    """Joints that stand where the arm cannot bring them: its bodies are looked at there all the same."""
+    for name, value in held.items():
+        joint = model.joints[model.getJointId(name)]
+        if joint.nq != 1:  # it turns without end
+            continue
+        low, high = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
+        if not low - _ROUNDED <= value <= high + _ROUNDED:
+            yield Note(
+                f"joint '{name}' is held at {value:g}, beyond its limits [{low:g}, {high:g}]: hold it within them in "
+                "fixed_joints of the robot or scene file."
+            )
 
 
 def _check_limits(model: pin.Model, lower: Floats, upper: Floats) -> None:

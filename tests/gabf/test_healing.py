@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base.errors import AssumptionError
+from planner.base.errors import AssumptionError, OptionError
 
 from .networks import chain, from_arcs, scattered
 
@@ -93,3 +93,10 @@ def test_a_law_that_needs_strict_overestimates_says_so() -> None:
     net = chain(4)
     with pytest.raises(AssumptionError, match="start anew"):
         gabf.heal(net, gabf.oracle(net), gabf.PrescribedTime())
+
+
+@pytest.mark.parametrize("since_tau", [np.nan, np.inf, -1.0])
+def test_what_no_clock_shows_is_refused(since_tau: float) -> None:
+    net = chain(4)
+    with pytest.raises(OptionError, match="since_tau"):
+        gabf.heal(net, gabf.oracle(net), since_tau=since_tau)

@@ -103,6 +103,12 @@ def test_a_user_kernel_is_sampled_where_its_slope_changes_and_no_bound_from_samp
     assert all(certificate.holds and not certificate.proven for certificate in certificates)
 
 
+@pytest.mark.parametrize(("lower", "upper"), [(np.nan, 1.0), (0.0, np.nan), (2.0, 1.0)])
+def test_a_domain_without_anything_in_it_is_refused(lower: float, upper: float) -> None:
+    with pytest.raises(OptionError, match="empty"):
+        gabf.UserKernel(lambda i, a, b: a + b, lower, upper)
+
+
 def test_a_user_kernel_that_jumps_has_no_small_lipschitz_constant():
     net = chain(4, kernel=gabf.UserKernel(lambda i, a, b: a + b + (a > 1.7)))
     assert solve(net).premises.L > 1e6
