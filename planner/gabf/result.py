@@ -79,6 +79,10 @@ class CostToGo:
     history: FieldHistory | None = None
     exchanged: Exchanged | None = None
 
+    def __repr__(self) -> str:
+        end = "settled" if self.dated_tau is not None else "not settled"
+        return f"<CostToGo: {len(self.x)} nodes, {self.law.name} law, {end} by tau = {self.end_tau:.3g}>"
+
     @property
     def network(self) -> Network:
         """The network that it is the field of."""

@@ -71,6 +71,9 @@ class Robot:
     world_frame: str = ""  # how its SRDF calls the frame that its base stands in
     notes: tuple[Note, ...] = ()  # of what was passed over in its files, or in a request to it
 
+    def __repr__(self) -> str:
+        return f"<Robot: {self.name}, {self.dof} joints, tool {self.tool}>"
+
     @staticmethod
     def load(
         name: Place,

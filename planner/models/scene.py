@@ -237,6 +237,10 @@ class Scene:
         if twice := repeated(item.name for item in (*self.obstacles, *self.moving, *self.carried)):
             raise SceneError(f"scene '{self.name}' has {shown(twice[0])} twice: name each once.")
 
+    def __repr__(self) -> str:
+        kinds = (self.obstacles, "obstacles"), (self.moving, "that move"), (self.carried, "carried")
+        return f"<Scene: {self.name}, {', '.join(f'{len(items)} {kind}' for items, kind in kinds if items) or 'empty'}>"
+
     @staticmethod
     def load(name: Place) -> Scene:
         """A built-in scene by name, or by path: our own YAML, MoveIt's PlanningScene as YAML or its ``.scene`` text.

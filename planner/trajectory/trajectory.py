@@ -69,6 +69,10 @@ class Trajectory:
         for name, value in (made | {"coefficients": frozen(pieces_through(seconds[:, None], *columns))}).items():
             object.__setattr__(self, name, value)
 
+    def __repr__(self) -> str:
+        size = f"{len(self.joints)} joints, {len(self.times)} points, {self.duration:.3f} s"
+        return f"<Trajectory: {size}, {'proven' if self.proven else 'not proven'}>"
+
     @staticmethod
     def through(
         joints: tuple[str, ...],

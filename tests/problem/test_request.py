@@ -57,6 +57,21 @@ def test_options_of_plan_are_fields_of_the_request() -> None:
     assert repr(found) == f"<Plan: planar_2r in none, solved, {len(found.path)} waypoints>"
 
 
+def test_a_notebook_shows_each_part_of_a_plan_in_one_line() -> None:
+    robot, timing = load("planar_2r"), planner.TimingRequest()
+    found = planner.plan(
+        robot=robot, scene=Scene("none"), start=[0.0, 1.0], goal=[1.0, 1.0], path_only=True, timing=timing
+    )
+    assert found.cost_to_go is not None
+    assert found.trajectory is not None
+    assert repr(robot) == f"<Robot: planar_2r, 2 joints, tool {robot.tool}>"
+    assert (repr(found.scene), repr(Scene.load("shelf"))) == ("<Scene: none, empty>", "<Scene: shelf, 8 obstacles>")
+    motion, field = repr(found.trajectory), repr(found.cost_to_go)
+    assert motion.startswith("<Trajectory: 2 joints, ")
+    assert motion.endswith(f" points, {found.trajectory.duration:.3f} s, proven>")
+    assert field.startswith(f"<CostToGo: {len(found.cost_to_go.x)} nodes, singularity-free law, settled by tau = ")
+
+
 def test_paths_may_be_text() -> None:
     request = PlanRequest(roadmap="cell.npz", srdf="arm.srdf")
     assert (request.roadmap, request.srdf) == (Path("cell.npz"), Path("arm.srdf"))
