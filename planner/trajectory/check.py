@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner.base.arrays import Floats, numbers
-from planner.base.errors import FileError, OptionError
+from planner.base.errors import FileError
 from planner.base.kinds import checks_kinds
 from planner.base.polynomials import bernstein
 from planner.base.progress import QUIET, Progress
@@ -28,7 +28,7 @@ from planner.trajectory.clearance import Nearest, nearest_in_motion
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.moving_obstacles import first_touch_in_time
 from planner.trajectory.points import Points
-from planner.trajectory.proof import MotionProof, limits_exceeded, prove_motion
+from planner.trajectory.proof import MotionProof, limits_exceeded, prove_motion, require_joints
 from planner.trajectory.trajectory import Trajectory
 
 _W_APART, _LOOKS = 0.01, 10_000  # s between two looks at w, and how many there are at most
@@ -91,8 +91,7 @@ def check(
     require_step(step)
     if not isinstance(what, Trajectory):
         return check_path(checker, numbers("path", what, ("k", len(checker.robot.joints)), most=FAR), step, progress)
-    if what.joints != checker.robot.joints:
-        raise OptionError("the trajectory is of other joints than the checker's robot: make a checker for its robot.")
+    require_joints(what, checker)
     limits = what.limits or MotionLimits.of(checker.robot)
     return check_trajectory(checker, Points(what.joints, what.times, what.columns, limits), limits, step, progress)
 

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Bools, Ints
+from planner.base.errors import OptionError
 from planner.base.polynomials import bernstein
 from planner.base.records import dataclass
 from planner.base.resolutions import PROOF
+from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
@@ -96,6 +98,12 @@ class MotionProof:
         pieces = {"above": above, "exempt": len(self.verdict) - asked, "below": asked - above}
         counts = {f"pieces_{name}": count for name, count in pieces.items()}
         return {"asked": self.floor, **counts, "proven": above == asked > 0}
+
+
+def require_joints(trajectory: Trajectory, checker: CollisionChecker) -> None:
+    """Raise :class:`OptionError` for a checker of another robot."""
+    if trajectory.joints != checker.robot.joints:
+        raise OptionError("the trajectory is of other joints than the checker's robot: make a checker for its robot.")
 
 
 def prove_motion(

@@ -16,7 +16,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.moving_obstacles import prove_stop_in_time
-from planner.trajectory.proof import prove_motion
+from planner.trajectory.proof import prove_motion, require_joints
 from planner.trajectory.smoothing import apart_for
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
@@ -66,6 +66,8 @@ def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits, checker: Col
     cubics), so that at worst the motion ends where the trajectory does. The cubics stay within 1e-7 rad of the
     curve. With a ``checker`` they are proven; without one ``proven`` is False.
     """
+    if checker is not None:
+        require_joints(trajectory, checker)
     t = float(np.clip(numbers("t", t, ()), trajectory.times[0], trajectory.times[-1]))
     braking = _Braking(trajectory, limits)
     if np.abs(trajectory.at(t, 1)).max() < _STILL or t == trajectory.times[-1]:

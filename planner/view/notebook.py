@@ -42,12 +42,17 @@ def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, heig
         planner.show(plan)
         planner.show(roadmap, checker)
 
-    Raises :class:`OptionError` for a roadmap alone.
+    Raises :class:`OptionError` for a roadmap alone, or with a checker of another robot.
     """
     if isinstance(thing, Roadmap):
         if checker is None:
             raise OptionError(
                 "a roadmap holds no geometry: give the checker it was grown with, show(roadmap, checker)."
+            )
+        if thing.origin.joints != checker.robot.joints:
+            raise OptionError(
+                f"the roadmap is of {thing.origin.robot}, the checker of {checker.robot.name}: give the checker that "
+                "the roadmap was grown with."
             )
         return InlinePage(roadmap_page(thing, checker), height)
     return InlinePage(thing.page(), height)

@@ -99,6 +99,12 @@ def test_a_stop_is_proven_with_a_checker_and_not_without_one(solved: Plan) -> No
     np.testing.assert_array_equal(stop.trajectory.coefficients, bare.trajectory.coefficients)
 
 
+def test_a_checker_of_another_robot_proves_no_stop(solved: Plan) -> None:
+    motion = time_path(solved.path, solved.checker)
+    with pytest.raises(PlannerError, match="of other joints than the checker's robot"):
+        motion.stop_at(0.1, make_checker(load("ur5"), Scene("none")))
+
+
 def test_a_stop_through_something_is_not_proven(solved: Plan) -> None:
     """A ball stands where the flange comes by while it brakes, and elsewhere while it does not."""
     motion = time_path(solved.path, solved.checker)

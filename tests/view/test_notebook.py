@@ -21,5 +21,7 @@ def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> Non
     assert "height:400px" in cell
     with pytest.raises(OptionError, match="holds no geometry"):
         planner.show(made.roadmap)
+    with pytest.raises(OptionError, match="grown with"):
+        planner.show(made.roadmap, planner.make_checker(planner.Robot.load("ur5"), planner.Scene("none")))
     with pytest.raises(KindError, match="give a Plan, or a Tradeoff, or a Roadmap"):
         planner.show("plan.json")  # type: ignore[arg-type]
