@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,16 +43,18 @@ class Problem:
 
 
 def find_problems(folder: Path) -> list[Problem]:
-    """The problems in ``folder`` and the folders below it, sorted by name.
+    """The problems in ``folder`` and the folders below it, linked ones too, sorted by name.
 
     One is ``request<X>.yaml`` with ``scene<X>.yaml`` or ``scene<X>.scene`` beside it. A request whose scene is missing
     is a problem all the same, which the planner will refuse by the name of that file. Raises :class:`FileError` where
     there is none, and where two would have one name.
     """
     try:
-        requests = sorted(p for p in folder.rglob("request*") if p.suffix.lower() in _REQUESTS and p.is_file())
+        requests = sorted(p for p in _files(folder) if p.match("request*") and p.suffix.lower() in _REQUESTS)
     except OSError as error:
-        raise FileError(f"{folder} cannot be read: {error.strerror or error}; choose another folder.") from None
+        raise FileError(
+            f"{error.filename or folder} cannot be read: {error.strerror or error}; choose another folder."
+        ) from None
     if not requests:
         raise FileError(
             f"{folder} holds no problems: give a folder with request0001.yaml beside scene0001.yaml and so on, "
@@ -62,6 +65,18 @@ def find_problems(folder: Path) -> list[Problem]:
         first, second, *_ = (problem.request for problem in problems if problem.name == name)
         raise FileError(f"{first} and {second} would both be the plan '{name}': rename one, or move it elsewhere.")
     return problems
+
+
+def _files(folder: Path, above: frozenset[Path] = frozenset()) -> Iterator[Path]:
+    """All files in a folder and below it; no link leads back to one of the folders ``above``."""
+    here = folder.resolve()
+    if here in above or not folder.is_dir():
+        return
+    for path in folder.iterdir():
+        if path.is_dir():
+            yield from _files(path, above | {here})
+        elif path.is_file():
+            yield path
 
 
 def _problem(folder: Path, request: Path) -> Problem:

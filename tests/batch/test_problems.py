@@ -29,6 +29,14 @@ def test_problems_are_found_in_folders_and_flat(problems: Path, tmp_path: Path) 
     assert (b.scene.name, b.scene.exists()) == ("scene_b.yaml", False)
 
 
+def test_linked_folders_are_looked_into_and_links_back_are_not_followed(problems: Path, tmp_path: Path) -> None:
+    (tmp_path / "linked").symlink_to(problems / "posts", target_is_directory=True)
+    (tmp_path / "own").mkdir()
+    write_problem(tmp_path / "own", "0002", (0, 0), (1, 1))
+    (tmp_path / "own" / "back").symlink_to(tmp_path, target_is_directory=True)
+    assert [p.name for p in find_problems(tmp_path)] == ["linked/0001", "own/0002"]
+
+
 def test_a_problem_is_another_where_the_robot_is_another(tmp_path: Path) -> None:
     """Rows are kept by what is read: with another robot file, or another mesh, the plan is measured again."""
     write_problem(tmp_path, "0001", (0, 0), (1, 1))
