@@ -61,7 +61,7 @@ class _Job:
 
     def __init__(self, timeout: float | None) -> None:
         self._until = None if timeout is None else time.monotonic() + timeout
-        self.cancelled = threading.Event()
+        self.cancelled, self.answered = threading.Event(), False
 
     def over(self) -> bool:
         """Whether it is to end."""
@@ -75,8 +75,8 @@ class Connection:
         self._socket, self._worlds = socket, worlds
         self._jobs: dict[str | int, _Job] = {}
         self._threads: set[threading.Thread] = set()
-        self._alone = threading.Lock()
-        self._events: queue.Queue[tuple[_To, dict[str, Any]] | None] = queue.Queue(_MOST_EVENTS)
+        self._alone, self._in_order = threading.Lock(), threading.Lock()
+        self._events: queue.Queue[tuple[_To, dict[str, Any], _Job | None] | None] = queue.Queue(_MOST_EVENTS)
         self._teller = threading.Thread(target=self._tell_all, name="events")
         self._teller.start()
 
@@ -140,11 +140,11 @@ class Connection:
             if len(self._jobs) >= _MOST_JOBS:
                 raise OptionError(f"{_MOST_JOBS} requests are under way already: wait for one, or cancel it.")
             self._jobs[to.id] = job
-        progress = Progress(self._reporter(to), job.over)
+        progress = Progress(self._reporter(to, job), job.over)
 
         def run() -> None:
             try:
-                self._done(to, lambda: work(progress), begun=True)
+                self._done(to, lambda: work(progress), job)
             finally:
                 self._threads.discard(threading.current_thread())
 
@@ -152,7 +152,7 @@ class Connection:
         self._threads.add(thread)
         thread.start()
 
-    def _done(self, to: _To, work: Callable[[], dict[str, Any]], begun: bool = False) -> None:
+    def _done(self, to: _To, work: Callable[[], dict[str, Any]], job: _Job | None = None) -> None:
         """Work, and its answer: a client that has it may ask under the same name again."""
         failure: PlannerError | None = None
         result: dict[str, Any] = {}
@@ -163,9 +163,11 @@ class Connection:
         except Exception:  # a fault of ours: the client is told, and the server lives
             _log.exception("a request failed")
             failure = PlannerError("the planner failed on this request: its log says where.")
-        if begun:
+        if job is not None:
             with self._alone:
                 del self._jobs[to.id]
+            with self._in_order:
+                job.answered = True
         if failure is not None:
             self._refuse(to, failure)
         else:
@@ -186,7 +188,7 @@ class Connection:
     def _unsubscribe(self, world: World) -> dict[str, Any]:
         return {"subscribed": world.listeners.pop(self, None) is not None}
 
-    def _reporter(self, to: _To) -> Callable[[str, int, int], None]:
+    def _reporter(self, to: _To, job: _Job) -> Callable[[str, int, int], None]:
         last = 0.0
 
         def report(stage: str, done: int, total: int) -> None:
@@ -195,7 +197,7 @@ class Connection:
             now = time.monotonic()
             if now - last >= _REPORT_EVERY:
                 last = now
-                self._tell(to, {"event": "progress", "stage": stage, "done": done, "total": total})
+                self._tell(to, {"event": "progress", "stage": stage, "done": done, "total": total}, job)
 
         return report
 
@@ -203,16 +205,22 @@ class Connection:
         reason = {} if error.reason is None else {"reason": error.reason.to_dict()}
         self._send(to, {"error": {"kind": type(error).__name__, "message": str(error), **reason}})
 
-    def _tell(self, to: _To, event: dict[str, Any]) -> None:
-        """Send an event when there is time for it: whoever tells does not wait. Who never reads is hung up on."""
+    def _tell(self, to: _To, event: dict[str, Any], job: _Job | None = None) -> None:
+        """Send an event when there is time for it, that of a ``job`` until its answer: whoever tells does not wait.
+
+        Who never reads is hung up on.
+        """
         try:
-            self._events.put_nowait((to, event))
+            self._events.put_nowait((to, event, job))
         except queue.Full:
             hang_up(self._socket)
 
     def _tell_all(self) -> None:
-        while (event := self._events.get()) is not None:
-            self._send(*event)
+        while (told := self._events.get()) is not None:
+            to, event, job = told
+            with self._in_order:
+                if job is None or not job.answered:
+                    self._send(to, event)
 
     def _send(self, to: _To, message: dict[str, Any]) -> None:
         message = {"id": to.id, **message}

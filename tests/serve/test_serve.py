@@ -27,6 +27,7 @@ from planner import Gate, Robot, Session
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.progress import Progress
 from planner.kinematics.manipulability import manipulability
+from planner.serve.connection import Connection
 from planner.serve.messages import METHODS, schema
 from planner.serve.server import read_token, require_token, running
 from planner.serve.worlds import World
@@ -50,6 +51,30 @@ def client(address: str) -> Iterator[Client]:
     with Client(address) as one:
         one.ask("load", robot="planar_2r", scene="empty", nodes=60, replace=True)
         yield one
+
+
+def test_no_progress_comes_behind_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("planner.serve.connection._REPORT_EVERY", 0.0)
+    sent: list[dict[str, Any]] = []
+
+    def send(message: str) -> None:
+        time.sleep(0.002)
+        sent.append(json.loads(message))
+
+    def load(asked: object, progress: Progress) -> Any:
+        for done in range(50):
+            progress("roadmap", done, 50)
+        time.sleep(0.01)
+        return SimpleNamespace(record=dict)
+
+    there: Any = SimpleNamespace(send=send), SimpleNamespace(load=load, forget=lambda connection: None)
+    connection = Connection(*there)
+    connection.take(json.dumps({"id": 1, "method": "load", "params": {"robot": "planar_2r", "scene": "empty"}}))
+    while not any("result" in message for message in sent):
+        time.sleep(0.001)
+    connection.close()
+    assert "event" in sent[0]
+    assert "result" in sent[-1]
 
 
 @pytest.mark.parametrize("packed", [False, True])
