@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import sys
+from abc import update_abstractmethods
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, fields
 from itertools import pairwise
@@ -37,13 +38,12 @@ def _dataclass(cls: Any = None, /, *, frozen: bool = False, eq: bool = True, kw_
     cls.__dataclass_params__.frozen = cls.__dataclass_params__.repr = cls.__dataclass_params__.init = True
     cls.__dataclass_params__.eq = eq
     methods = {"__repr__": _Methods.__repr__, "__init__": _init(cls)}
-    if cls.__setattr__ is not _Methods.__setattr__:
-        methods |= {"__setattr__": _Methods.__setattr__, "__delattr__": _Methods.__delattr__}
+    methods |= {"__setattr__": _Methods.__setattr__, "__delattr__": _Methods.__delattr__}
     if eq:
         methods |= _compared(cls)
     for name in methods.keys() - own:
         setattr(cls, name, methods[name])
-    return cls
+    return update_abstractmethods(cls)
 
 
 if TYPE_CHECKING:
@@ -59,11 +59,12 @@ def _extend(cls: Any, kw_only: bool) -> None:
     changes anew.
     """
     hints = vars(cls).get("__annotations__", {})
-    defaults = {name: getattr(cls, name) for name in hints if hasattr(cls, name)}
-    alone: Any = type(cls.__name__, (), {**defaults, "__annotations__": hints, "__module__": cls.__module__})
+    content = {name: value for name, value in vars(cls).items() if isinstance(value, dataclasses.Field)}
+    content |= {name: getattr(cls, name) for name in hints if hasattr(cls, name)}
+    alone: Any = type(cls.__name__, (), {**content, "__annotations__": hints, "__module__": cls.__module__})
     alone.__doc__ = cls.__doc__
     dataclasses.dataclass(alone, init=False, repr=False, eq=False, kw_only=kw_only)
-    for name in [name for name in hints if isinstance(vars(cls).get(name), dataclasses.Field)]:
+    for name in [name for name in hints if isinstance(getattr(cls, name, None), dataclasses.Field)]:
         if name in vars(alone):
             setattr(cls, name, vars(alone)[name])
         else:
@@ -79,9 +80,11 @@ def _extend(cls: Any, kw_only: bool) -> None:
 
 def _is_beyond(cls: type) -> bool:
     """Whether a class has what only :mod:`dataclasses` does."""
-    hints = vars(cls).get("__annotations__", {}).values()
+    bases = _extended(cls)
+    hints = [*vars(cls).get("__annotations__", {}).values()]
+    hints += [item.type for base in bases for item in base.__dataclass_fields__.values()]
     own = "__setattr__" in vars(cls) or "__delattr__" in vars(cls) or any("InitVar" in str(hint) for hint in hints)
-    return own or any(not base.__dataclass_params__.frozen for base in _extended(cls))
+    return own or any(not base.__dataclass_params__.frozen for base in bases)
 
 
 def _extended(cls: type) -> list[Any]:

@@ -21,6 +21,7 @@ from planner.models.robot import Robot
 from planner.problem.conditions import Condition
 
 APART = 1e-9  # m: what is proven to be so far apart touches for nobody
+_NEARER = 1e-4  # m: by more than this no library calls a pair nearer than a bound below its distance
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +83,7 @@ class CollisionChecker(Protocol):
         world, anywhere = self.world, np.zeros((1, self.robot.dof))
         if world.moving.all():
             return None
-        near = self.bound.coarse(*joint_placements(self.chain, anywhere))[0] <= world.margin
+        near = self.bound.coarse(*joint_placements(self.chain, anywhere))[0] <= world.margin + _NEARER
         pairs = np.flatnonzero(near & ~world.moving)
         touching = pairs[self.gaps(anywhere, pairs) <= world.margin] if len(pairs) else pairs
         return world.contact(int(touching[0])) if len(touching) else None

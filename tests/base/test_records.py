@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import copy
 import dataclasses
 import inspect
@@ -322,6 +323,82 @@ def test_what_extends_others_is_as_dataclasses_makes_it(options: dict[str, bool]
     assert vars(replace(one, a=2, f={})) == vars(replace(other, a=2, f={}))
     with pytest.raises(FrozenInstanceError, match="cannot assign to field 'd'"):
         one.d = 1
+
+
+def unhinted(made_by: Any) -> Any:
+    @made_by(frozen=True)
+    class Unhinted(made_by(frozen=True)(type("Base", (), {}))):
+        a = field(default=3)
+
+    return Unhinted
+
+
+def of_a_mixin(made_by: Any) -> Any:
+    class Mixin(made_by(frozen=True)(type("Base", (), {}))):
+        a: int = field(default=3)
+
+    @made_by(frozen=True)
+    class Mixed(Mixin):
+        a: int
+
+    return Mixed.a
+
+
+def lets_delete(made_by: Any) -> Any:
+    class Mixin:
+        def __delattr__(self, name: str) -> None:
+            object.__delattr__(self, name)
+
+    @made_by(frozen=True)
+    class Lax(Mixin, made_by(frozen=True)(type("Base", (), {}))):
+        a: int = 3
+
+    del Lax().a
+    return Lax
+
+
+def abstract(made_by: Any) -> Any:
+    class Named(abc.ABC):
+        @property
+        @abc.abstractmethod
+        def a(self) -> int: ...
+
+    @made_by(frozen=True)
+    class Base(Named):
+        b: int = 1
+
+    @made_by(frozen=True)
+    class Abstract(Base):
+        a: int = field(kw_only=True)
+
+    return Abstract(a=1)
+
+
+def given_to_its_init(made_by: Any) -> Any:
+    @made_by(frozen=True)
+    class Base:
+        a: int
+        twice: InitVar[int] = 3
+
+        def __post_init__(self, twice: int) -> None:
+            object.__setattr__(self, "b", 2 * twice)
+
+    @made_by(frozen=True)
+    class More(Base):
+        c: int = 1
+
+    return sorted(vars(More(1, 2, 3)).items())
+
+
+@pytest.mark.parametrize("case", [unhinted, of_a_mixin, lets_delete, abstract, given_to_its_init])
+def test_what_extends_others_fails_and_fares_as_theirs(case: Callable[[Any], Any]) -> None:
+    told: list[str] = []
+    for made_by in (dataclass, dataclasses.dataclass):
+        try:
+            told.append(str(case(made_by)))
+        except (TypeError, AttributeError) as error:
+            told.append(f"{type(error).__name__}: {error}")
+    assert told[0] == told[1]
 
 
 def test_what_extends_a_record_may_have_more_of_its_own() -> None:
