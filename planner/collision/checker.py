@@ -21,7 +21,7 @@ from planner.models.robot import Robot
 from planner.problem.conditions import Condition
 
 APART = 1e-9  # m: what is proven to be so far apart touches for nobody
-_NEARER = 1e-4  # m: by more than this no library calls a pair nearer than a bound below its distance
+_NEARER = 1e-4  # m: by more than this no library calls a pair nearer than planes prove it
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,12 +80,14 @@ class CollisionChecker(Protocol):
     @cached_property
     def static_contact(self) -> Contact | None:
         """A pair that no joint can move (the base and an obstacle), if it touches or is within the margin."""
-        world, anywhere = self.world, np.zeros((1, self.robot.dof))
-        if world.moving.all():
+        world, anywhere, enough = self.world, np.zeros((1, self.robot.dof)), self.world.margin + _NEARER
+        checked = np.append(world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool))
+        pairs = np.flatnonzero(checked & ~world.moving)
+        if not len(pairs):
             return None
-        near = self.bound.coarse(*joint_placements(self.chain, anywhere))[0] <= world.margin + _NEARER
-        pairs = np.flatnonzero(near & ~world.moving)
-        touching = pairs[self.gaps(anywhere, pairs) <= world.margin] if len(pairs) else pairs
+        gaps = self.bound.close(*joint_placements(self.chain, anywhere), np.zeros_like(pairs), pairs, enough)
+        near = pairs[gaps < enough]
+        touching = near[self.gaps(anywhere, near) <= world.margin] if len(near) else near
         return world.contact(int(touching[0])) if len(touching) else None
 
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:

@@ -12,6 +12,7 @@ from planner.collision.checker import contact_of, is_free
 from planner.models.poses import pose
 from planner.models.shapes import Box, Mesh, Shape, Sphere
 from tests.coal_judge import CoalWorld
+from tests.random_shapes import box_mesh
 from tests.worlds import body, load, random_q, scene_of
 
 BALLS = scene_of((Sphere(0.15), pose([0.6, 0.3, 0.0])), (Sphere(0.1), pose([-0.5, -0.5, 0.0])))
@@ -43,6 +44,7 @@ def test_asking_is_counted(backend: str) -> None:
     assert 0 <= checker.error(0.1) < 1e-3
 
 
+STANDING = replace(load("planar_2r"), bodies=(body(Sphere(0.2)),), disabled_pairs=frozenset())
 PLATE = Mesh(np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.0, 0.5, 0]]), np.array([[0, 1, 2]]))
 
 
@@ -50,13 +52,18 @@ PLATE = Mesh(np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.0, 0.5, 0]]), np.arra
 @pytest.mark.parametrize("backend", ["fcl", "coal"])
 def test_a_base_as_near_as_the_margin_touches_whatever_bounds_say(shape: Shape, backend: str) -> None:
     """Bounds round otherwise than libraries, and coal bends what is flat by a micrometre."""
-    robot = replace(load("planar_2r"), bodies=(body(Sphere(0.2)),), disabled_pairs=frozenset())
     rng = np.random.default_rng(0)
     for _ in range(20):
         away = rng.normal(size=3)
         place = pose((1.2 * away / np.linalg.norm(away)).tolist(), quaternion=rng.normal(size=4).tolist())
         scene = scene_of((shape, place))
-        gap = float(make_checker(robot, scene, backend).gaps(np.zeros(2), np.array([0]))[0])
-        near, far = (make_checker(robot, scene, backend, margin) for margin in (gap, gap - 2e-4))
+        gap = float(make_checker(STANDING, scene, backend).gaps(np.zeros(2), np.array([0]))[0])
+        near, far = (make_checker(STANDING, scene, backend, margin) for margin in (gap, gap - 2e-4))
         assert str(near.static_contact) == "'link' and 'thing0'"
         assert far.static_contact is None
+
+
+def test_a_base_inside_a_convex_mesh_is_told() -> None:
+    """For planes a convex mesh is solid: what they prove of one is less than the distance to its triangles."""
+    checker = make_checker(STANDING, scene_of((box_mesh((1.5, 1.5, 1.5)), np.eye(4))), margin=0.01)
+    assert str(checker.static_contact) == "'link' and 'thing0'"
