@@ -37,7 +37,7 @@ def check(
     PATH is a plan.json, or its folder if it has no times, a JSON list of rows, {"joints": [...], "path": [...]}, a
     trajectory message with joint_names and points as JSON, or a CSV; columns with names are put in order, those of
     joints that are not planned are left out with a note, and what nobody knows is refused. Values are rad (m where a
-    joint slides), the motion between two rows is straight in joint space.
+    joint slides), the motion between two rows is straight in joint space; a joint without limits turns the shorter way.
 
     Rows with times are a trajectory: a trajectory.json or its folder, a JointTrajectory, RobotTrajectory or
     FollowJointTrajectory goal as JSON or YAML, a CSV with a column t or time, an .npz with t, q and qd, or a bag of

@@ -19,7 +19,7 @@ from planner.base.places import Place, place
 from planner.base.records import dataclass
 from planner.base.words import number
 from planner.base.yamlfile import read_text, repeated, shown
-from planner.models.robot import Robot
+from planner.models.robot import HALF_TURN, Robot
 
 _log = logging.getLogger(__name__)
 
@@ -62,8 +62,8 @@ def read_joint_path(path: Place, robot: Robot) -> Floats:
 
     Named columns are put in order, those of joints that are not planned left out, with a warning; without names there
     must be one column a planned joint. What else a file holds and nobody knows is refused.
-    Continuous joints are unwound: each step is at most half a turn. Raises :class:`FileError` for a file that
-    cannot be read or is for another robot.
+    Continuous joints are unwound: each step is below half a turn, with a warning where the file has it the longer way.
+    Raises :class:`FileError` for a file that cannot be read, is for another robot, or does not tell which way round.
     """
     path = place(path)
     where = f"joint path {path}"
@@ -79,7 +79,29 @@ def read_joint_path(path: Place, robot: Robot) -> Floats:
     for note in (*content.notes, *left_out(content.names, robot)):
         _log.warning("%s: %s", where, note)
     require_of_an_arm(rows, robot, where)
-    return frozen(np.where(robot.continuous, robot.unwound(rows), rows))  # other joints to the last bit
+    return frozen(np.where(robot.continuous, _unwound(rows, robot, where), rows))  # other joints to the last bit
+
+
+def _unwound(rows: Floats, robot: Robot, where: str) -> Floats:
+    """The rows (k, dof) with continuous joints counted on; :class:`FileError` where they do not tell which way round.
+
+    That is half a turn, and a whole one or more, which angles brought into one turn never are apart.
+    """
+    step, taken = np.diff(rows, axis=0), robot.difference(rows[:-1], rows[1:])
+    far = robot.continuous & (np.abs(step) >= HALF_TURN)
+    untold = far & ((np.abs(taken) >= HALF_TURN) | (np.abs(step) >= 2.0 * np.pi - 1e-9))
+    for row, joint in np.argwhere(untold)[:1]:
+        raise FileError(
+            f"{where}: from row {row + 1} to row {row + 2} joint '{robot.joints[joint]}' turns by "
+            f"{step[row, joint]:.6g} rad, and it is not told which way round: give rows less than half a turn apart."
+        )
+    for row, joint in np.argwhere(far)[:1]:
+        more = f", the first of {far.sum()} such steps" if far.sum() > 1 else ""
+        _log.warning(
+            "%s: from row %d to row %d joint '%s' is taken to turn the shorter way, by %.6g rad instead of %.6g%s",
+            *(where, row + 1, row + 2, robot.joints[joint], taken[row, joint], step[row, joint], more),
+        )
+    return robot.unwound(rows)
 
 
 def require_of_an_arm(rows: Floats, robot: Robot, where: str) -> None:

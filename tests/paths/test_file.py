@@ -70,7 +70,7 @@ def test_columns_in_any_order(tmp_path_factory: pytest.TempPathFactory, seed: in
     np.testing.assert_array_equal(read_joint_path(path, robot), rows)
 
 
-def test_continuous_joints_take_the_shorter_way(tmp_path: Path) -> None:
+def test_continuous_joints_take_the_shorter_way(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     robot = load("kinova")
     assert robot.continuous[0]
     rows = np.tile(robot.home, (3, 1))
@@ -79,6 +79,18 @@ def test_continuous_joints_take_the_shorter_way(tmp_path: Path) -> None:
     path = read_joint_path(tmp_path / "p.json", robot)
     np.testing.assert_allclose(path[:, 0], [3.0, 2 * np.pi - 3.0, 2 * np.pi - 2.5])
     np.testing.assert_allclose(path[:, 1:], rows[:, 1:], atol=1e-15)
+    assert "row 1 to row 2 joint 'j2s6s200_joint_1' is taken to turn the shorter way, by 0.283185 rad" in caplog.text
+
+
+@pytest.mark.parametrize("there", [np.pi, -np.pi, 2.0 * np.pi, 20.0, -7.0, 3.0 * np.pi])
+def test_turns_that_angles_do_not_tell_are_refused(there: float, tmp_path: Path) -> None:
+    """Half a turn goes either way, and a whole one is no rest."""
+    robot = load("kinova")
+    rows = np.tile(robot.home, (3, 1))
+    rows[2, 0] = there
+    (tmp_path / "p.json").write_text(json.dumps(rows.tolist()))
+    with pytest.raises(FileError, match=r"row 2 to row 3 joint 'j2s6s200_joint_1' turns by .* give rows less than"):
+        read_joint_path(tmp_path / "p.json", robot)
 
 
 BAD = {
