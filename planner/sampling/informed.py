@@ -19,6 +19,7 @@ _TUBE, _BALL = (0.05, 0.5), (0.05, 1.5)  # rad: the radius, drawn anew for each 
 _DRAWS = 20  # per sample that lies within the joint limits
 _UPHILL, _STEP = 10, 0.1  # steps at most up the gradient of w, and their length (rad)
 _EPS = 1e-3  # rad, finite differences
+_ROUNDING = 1e-9  # relative: a straight path is as long as its ends are apart
 _NEAR = 0.75  # rad: how far around a path others count as like it
 _LIKENESS = 2.0  # what being like one path adds to the cost of a motion, as a share of it
 
@@ -113,15 +114,17 @@ def informed_samples(
 
     Half of them lie near ``path``, a quarter near its ends, the others uniformly in the informed set: at a cost of
     ``rate`` per rad at least, a path through q costs ``rate`` (|q - start| + |goal - q|) or more, so q lies in an
-    ellipsoid (Gammell, Srinivasa, Barfoot, Informed RRT*, 2014). With ``rate`` 0 that is everywhere. Where w counts
-    every second sample walks uphill in w first, above a floor all of them do: good paths lie near the ridges of w.
+    ellipsoid (Gammell, Srinivasa, Barfoot, Informed RRT*, 2014), or in one of several where joints turn freely. With
+    ``rate`` 0 that is everywhere. Where w counts every second sample walks uphill in w first, above a floor all of them
+    do: good paths lie near the ridges of w.
     """
     robot = refiner.prover.robot
     half, quarter = count // 2, count // 4
     tube = _near(cut(path, 0.05), half, _TUBE, rng)
     balls = _near(path[[0, -1]], quarter, _BALL, rng)
     longest = refiner.total(path) / rate if rate > 0 else np.inf
-    drawn = _in_ellipsoid(robot, path[0], path[-1], longest, _DRAWS * quarter, rng)
+    goal = _one_way_round(robot, path[0], path[-1], longest, rng)
+    drawn = _in_ellipsoid(robot, path[0], goal, longest, _DRAWS * quarter, rng)
     samples = np.concatenate([tube, balls, drawn[_within(robot, drawn)][:quarter]])
     if refiner.cost.objective.floor > 0:
         samples = _lifted(robot, samples, rng)
@@ -153,6 +156,22 @@ def _near(points: Floats, count: int, radius: tuple[float, float], rng: np.rando
 def _within(robot: Robot, q: Floats) -> Bools:
     inside = ((q >= robot.lower) & (q <= robot.upper)) | robot.continuous
     return np.asarray(inside.all(axis=1))
+
+
+def _one_way_round(robot: Robot, start: Floats, goal: Floats, longest: float, rng: np.random.Generator) -> Floats:
+    """The ``goal`` (dof,) at the end of one of the ways round that are no longer, drawn by the ellipsoids' volumes."""
+    near, reach = robot.difference(start, goal), (1.0 + _ROUNDING) * longest
+    ways = near[None]
+    for joint in np.flatnonzero(robot.continuous) if math.isfinite(longest) else ():
+        other = ways.copy()
+        other[:, joint] -= math.copysign(2.0 * math.pi, near[joint])
+        ways = np.vstack([ways, other])
+        ways = ways[np.linalg.norm(ways, axis=1) <= reach]
+    if len(ways) < 2:
+        return goal
+    room = reach**2 - (ways * ways).sum(axis=1)
+    volume = np.cumsum([math.pow(max(each, 0.0), 0.5 * (robot.dof - 1)) for each in room.tolist()])
+    return start + ways[np.searchsorted(volume, rng.random() * volume[-1])]
 
 
 def _in_ellipsoid(

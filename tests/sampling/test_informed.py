@@ -10,8 +10,8 @@ from planner.kinematics.manipulability import manipulability
 from planner.objective.motion_cost import MotionCost
 from planner.problem.objective import Objective
 from planner.refinement.refine import PathRefiner
-from planner.sampling.informed import LazyRoadmap, _in_ellipsoid, _lifted
-from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
+from planner.sampling.informed import LazyRoadmap, _in_ellipsoid, _lifted, informed_samples
+from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
 
 
 def test_samples_fill_the_ellipsoid() -> None:
@@ -23,6 +23,22 @@ def test_samples_fill_the_ellipsoid() -> None:
     inner = np.linalg.norm(q - a, axis=1) + np.linalg.norm(q - b, axis=1) < np.sqrt(1.06 + 0.25 * (1.69 - 1.06))
     area = [length * np.sqrt(length**2 - 1.06) for length in (np.sqrt(1.06 + 0.25 * (1.69 - 1.06)), 1.3)]
     assert inner.mean() == pytest.approx(area[0] / area[1], abs=0.03)
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.4])
+def test_samples_lie_where_a_joint_turns_the_other_way(turned: float) -> None:
+    """A path turns nearly all the way round, and the short way is among what a cheaper one may take."""
+    robot, scale = load("kinova"), post_roadmap().scale
+    path = np.tile(robot.home, (3, 1))
+    path[:, 0], path[1, 1] = [-2.9, 0.0, 2.9], robot.home[1] + turned
+    refiner = PathRefiner(EdgeProver(checker_of("kinova")), MotionCost(robot, scale, Objective(1.0)))
+    rate, longest = 1.0 / scale.joint_length, np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    drawn = np.vstack(
+        [informed_samples(refiner, path, rate, np.random.default_rng(k), 400)[-100:] for k in range(10)]
+    )  # the last quarter is that of the informed set
+    near = [np.linalg.norm(robot.difference(drawn, end), axis=1) for end in path[[0, -1]]]
+    assert sum(near).max() <= longest + 1e-9
+    assert (np.abs(drawn[:, 0]) > 2.9).mean() > 0.1
 
 
 def test_lifted_states_rise_in_w_within_limits() -> None:
