@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 
@@ -33,6 +34,8 @@ from planner.problem.targets import (
     follow,
     parse_target,
 )
+
+_log = logging.getLogger(__name__)
 
 IK_STARTS = 100
 NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
@@ -68,7 +71,10 @@ def resolve(
             inner = [target for name in names for target in _look_up(name, states, checker, role)]
             return np.vstack([resolve(each, checker, states, role, count, starts) for each in inner])
         case Joints(values):
-            return free_configuration(np.array(values), checker, role)[None]
+            found = free_configuration(np.array(values), checker, role)
+            if role == "start":
+                _tell_turns(np.array(values), found, checker.robot)
+            return found[None]
         case ToolGoal(conditions):
             found = _spread(within(conditions, checker, role, starts), checker.robot)
             return _choose(found, checker, role, count, starts)
@@ -81,6 +87,16 @@ def resolve(
             if not len(solutions.configurations):
                 raise _out_of_reach(solutions, robot, np.array(xyz), role)
             return _choose(_kept(solutions.configurations, checker, role), checker, role, count, starts)
+
+
+def _tell_turns(given: Floats, begun: Floats, robot: Robot) -> None:
+    """Log where joints that turn freely begin in another turn than the start (dof,) says."""
+    for joint in np.flatnonzero(robot.continuous & (np.abs(given - begun) > _FORGIVEN)).tolist():
+        _log.warning(
+            "the start has joint '%s' at %.6g rad, the plan begins at %.6g, the same place in another turn: have a "
+            "controller that counts turns begin there, or it turns back first.",
+            *(robot.joints[joint], given[joint], begun[joint]),
+        )
 
 
 def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:

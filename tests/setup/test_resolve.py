@@ -81,6 +81,17 @@ def test_a_limit_that_was_printed_and_read_back_is_kept():
     assert resolve(Joints(q), checker_of("planar_2r"), {}, "start").shape == (1, 2)
 
 
+def test_a_start_in_another_turn_is_told_where_the_plan_begins(caplog):
+    checker = checker_of("kinova")
+    home = checker.robot.home
+    turned = Joints(tuple(home + 2 * np.pi * np.eye(6)[0]))
+    for role, target in (("goal", turned), ("start", Joints(tuple(home)))):
+        resolve(target, checker, {}, role)
+    assert not caplog.records
+    np.testing.assert_allclose(resolve(turned, checker, {}, "start")[0], home, atol=1e-12)
+    assert f"'{checker.robot.joints[0]}' at 6.28319 rad, the plan begins at 0," in caplog.text
+
+
 def test_continuous_joints_may_be_any_angle():
     robot, checker = load("kinova"), checker_of("kinova")
     turned = robot.home + np.where(robot.continuous, 2 * np.pi, 0.0)
