@@ -100,7 +100,7 @@ def kind_of(hint: Any) -> Kind | None:
     if origin in (Union, types.UnionType):
         return _any_of([kind_of(arg) for arg in args])
     if origin is Literal:
-        return Kind(lambda value: isinstance(value, str), f"one of {choices(args)}", OptionError, exact=_exactly(str))
+        return _TEXT._replace(wanted=f"one of {choices(args)}")
     if getattr(origin, "__module__", "") == "numpy":
         return Kind(_holds_numbers, "an array of numbers", ArrayError)
     if origin is tuple:
@@ -266,7 +266,7 @@ def _instance(kind: type) -> Kind:
     article = "an" if kind.__name__[0] in "AEIO" else "a"
     wanted = _WANTED.get(kind.__name__, f"{article} {kind.__name__}")
     if not getattr(kind, "_is_protocol", False):
-        return Kind(lambda value: isinstance(value, kind), wanted, exact=_exactly(kind))
+        return Kind(lambda value: isinstance(value, kind), wanted, exact=frozenset({kind}))
     members = [(name, member) for name, member in vars(kind).items() if not name.startswith("_")]
     required = [name for name, member in members if callable(member) or isinstance(member, property)]
 
@@ -277,25 +277,22 @@ def _instance(kind: type) -> Kind:
     return Kind(fits, wanted)
 
 
-def _exactly(kind: type) -> frozenset[type]:
-    return frozenset((kind,))
-
-
 _MOST = 2**63
 _OWN = frozenset({type(None), bool, int, float, str})
 _PATH = Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError)
+_TEXT = Kind(lambda value: isinstance(value, str), "text", OptionError, exact=frozenset({str}))
 _PLAIN: dict[Any, Kind | None] = {
-    **dict.fromkeys((type(None), None), Kind(lambda value: value is None, "None", exact=_exactly(type(None)))),
+    **dict.fromkeys((type(None), None), Kind(lambda value: value is None, "None", exact=frozenset({type(None)}))),
     bool: Kind(
         lambda value: isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"),
         "True or False",
         OptionError,
         numbers=True,
-        exact=_exactly(bool),
+        exact=frozenset({bool}),
     ),
     int: Kind(_is_whole, "a whole number", OptionError, numbers=True),
-    float: Kind(_is_number, "a number", OptionError, numbers=True, exact=_exactly(float)),
-    str: Kind(lambda value: isinstance(value, str), "text", OptionError, exact=_exactly(str)),
+    float: Kind(_is_number, "a number", OptionError, numbers=True, exact=frozenset({float})),
+    str: _TEXT,
     **dict.fromkeys((os.PathLike, os.PathLike[str]), _PATH),
     Any: None,
 }

@@ -37,8 +37,8 @@ def _dataclass(cls: Any = None, /, *, frozen: bool = False, eq: bool = True, kw_
         dataclasses.dataclass(cls, init=False, repr=False, eq=False, kw_only=kw_only)
     cls.__dataclass_params__.frozen = cls.__dataclass_params__.repr = cls.__dataclass_params__.init = True
     cls.__dataclass_params__.eq = eq
-    methods = {"__repr__": _Methods.__repr__, "__init__": _init(cls)}
-    methods |= {"__setattr__": _Methods.__setattr__, "__delattr__": _Methods.__delattr__}
+    methods = {name: vars(_Methods)[name] for name in ("__setattr__", "__delattr__", "__repr__")}
+    methods["__init__"] = _init(cls)
     if eq:
         methods |= _compared(cls)
     for name in methods.keys() - own:

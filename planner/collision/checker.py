@@ -80,14 +80,14 @@ class CollisionChecker(Protocol):
     @cached_property
     def static_contact(self) -> Contact | None:
         """A pair that no joint can move (the base and an obstacle), if it touches or is within the margin."""
-        world, anywhere, enough = self.world, np.zeros((1, self.robot.dof)), self.world.margin + _NEARER
+        world, enough = self.world, self.world.margin + _NEARER
         checked = np.append(world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool))
         pairs = np.flatnonzero(checked & ~world.moving)
         if not len(pairs):
             return None
-        gaps = self.bound.close(*joint_placements(self.chain, anywhere), np.zeros_like(pairs), pairs, enough)
-        near = pairs[gaps < enough]
-        touching = near[self.gaps(anywhere, near) <= world.margin] if len(near) else near
+        rotation, position = joint_placements(self.chain, np.zeros((1, self.robot.dof)))
+        near = pairs[self.bound.close(rotation, position, np.zeros_like(pairs), pairs, enough) < enough]
+        touching = near[self.distances(rotation[:, 0], position[:, 0], near) <= world.margin]
         return world.contact(int(touching[0])) if len(touching) else None
 
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:

@@ -89,7 +89,7 @@ def _unwound(rows: Floats, robot: Robot, where: str) -> Floats:
     """
     step, taken = np.diff(rows, axis=0), robot.difference(rows[:-1], rows[1:])
     far = robot.continuous & (np.abs(step) >= HALF_TURN)
-    untold = far & ((np.abs(taken) >= HALF_TURN) | (np.abs(step) >= 2.0 * np.pi - 1e-9))
+    untold = far & ((np.abs(taken) >= HALF_TURN) | (np.abs(step) >= np.pi + HALF_TURN))
     for row, joint in np.argwhere(untold)[:1]:
         raise FileError(
             f"{where}: from row {row + 1} to row {row + 2} joint '{robot.joints[joint]}' turns by "
