@@ -16,6 +16,8 @@ INTERRUPTED = 130  # the exit code, as shells have it
 NOTHING_TO_SAVE = "stopping; there is nothing to save."
 stop_requests: list[Callable[[], bool]] = []
 """Who can tell whether SIGINT has asked for a stop: those that take it for a request at the moment."""
+standard_error = [2]
+"""File descriptors of standard error, the last one the user's: number 2 leads elsewhere while it is longer than one."""
 
 
 def tell_at_once(sentence: str, lines: int = 1) -> None:
@@ -24,17 +26,18 @@ def tell_at_once(sentence: str, lines: int = 1) -> None:
     On a terminal it takes the place of the line the cursor is on, and is followed by as many ``lines`` as are drawn
     anew above the cursor.
     """
-    on_terminal, sentence = os.isatty(2), printable(sentence)
+    number = standard_error[-1]
+    on_terminal, sentence = os.isatty(number), printable(sentence)
     text = f"\r\x1b[2Kplanner: {sentence}" + "\n" * max(lines, 1) if on_terminal else f"planner: {sentence}\n"
     with contextlib.suppress(OSError):  # closed, or a full disk behind it: there is nobody left to tell
-        os.write(2, text.encode())
+        os.write(number, text.encode())
 
 
 def leave(sentence: str = NOTHING_TO_SAVE) -> None:
     """End the process now. No exception: one must not fly through C++, nor through a module that is half loaded."""
     tell_at_once(sentence)
-    if os.isatty(2):
-        os.write(2, b"\x1b[?25h")  # progress bars hide the cursor
+    if os.isatty(number := standard_error[-1]):
+        os.write(number, b"\x1b[?25h")  # progress bars hide the cursor
     os._exit(INTERRUPTED)
 
 

@@ -15,6 +15,7 @@ import time
 from types import TracebackType
 from typing import IO
 
+from planner.base.interrupts import standard_error
 from planner.base.process_lock import PROCESS
 
 _log = logging.getLogger(__name__)
@@ -48,6 +49,8 @@ class Silenced:
                     stream.flush()
                 before = os.dup(number)
                 self._stack.callback(self._restore, kept, before, number)
+                if number == 2 and len(standard_error) == 1:
+                    standard_error.append(before)  # what a signal's handler says is not the library's
                 os.dup2(kept.fileno(), number)
         return self
 
@@ -65,6 +68,8 @@ class Silenced:
             with contextlib.suppress(OSError):  # a file system without locks
                 fcntl.flock(kept, fcntl.LOCK_EX)
             os.dup2(before, number)
+            if number == 2 and before in standard_error:
+                standard_error.remove(before)
             os.close(before)
             kept.close()
             _wait_for_writers(printed)

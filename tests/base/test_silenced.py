@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import os
+import subprocess
 import sys
 import threading
 
 import numpy as np
 import pytest
 
+from planner.base.interrupts import tell_at_once
 from planner.base.silenced import Silenced
 
 C = ctypes.CDLL(None)
@@ -105,3 +107,25 @@ def test_what_another_thread_prints_meanwhile_is_passed_on(capfd: pytest.Capture
     assert printed.text.splitlines()[-2:] == ["error", "out"]
     assert printed.complaint() == "joint 'j' is not unique"
     assert capfd.readouterr() == ("out\n", "error\n")
+
+
+def test_what_a_handler_says_meanwhile_is_heard(alone: None, capfd: pytest.CaptureFixture[str]) -> None:
+    with Silenced(), Silenced() as printed:
+        os.write(2, b"from C\n")
+        tell_at_once("stopping.")
+    tell_at_once("stopped.")
+    assert (printed.text, capfd.readouterr().err) == ("from C\n", "planner: stopping.\nplanner: stopped.\n")
+
+
+def test_ctrl_c_while_a_library_is_kept_silent_says_so() -> None:
+    program = """
+import signal
+from planner.base.interrupts import leave_on_interrupt
+from planner.base.silenced import Silenced
+leave_on_interrupt()
+with Silenced():
+    signal.raise_signal(signal.SIGINT)
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert ended.returncode == 130
+    assert ended.stderr == "planner: stopping; there is nothing to save.\n"
