@@ -84,33 +84,3 @@ def until_signal(asked: threading.Event, sentence: str) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-_RAISING = (signal.SIGHUP, signal.SIGUSR1, signal.SIGUSR2, signal.SIGALRM, signal.SIGTERM, signal.SIGINT)
-
-
-@contextmanager
-def signals_wait() -> Iterator[Callable[[], None]]:
-    """While entered no signal's handler runs, as what it raises would be swallowed by code that calls back.
-
-    Handlers of signals that came run when what this gives is called, and at the end. Python runs them in its main
-    thread, so others have nothing to wait for.
-    """
-    came: list[tuple[int, FrameType | None]] = []
-    before: dict[int, Callable[[int, FrameType | None], object]] = {}
-
-    def heed() -> None:
-        while came:
-            number, frame = came.pop(0)
-            before[number](number, frame)
-
-    if threading.current_thread() is threading.main_thread():
-        before = {number: held for number in _RAISING if callable(held := signal.getsignal(number))}
-    try:
-        for number in before:
-            signal.signal(number, lambda number, frame: came.append((number, frame)))
-        yield heed
-    finally:
-        for number, handler in before.items():  # SIGINT last: its handler may raise from here on
-            signal.signal(number, handler)
-        heed()

@@ -4,65 +4,26 @@ from __future__ import annotations
 
 import threading
 from functools import cached_property
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import fcl
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.interrupts import signals_wait
-from planner.base.records import dataclass
 from planner.collision.bounds import ClearanceBound
+from planner.collision.boxes import Boxes
 from planner.collision.checker import CollisionChecker
 from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere
 
-_NEAREST_POINTS = fcl.DistanceRequest(enable_nearest_points=True)
 _APART = 1e-12  # m: what no plane proves apart and FCL does not call touching
 _ANY_CONTACT = fcl.CollisionRequest(num_max_contacts=1, enable_contact=True)
 
 
-@dataclass(frozen=True, eq=False)
-class _Question:
-    """Whether ``asked``, a body or a tree of bodies, touches anything in a tree."""
-
-    asked: Any
-    tree: fcl.DynamicAABBTreeCollisionManager
-    moves: bool  # whether a tree holds bodies, which have moved since it was last asked
-
-
-@dataclass
-class _Hit:
-    """What callbacks leave behind: the number of the nearest pair so far, the lowest number where several are as near.
-
-    In which order a tree asks depends on what it was asked before, so the first pair that touches would too.
-    """
-
-    nearest: float = np.inf
-    pair: int | None = None
-    failure: BaseException | None = None  # of a callback: who calls it, C++, swallows what it raises
-
-    def take(self, gap: float, pair: int) -> None:
-        if self.pair is None or (gap, pair) < (self.nearest, self.pair):
-            self.nearest, self.pair = gap, pair
-
-
-def _update(question: _Question) -> None:
-    if question.moves:
-        question.tree.update()
-        if not isinstance(question.asked, fcl.CollisionObject):
-            question.asked.update()
-
-
 class FclChecker(CollisionChecker):
-    """Shapes are built once and moved per configuration; FCL's dynamic AABB trees keep far pairs cheap.
-
-    python-fcl hands callbacks fresh wrapper objects, so a colliding pair is recognised by the geometry objects that
-    its contact reports, and self-collision asks each body against a tree of just the bodies it is checked with.
-    """
+    """Shapes are built once and moved where they are asked about; pairs are, whose boxes are not clearly apart."""
 
     name = "fcl"
 
@@ -73,8 +34,7 @@ class FclChecker(CollisionChecker):
         self.queries = 0
         self.second = known.second if known else []
         self._made = known.geometries if known else {}
-        self._now = np.empty(0), np.empty(0)  # rotations and positions of the joints, where the bodies are
-        self._moving = [k for k, body in enumerate(world.bodies) if body.joint != 0]
+        self._place = fcl.Transform()  # one for all: making each anew takes as long as what FCL does with it
 
     @cached_property
     def _shapes(self) -> list[fcl.CollisionGeometry]:
@@ -84,17 +44,12 @@ class FclChecker(CollisionChecker):
         return [*map(_body, world.bodies), *obstacles]
 
     @cached_property
-    def _index(self) -> dict[int, int]:
-        return {id(shape): k for k, shape in enumerate(self._shapes)}
+    def _boxes(self) -> Boxes:
+        return Boxes(self.world)
 
     @cached_property
     def _bodies(self) -> list[fcl.CollisionObject]:
-        bodies = self.world.bodies
-        items = [fcl.CollisionObject(shape) for shape in self._shapes[: len(bodies)]]
-        for item, body in zip(items, bodies, strict=True):
-            if body.joint == 0:
-                item.setTransform(fcl.Transform(body.placement[:3, :3], body.placement[:3, 3]))
-        return items
+        return [fcl.CollisionObject(shape) for shape in self._shapes[: len(self.world.bodies)]]
 
     @cached_property
     def _obstacles(self) -> list[fcl.CollisionObject]:
@@ -110,24 +65,6 @@ class FclChecker(CollisionChecker):
             return self._made
         return dict(zip(self.world.obstacles, self._shapes[len(self.world.bodies) :], strict=True))
 
-    @cached_property
-    def _questions(self) -> list[_Question]:
-        """Everything that has to be asked about one placement of the bodies."""
-        questions = []
-        scene = _tree(self._obstacles)
-        if self.world.checked.all() and self._obstacles:
-            questions.append(_Question(_tree(self._bodies), scene, True))
-        else:
-            for b, row in enumerate(self.world.checked):
-                if row.any():
-                    tree = scene if row.all() else _tree([self._obstacles[o] for o in np.nonzero(row)[0]])
-                    questions.append(_Question(self._bodies[b], tree, False))
-        for b in range(len(self._bodies)):
-            others = self.world.self_pairs[self.world.self_pairs[:, 1] == b, 0]
-            if len(others):
-                questions.append(_Question(self._bodies[b], _tree([self._bodies[i] for i in others]), True))
-        return questions
-
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`; within its rounding a thinned mesh is for planes."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
@@ -140,67 +77,33 @@ class FclChecker(CollisionChecker):
     def _first_crossing(self, q: Floats) -> tuple[int, Contact] | None:
         """The same for the shapes as FCL knows them, meshes without a rounding."""
         rotation, position = joint_placements(self.chain, q)
-        bodies = self.world.bodies
-        placements = [(self._bodies[b], *_world_placement(bodies[b], rotation, position)) for b in self._moving]
-        place = fcl.Transform()  # one for all: making each anew takes longer than all that FCL does with it
-        with self._alone, signals_wait() as heed:
-            for row in range(len(q)):
-                heed()
-                self._now = rotation[:, row], position[:, row]
-                for body, turns, shifts in placements:
-                    place.setRotation(turns[row])
-                    place.setTranslation(shifts[row])
-                    body.setTransform(place)
-                pair = self._touching_pair()
-                if pair is not None:
-                    return row, self.world.contact(pair)
+        self.queries += len(q)
+        first = self._first_touching if self.world.margin <= 0 else self._first_within_margin
+        with self._alone:
+            for rows, pairs in self._boxes.near(rotation, position, self.world.margin):
+                found = first(rotation, position, rows, pairs)
+                if found is not None:
+                    return found[0], self.world.contact(found[1])
         return None
 
-    def _touching_pair(self) -> int | None:
-        self.queries += 1
-        for question in self._questions:
-            _update(question)
-            hit = _Hit()
-            if self.world.margin > 0:
-                hit.nearest = self.world.margin * (1 + 1e-12)  # the trees skip whatever is farther than this
-                question.tree.distance(question.asked, hit, self._keep_nearest)
-            if self.world.margin <= 0 or hit.nearest <= 0:
-                question.tree.collide(question.asked, hit, self._keep_touching)
-            if hit.failure is not None:
-                raise hit.failure
-            if hit.pair is not None:
-                return hit.pair
+    def _first_touching(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> tuple[int, int] | None:
+        """The first of the ``pairs`` in configurations ``rows``, (k,) each, that touches."""
+        for row, pair in zip(rows.tolist(), pairs.tolist(), strict=True):
+            if self._touches(pair, rotation[:, row], position[:, row]):
+                return row, pair
         return None
 
-    def _keep_touching(self, a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> bool:
-        try:
-            result = fcl.CollisionResult()
-            if fcl.collide(a, b, _ANY_CONTACT, result):
-                hit.take(-1.0, self._pair_of((result.contacts[0].o1, result.contacts[0].o2)))
-        except BaseException as error:  # raised where the tree was asked
-            hit.failure = error
-        return hit.failure is not None
-
-    def _keep_nearest(self, a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> tuple[bool, float]:
-        try:
-            result = fcl.DistanceResult()
-            fcl.distance(a, b, _NEAREST_POINTS, result)
-            pair = self._pair_of((result.o1, result.o2))
-            gap = float(self._gaps(*self._now, np.array([pair]))[0])
-            if gap <= hit.nearest:
-                hit.take(gap, pair)
-        except BaseException as error:  # as above
-            hit.failure = error
-        return hit.failure is not None or hit.nearest <= 0, hit.nearest
-
-    def _pair_of(self, hit: tuple[fcl.CollisionGeometry, fcl.CollisionGeometry]) -> int:
-        """The number of the pair whose two geometry objects a contact names, in either order."""
-        first, second = sorted(self._index[id(shape)] for shape in hit)
-        bodies, obstacles = len(self._bodies), len(self._obstacles)
-        if second >= bodies:
-            return first * obstacles + second - bodies
-        row = np.nonzero((self.world.self_pairs == (first, second)).all(axis=1))[0][0]
-        return bodies * obstacles + int(row)
+    def _first_within_margin(
+        self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints
+    ) -> tuple[int, int] | None:
+        """The nearest pair in the first of the configurations ``rows`` in which one is within the margin."""
+        enough = self.world.margin * (1 + 1e-12)
+        gaps = self._gaps(rotation, position, rows, pairs, 2.0 * enough)
+        near = np.flatnonzero(gaps <= enough)
+        if not len(near):
+            return None
+        at = near[rows[near] == rows[near[0]]]
+        return int(rows[at[0]]), int(pairs[at[np.maximum(gaps[at], 0.0).argmin()]])
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`: FCL says what touches, planes how far apart.
@@ -209,47 +112,36 @@ class FclChecker(CollisionChecker):
         boxes, 2.14 m where 0.62 m were left between two triangles with parallel sides.
         """
         with self._alone:
-            return self._gaps(rotation, position, pairs)
+            self.queries += len(pairs)
+            return self._gaps(rotation[:, None], position[:, None], np.zeros_like(pairs), pairs)
 
-    def _gaps(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
-        self.queries += len(pairs)
-        gaps = self.bound.close(rotation[:, None], position[:, None], np.zeros_like(pairs), pairs)
+    def _gaps(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: float = np.inf) -> Floats:
+        gaps = self.bound.close(rotation, position, rows, pairs, enough)
         for k in np.flatnonzero(gaps <= 0.0).tolist():
             if self.world.rounding[pairs[k]] == 0:
-                gaps[k] = self._touch(int(pairs[k]), rotation, position)
+                touches = self._touches(int(pairs[k]), rotation[:, rows[k]], position[:, rows[k]])
+                gaps[k] = -1.0 if touches else _APART
         return gaps
 
-    def _touch(self, pair: int, rotation: Floats, position: Floats) -> float:
+    def _touches(self, pair: int, rotation: Floats, position: Floats) -> bool:
         first, second = self.world.members(pair)
         is_scene = self.world.is_scene_pair(pair)
         other = self._obstacles[second] if is_scene else self._moved(second, rotation, position)
-        touches = fcl.collide(self._moved(first, rotation, position), other, _ANY_CONTACT, fcl.CollisionResult())
-        return -1.0 if touches else _APART
+        return bool(fcl.collide(self._moved(first, rotation, position), other, _ANY_CONTACT, fcl.CollisionResult()))
 
     def _moved(self, b: int, rotation: Floats, position: Floats) -> fcl.CollisionObject:
         """A body where the joints are."""
         body, item = self.world.bodies[b], self._bodies[b]
         turn = rotation[body.joint]
-        shift = position[body.joint] + turn @ body.placement[:3, 3]
-        item.setTransform(fcl.Transform(turn @ body.placement[:3, :3], shift))
+        self._place.setRotation(turn @ body.placement[:3, :3])
+        self._place.setTranslation(position[body.joint] + turn @ body.placement[:3, 3])
+        item.setTransform(self._place)
         return item
 
     def error(self, distance: float) -> float:
         # planes prove the distances, formulas are exact: in 30,000 attacked pairs, some a kilometre from the origin, no
         # more than 4e-13 m, see `python -m benchmarks attack`; a micrometre leaves room for rounding farther away
         return 1e-6
-
-
-def _world_placement(body: Body, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
-    turn = rotation[body.joint]
-    return turn @ body.placement[:3, :3], position[body.joint] + turn @ body.placement[:3, 3]
-
-
-def _tree(items: list[fcl.CollisionObject]) -> fcl.DynamicAABBTreeCollisionManager:
-    tree = fcl.DynamicAABBTreeCollisionManager()
-    tree.registerObjects(items)
-    tree.setup()
-    return tree
 
 
 # of bodies, for as long as somebody has them; those of one shape have one each, as contacts are told by it
