@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import threading
-from functools import cached_property
-from weakref import WeakKeyDictionary
+from functools import cached_property, lru_cache
 
 import fcl
 import numpy as np
@@ -16,7 +15,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _APART = 1e-12  # m: what no plane proves apart and FCL does not call touching
 _ANY_CONTACT = fcl.CollisionRequest(num_max_contacts=1, enable_contact=True)
@@ -33,37 +32,12 @@ class FclChecker(CollisionChecker):
         self.bound = ClearanceBound(world, known.bound if known else None)
         self.queries = 0
         self.second = known.second if known else []
-        self._made = known.geometries if known else {}
         self._place = fcl.Transform()  # one for all: making each anew takes as long as what FCL does with it
-
-    @cached_property
-    def _shapes(self) -> list[fcl.CollisionGeometry]:
-        """Of all items; contacts are told by these very objects. Made when asked: trees of triangles take time."""
-        made, world = self._made, self.world
-        obstacles = [made[item] if item in made else _geometry(item.shape) for item in world.obstacles]
-        return [*map(_body, world.bodies), *obstacles]
+        self._objects: dict[int, fcl.CollisionObject] = {}  # of items by their number, those that were asked about
 
     @cached_property
     def _boxes(self) -> Boxes:
         return Boxes(self.world)
-
-    @cached_property
-    def _bodies(self) -> list[fcl.CollisionObject]:
-        return [fcl.CollisionObject(shape) for shape in self._shapes[: len(self.world.bodies)]]
-
-    @cached_property
-    def _obstacles(self) -> list[fcl.CollisionObject]:
-        return [
-            fcl.CollisionObject(shape, fcl.Transform(o.placement[:3, :3], o.placement[:3, 3]))
-            for shape, o in zip(self._shapes[len(self.world.bodies) :], self.world.obstacles, strict=True)
-        ]
-
-    @property
-    def geometries(self) -> dict[Obstacle, fcl.CollisionGeometry]:
-        """What FCL has made of every obstacle so far."""
-        if "_shapes" not in vars(self):
-            return self._made
-        return dict(zip(self.world.obstacles, self._shapes[len(self.world.bodies) :], strict=True))
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`; within its rounding a thinned mesh is for planes."""
@@ -126,13 +100,22 @@ class FclChecker(CollisionChecker):
     def _touches(self, pair: int, rotation: Floats, position: Floats) -> bool:
         first, second = self.world.members(pair)
         is_scene = self.world.is_scene_pair(pair)
-        other = self._obstacles[second] if is_scene else self._moved(second, rotation, position)
+        other = self._standing(second) if is_scene else self._moved(second, rotation, position)
         return bool(fcl.collide(self._moved(first, rotation, position), other, _ANY_CONTACT, fcl.CollisionResult()))
+
+    def _standing(self, obstacle: int) -> fcl.CollisionObject:
+        item, made = len(self.world.bodies) + obstacle, self.world.obstacles[obstacle]
+        if item not in self._objects:
+            place = fcl.Transform(made.placement[:3, :3], made.placement[:3, 3])
+            self._objects[item] = fcl.CollisionObject(_geometry(made.shape), place)
+        return self._objects[item]
 
     def _moved(self, b: int, rotation: Floats, position: Floats) -> fcl.CollisionObject:
         """A body where the joints are."""
-        body, item = self.world.bodies[b], self._bodies[b]
-        turn = rotation[body.joint]
+        body = self.world.bodies[b]
+        if b not in self._objects:
+            self._objects[b] = fcl.CollisionObject(_geometry(body.shape))
+        turn, item = rotation[body.joint], self._objects[b]
         self._place.setRotation(turn @ body.placement[:3, :3])
         self._place.setTranslation(position[body.joint] + turn @ body.placement[:3, 3])
         item.setTransform(self._place)
@@ -144,16 +127,7 @@ class FclChecker(CollisionChecker):
         return 1e-6
 
 
-# of bodies, for as long as somebody has them; those of one shape have one each, as contacts are told by it
-_made: WeakKeyDictionary[Body, fcl.CollisionGeometry] = WeakKeyDictionary()
-
-
-def _body(body: Body) -> fcl.CollisionGeometry:
-    """The shape of a body, made once."""
-    made = _made.get(body)
-    return _made.setdefault(body, _geometry(body.shape)) if made is None else made
-
-
+@lru_cache(maxsize=1024)  # nothing changes them, and trees of triangles take time
 def _geometry(shape: Shape) -> fcl.CollisionGeometry:
     match shape:
         case Box(size):
