@@ -29,7 +29,7 @@ from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
-from planner.problem.reason_schema import DeviationRecord
+from planner.problem.reason_schema import NO_DEVIATION, DeviationRecord
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.problem.targets import parse_target
@@ -142,21 +142,25 @@ class Follower:
         if timing is None or limits is None or not len(solved.path):
             return self._finished(solved, along)
         with clock("timing"):
-            made, speed = self._timed(solved, along, request, timing, limits)
-        return self._finished(replace(solved, trajectory=made), along, speed)
+            made, speed, off = self._timed(solved, along, request, timing, limits)
+        return self._finished(replace(solved, trajectory=made), along, speed, off)
 
     def _timed(
         self, found: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
-    ) -> tuple[Trajectory, ToolSpeedRecord | None]:
-        """The motion along the path, after the free one to it where there is one; with a rest between them."""
+    ) -> tuple[Trajectory, ToolSpeedRecord | None, DeviationRecord]:
+        """The motion along the path, after the free one to it where there is one; with a rest between them.
+
+        And how fast the tool goes along the path, and how far it is off.
+        """
         places = along[found.path_nodes]
         first, floor = int(np.argmax(places >= 0.0)), request.min_manipulability
         on_path = found.path[first:], places[first:], self.found.ladder.tube, self.checker, limits
         made, speed = time_tool_path(*on_path, request.tool_speed, floor, timing.time_law)
+        off = self.found.ladder.tube.deviation_of(made, found.robot, places[first:])
         if first:
             free = timed(replace(found, path=found.path[: first + 1]), timing, limits)
             made = joined_motion(free, made, self.checker, limits, floor)
-        return looked_at_again(made, self.checker), speed
+        return looked_at_again(made, self.checker), speed, off
 
     def _query(self, request: FollowRequest, draft: Plan) -> Query:
         """From the start to the first rungs of the least cost-to-go."""
@@ -197,14 +201,20 @@ class Follower:
             low, high = (middle, high) if passes else (low, middle)
         return rounded_down(float(levels[low]))
 
-    def _finished(self, solved: Plan, along: Floats, speed: ToolSpeedRecord | None = None) -> Plan:
+    def _finished(
+        self,
+        solved: Plan,
+        along: Floats,
+        speed: ToolSpeedRecord | None = None,
+        of_motion: DeviationRecord = NO_DEVIATION,
+    ) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
         outcome, reason = solved.outcome, solved.reason
         found = self.found if len(solved.path) else Reached(self.found.ladder)
         if not self.found.whole and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
             reason = self._why_not(found)
-        went, off = np.zeros((0, 3)), DeviationRecord(position=0.0, angle=0.0)
+        went, off = np.zeros((0, 3)), NO_DEVIATION
         if len(solved.path):
             places = along[solved.path_nodes]
             rows = places >= 0.0
@@ -213,7 +223,7 @@ class Follower:
         record = ToolPathRecord(
             followed=found.share,
             points=int(self.path.given.max()),
-            largest_deviation=off,
+            largest_deviation=off.or_more(of_motion),
             tube=DeviationRecord(**asdict(self.path.tube)),
             proven=bool(len(solved.path)) and (solved.trajectory is None or solved.trajectory.proven),
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,

@@ -204,7 +204,7 @@ class ToolPathRecord(Record):
     points: int
     """in its file"""
     largest_deviation: DeviationRecord
-    """of the path; a motion rounds its corners, as far as the tube allows"""
+    """of the path, and of the motion where there is one, which rounds the path's corners"""
     tube: DeviationRecord
     proven: bool
     """what is followed stays in the tube throughout, as does the motion where there is one"""

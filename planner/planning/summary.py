@@ -72,12 +72,12 @@ def _tool_path_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
     found = record["tool_path"]
     off, tube = found["largest_deviation"], found["tube"]
     what = "path and motion" if record["trajectory"] else "path"
-    proof = f"{what} proven within" if found["proven"] else f"{what} NOT proven within"
+    proof = "proven within" if found["proven"] else "NOT proven within"
     stops = "" if found["first_unreachable"] is None else f", not to point {found['first_unreachable']}"
     text = f"{100 * found['followed']:.1f} % of {found['points']} points followed{stops}"
     if found["followed"] > 0:
         text += (
-            f"; the path at most {1e3 * off['position']:.3g} mm and {off['angle']:.2g} rad off where sampled, "
+            f"; {what} at most {1e3 * off['position']:.3g} mm and {off['angle']:.2g} rad off where sampled, "
             f"{proof} {1e3 * tube['position']:g} mm and {tube['angle']:g} rad"
         )
     rows, speed = [("tool path", text)], found.get("speed")

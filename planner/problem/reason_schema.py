@@ -84,6 +84,13 @@ class DeviationRecord(Record):
     angle: float
     """rad, of its orientation, or of its z axis where it may turn about that; beyond a cone where one is given"""
 
+    def or_more(self, other: DeviationRecord) -> DeviationRecord:
+        """The larger of both, each by itself."""
+        return DeviationRecord(position=max(self.position, other.position), angle=max(self.angle, other.angle))
+
+
+NO_DEVIATION = DeviationRecord(position=0.0, angle=0.0)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CannotFollowRecord(Record):

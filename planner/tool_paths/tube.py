@@ -12,17 +12,18 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.base.records import dataclass
 from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
 from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
 from planner.models.robot import Robot
 from planner.problem.reason_schema import DeviationRecord
 from planner.tool_paths.tool_path import ToolPath, rotation_angles
+from planner.trajectory.trajectory import Trajectory
 
 _BEYOND = 0.05  # of the tube's radius: so far may the projection lie beyond an end of the line
 _FINEST = 1e-3  # of the tube: pieces that leave their chord by less are not halved again
-_SAMPLES = 16  # poses looked at on each motion, for the largest deviation that is told
+_SAMPLES = 16  # poses looked at on each motion, or piece of one, for the largest deviation that is told
 _OFF, _LEAN = 0.8, 0.65  # of the tube, for solutions inside: what is left has to do for the motions between
 _ARC = 0.1  # of the tube's radius is left to the arcs that lines stand for
 
@@ -96,16 +97,32 @@ class Tube:
         )
 
     def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, DeviationRecord]:
-        """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here.
+        """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here, and how far it is off.
 
-        And how far it is off at most, sampled; off arcs by so much more as these may be off the lines for them.
+        At most, sampled; off arcs by so much more as these may be off the lines for them.
         """
-        shares, count = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None], len(self._length)
+        shares = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None]
         q = (path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof)
-        rotation, position = Frame.tool(robot).poses(robot, np.concatenate([q, path[-1:]]))
         places = np.append((along[:-1, None] + shares[:, 0, 0] * np.diff(along)[:, None]).ravel(), along[-1])
-        line = np.clip(np.searchsorted(self.path.along, places, side="right") - 1, 0, count - 1)
-        off, angle = self.deviations(np.clip(line[:, None] + np.arange(-1, 2), 0, count - 1), rotation, position)
+        return self._off(*Frame.tool(robot).poses(robot, np.concatenate([q, path[-1:]])), places)
+
+    def deviation_of(self, motion: Trajectory, robot: Robot, along: Floats) -> DeviationRecord:
+        """The same of a motion along a joint path that is ``along`` (k,) m here: corners are rounded."""
+        shares = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)
+        times = (motion.times[:-1, None] + shares * np.diff(motion.times)[:, None]).ravel()
+        rotation, position = Frame.tool(robot).poses(robot, motion.at(np.append(times, motion.times[-1])))
+        way, total = so_far(np.linalg.norm(np.diff(position, axis=0), axis=1)), along[-1] - along[0]
+        places = along[0] + way * (total / way[-1] if way[-1] > 0 else 0.0)
+        return self._off(rotation, position, places, abs(way[-1] - total) + self.path.tube.position)[1]
+
+    def _off(
+        self, rotation: Floats, position: Floats, places: Floats, unsure: float = 0.0
+    ) -> tuple[Floats, DeviationRecord]:
+        """Positions (n, 3), and how far poses are off at most at ``places`` (n,) m that are known to ``unsure`` m."""
+        along, count = self.path.along, len(self._length)
+        first, last = (np.searchsorted(along, places + side * unsure, side="right") for side in (-1, 1))
+        beside = np.arange(-1, 2 + int((last - first).max())) + first[:, None] - 1
+        off, angle = self.deviations(np.clip(beside, 0, count - 1), rotation, position)
         return position, DeviationRecord(position=float(off.max()) + self.path.bend, angle=float(angle.max()))
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:

@@ -356,16 +356,30 @@ def test_what_is_told_of_an_arc_is_of_the_arc_and_not_of_its_lines() -> None:
     assert off <= found.tool_path.record.largest_deviation.position <= 0.005  # type: ignore[union-attr]
 
 
-def test_a_deviation_is_told_of_the_path_as_the_motion_rounds_its_corners() -> None:
+def test_a_deviation_is_told_of_the_motion_too_which_rounds_corners() -> None:
     corner = np.add([0.45, -0.1, 0.4], [[0, 0, 0], [0, 0.15, 0], [0.05, 0.15, 0.03]])
-    found = follow(line_of(corner, tube=(2e-3, 0.02)), REQUEST, timing=TimingRequest())
-    assert found.trajectory is not None
-    q = found.trajectory.at(np.linspace(0.0, found.trajectory.duration, 4001))
-    spots = np.array([pose_of(found.robot, row)[1] for row in q])
+    path, alone = (follow(line_of(corner, tube=(2e-3, 0.02)), REQUEST, timing=time) for time in (TimingRequest(), None))
+    assert path.trajectory is not None
+    q = path.trajectory.at(np.linspace(0.0, path.trajectory.duration, 4001))
+    spots = np.array([pose_of(path.robot, row)[1] for row in q])
     way = np.diff(corner, axis=0)
     u = np.clip(((spots[:, None] - corner[:-1]) * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
     off = np.linalg.norm(spots[:, None] - corner[:-1] - u[..., None] * way, axis=2).min(axis=1).max()
-    assert found.tool_path.record.largest_deviation.position < 0.5 * off < 1e-3  # type: ignore[union-attr]
-    told = dict(summary_rows(found.to_dict()))["tool path"]
-    assert "; the path at most" in told
-    assert "path and motion proven within 2 mm" in told
+    of_path, of_motion = (each.tool_path.record.largest_deviation for each in (alone, path))  # type: ignore[union-attr]
+    assert of_path.position < 0.5 * off
+    assert of_motion.position == pytest.approx(off, rel=0.01)
+    told = dict(summary_rows(path.to_dict()))["tool path"]
+    assert "; path and motion at most" in told
+    assert "proven within 2 mm" in told
+
+
+def test_a_motion_is_off_by_as_much_as_its_path_is_moved_away() -> None:
+    points = np.add([0.45, 0.0, 0.4], [[0.06, 0, 0], [-0.06, 0, 0], [-0.06, 0.06, 0], [0, 0.06, 0], [0, -0.06, 0]])
+    found = follow(line_of(points, tube=(1e-3, 0.02)), REQUEST, timing=TimingRequest())
+    assert found.trajectory is not None
+    tube = Follower.of(line_of(points, tube=(1e-3, 0.02)), REQUEST).found.ladder.tube
+    shifted = replace(tube, path=replace(tube.path, positions=np.add(tube.path.positions, [0.0, 0.0, 5e-4])))
+    along = np.linspace(0.0, tube.path.along[-1], 50)
+    off = [each.deviation_of(found.trajectory, found.robot, along).position for each in (tube, shifted)]
+    assert off[0] <= 1e-3
+    assert off[1] == pytest.approx(np.hypot(off[0], 5e-4), rel=0.1)
