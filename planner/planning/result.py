@@ -109,6 +109,7 @@ class Plan:
     tool_path: FollowedPath | None = None  # what came of a tool path that was to be followed
     legs: tuple[LegRecord, ...] = ()  # lines of the tool that the path begins and ends with, where they were asked for
     reason: NoPath | None = None
+    notes: tuple[str, ...] = ()  # what is said of the start
     replanned: Replanned = Replanned()
     timings: dict[str, float] = field(default_factory=dict)
 
@@ -333,7 +334,7 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
 def record_of(plan: Plan) -> PlanRecord:
     """What there is to be written of a plan."""
     begun: dict[str, Any] = run_record(plan.request, plan.outcome, plan.robot, plan.scene)
-    begun["message"] = plan.message
+    begun |= {"message": plan.message, "notes": [*begun["notes"], *plan.notes]}
     reason: Any = None if plan.reason is None else plan.reason.to_dict()
     return PlanRecord(
         **begun,

@@ -82,4 +82,4 @@ class RunRecord(Record):
     versions: dict[str, str]
     joints: Annotated[list[str], Field(description="the planned ones, in the order of the columns of a path")]
     tool: str
-    notes: Annotated[list[str], Field(description="what was noticed about the model")]
+    notes: Annotated[list[str], Field(description="what was noticed about the model and the start")]

@@ -21,7 +21,7 @@ from planner.problem.conditions import AND, Condition, parse_keeps
 from planner.problem.request import RoadmapRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text, parse_target, parse_targets
 from planner.setup.message import goals_of, in_request, joints_of, kept_of, noting, unasked
-from planner.setup.resolve import check_limits, joint_values, resolve
+from planner.setup.resolve import check_limits, joint_values, other_turns, resolve
 from planner.setup.robots import robot_of, widened_for
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 class Query:
     """A robot in a scene with where it starts (k, dof) and where it may end (g, dof), rad.
 
-    ``goal_names`` (g,) is the text of the goal that each row of ``goals`` reaches.
+    ``goal_names`` (g,) is the text of the goal that each row of ``goals`` reaches; ``notes`` what is said of the start.
     """
 
     robot: Robot
@@ -41,6 +41,7 @@ class Query:
     starts: Floats
     goals: Floats
     goal_names: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
     def goal_at(self, q: Floats) -> str:
         """The text of the goal that the configuration ``q`` (dof,) reaches, of all the nearest one."""
@@ -123,7 +124,8 @@ def resolve_query(
         names += [name] * len(ends[-1])
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()
-    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows))
+    notes = tuple(other_turns(start, checker, states))
+    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows), notes)
 
 
 def _role(name: str, goals: list[tuple[str, Target]]) -> str:

@@ -73,7 +73,8 @@ def resolve(
         case Joints(values):
             found = free_configuration(np.array(values), checker, role)
             if role == "start":
-                _tell_turns(np.array(values), found, checker.robot)
+                for sentence in other_turns(target, checker, states):
+                    _log.warning("%s", sentence)
             return found[None]
         case ToolGoal(conditions):
             found = _spread(within(conditions, checker, role, starts), checker.robot)
@@ -89,14 +90,20 @@ def resolve(
             return _choose(_kept(solutions.configurations, checker, role), checker, role, count, starts)
 
 
-def _tell_turns(given: Floats, begun: Floats, robot: Robot) -> None:
-    """Log where joints that turn freely begin in another turn than the start (dof,) says."""
-    for joint in np.flatnonzero(robot.continuous & (np.abs(given - begun) > _FORGIVEN)).tolist():
-        _log.warning(
-            "the start has joint '%s' at %.6g rad, the plan begins at %.6g, the same place in another turn: have a "
-            "controller that counts turns begin there, or it turns back first.",
-            *(robot.joints[joint], given[joint], begun[joint]),
-        )
+def other_turns(start: Target, checker: CollisionChecker, states: Mapping[str, str]) -> list[str]:
+    """A sentence for each joint that turns freely and begins in another turn than joint values of the start say."""
+    if isinstance(start, Named):
+        inner = [target for name in start.names for target in _look_up(name, states, checker, "start")]
+        return [sentence for each in inner for sentence in other_turns(each, checker, states)]
+    if not isinstance(start, Joints):
+        return []
+    robot, given = checker.robot, np.array(start.values)
+    begun = robot.normalise(given)
+    return [
+        f"the start has joint '{robot.joints[k]}' at {given[k]:.6g} rad, the plan begins at {begun[k]:.6g}, the same "
+        "place in another turn: have a controller that counts turns begin there, or it turns back first."
+        for k in np.flatnonzero(robot.continuous & (np.abs(given - begun) > _FORGIVEN))
+    ]
 
 
 def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:

@@ -23,6 +23,7 @@ import numpy as np
 import pytest
 from websockets.exceptions import InvalidStatus
 
+import planner
 from planner import Gate, Robot, Session
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.progress import Progress
@@ -104,6 +105,20 @@ def test_a_plan_is_the_sessions_with_progress_before_it(client: Client) -> None:
     assert found["motion"]["proven"]
     np.testing.assert_allclose(found["motion"]["points"][-1]["q"], [1.2, -0.8], rtol=0, atol=1e-12)
     assert {event["event"] for event in client.events} == {"progress"}
+
+
+def test_a_start_in_another_turn_is_told_in_the_answer_and_in_the_record(address: str) -> None:
+    turned, goal = [7.0, 2.9, 1.3, 0.0, 1.4, 0.0], [1.0, 2.9, 1.3, 0.0, 1.4, 0.0]
+    with Client(address) as client:
+        client.ask("load", world="turn", robot="kinova", scene="empty", nodes=20)
+        found = [client.ask("plan", world="turn", start=turned, goal=goal, motion=False)]
+        found.append(client.ask("replan", world="turn", motion=False))
+        told = planner.plan(robot="kinova", scene="empty", start=turned, goal=goal, path_only=True)
+        for each in found:
+            (note,) = each["notes"]
+            assert "at 7 rad, the plan begins at 0.716815, the same place in another turn" in note
+            assert note in told.to_dict()["notes"]
+        assert client.ask("plan", world="turn", start="home", goal=goal, motion=False)["notes"] == []
 
 
 def test_the_gate_knows_a_change_at_once_and_the_planner_before_its_next_plan(client: Client) -> None:

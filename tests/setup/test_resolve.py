@@ -12,8 +12,15 @@ from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Sphere
 from planner.problem.reasons import BeyondLimit, OutOfReach, Touching
-from planner.problem.targets import Joints, Pose, Position, parse_target
-from planner.setup.resolve import beyond_limits, free_configurations, looks_like_degrees, resolve, resolve_as_is
+from planner.problem.targets import Joints, Pose, Position, joints_text, parse_target
+from planner.setup.resolve import (
+    beyond_limits,
+    free_configurations,
+    looks_like_degrees,
+    other_turns,
+    resolve,
+    resolve_as_is,
+)
 from tests.worlds import POST_GOAL, POST_START, ROBOTS, checker_of, load, make_post, random_q, scene_of
 
 
@@ -90,6 +97,9 @@ def test_a_start_in_another_turn_is_told_where_the_plan_begins(caplog):
     assert not caplog.records
     np.testing.assert_allclose(resolve(turned, checker, {}, "start")[0], home, atol=1e-12)
     assert f"'{checker.robot.joints[0]}' at 6.28319 rad, the plan begins at 0," in caplog.text
+    assert [record.message for record in caplog.records] == other_turns(turned, checker, {})
+    named = {"here": "there", "there": joints_text(turned.values)}
+    assert other_turns(parse_target("here"), checker, named) == other_turns(turned, checker, {})
 
 
 def test_continuous_joints_may_be_any_angle():
