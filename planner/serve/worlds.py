@@ -125,9 +125,11 @@ class World:
             plan = question(self.session, progress)
             made = self._motion(plan) if motion and plan.solved and len(plan.path) > 1 else None
             _go_on(progress)
-        except PlannerError:
+        except PlannerError as error:
             if self.replaced:  # its session is closed: that is why
                 raise PlannerError(f"world '{self.name}' was replaced meanwhile: ask again.") from None
+            if type(error) is PlannerError:  # of no input: where it was ended, the session's sentence is not a client's
+                _go_on(progress)
             raise
         finally:
             self._planning.release()
