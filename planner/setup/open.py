@@ -61,7 +61,7 @@ def open_world(
     scene, robot = _set_up(request, said)
     scene, keep = conditions_of(request, robot, scene, said)
     robot, keep = narrowed(robot, keep)
-    _judge(robot, scene)
+    _judge(request, robot, scene)
     turns = unbound(keep) if start is not None else ()
     rest = [each for each in keep if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, rest)
@@ -94,7 +94,7 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
     _require_limits(robot, [("start", start), *((_role(name, goals), goal) for name, goal in goals)])
     scene, keep = conditions_of(request, robot, scene, message)
     robot, keep = narrowed(robot, keep)
-    _judge(robot, scene)
+    _judge(request, robot, scene)
     turns = unbound(keep)
     bound = [each for each in keep if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, bound)
@@ -185,6 +185,6 @@ def _targets(
     return start, goals
 
 
-def _judge(robot: Robot, scene: Scene) -> None:
+def _judge(request: WorldRequest, robot: Robot, scene: Scene) -> None:
     require_bodies(robot)
-    tell(robot, scene)
+    tell(robot, scene, request.robot if isinstance(request.robot, Robot) else None)

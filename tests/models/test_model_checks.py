@@ -91,6 +91,18 @@ def test_doubts_are_told_once_a_query(tmp_path: Path, caplog: pytest.LogCaptureF
     )
 
 
+def test_doubts_of_a_robot_that_is_given_are_told_once_of_it(caplog: pytest.LogCaptureFixture) -> None:
+    """Those of a scene, and of another robot, however like it is, are told all the same."""
+    robot, scene = Robot.load("z1"), scene_of((OPEN, pose([0, 0, 1000.0])))
+    with caplog.at_level(logging.WARNING, "planner"):
+        for given, told in ((robot, 1), (robot, 0), (Robot.load("z1"), 1), (robot, 0), ("z1", 1), ("z1", 1)):
+            caplog.clear()
+            open_world(WorldRequest(given, scene))
+            texts = [record.message for record in caplog.records]
+            assert sum("link01" in text for text in texts) == told
+            assert sum("is not closed" in text for text in texts) == 1
+
+
 # degrees
 
 
