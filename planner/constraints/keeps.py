@@ -239,7 +239,10 @@ def narrowed(robot: Robot, conditions: Iterable[Condition]) -> tuple[Robot, tupl
             )
         lower[k], upper[k] = max(lower[k], each.lower), min(upper[k], each.upper)
         if not lower[k] < upper[k]:
-            raise RobotError(f"'{each.text}' leaves nothing of the joint's range.")
+            raise RobotError(
+                f"'{each.text}' leaves nothing of the joint's range [{robot.lower[k]:.6g}, {robot.upper[k]:.6g}]: "
+                "choose numbers within it."
+            )
     if len(rest) == len(tuple(conditions)):
         return robot, tuple(rest)
     home = np.clip(robot.home, lower, upper)
