@@ -19,6 +19,7 @@ from planner.base.records import dataclass
 from planner.base.yamlfile import Strict, nearest, parse_yaml, read_text, repeated, validate
 from planner.batch.options import plain_options
 from planner.batch.problems import find_problems
+from planner.problem.conditions import AND
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.setup.sources import sources_hash
 
@@ -28,6 +29,7 @@ _OUR_NAMES = re.compile(r"batch\.csv|row\.json|plan\.(json|html)|roadmap\.npz|tr
 _OPTIONS = tuple(field.name for field in fields(PlanRequest))
 _FILES = ("robot", "scene", "srdf", "motion_plan_request", "roadmap")  # options that may be the path of a file
 _SWITCHES = tuple(name for name, kind in get_type_hints(PlanRequest).items() if kind is bool)
+_SEVERAL = ("goal", "keep")  # options that may list texts: one text with ; between
 _SPELLINGS = {"request": "motion_plan_request"}  # as the command line has it
 
 
@@ -128,6 +130,9 @@ def _task(entry: Mapping[str, Any], number: int, plain: PlanRequest, source: Pat
     for key in _FILES:
         if isinstance(given.get(key), str) and is_file(source.parent / given[key]):
             given[key] = str(source.parent / given[key])
+    for key in _SEVERAL:
+        if isinstance(given.get(key), list) and all(isinstance(part, str) for part in given[key]):
+            given[key] = AND.join(given[key])
     values = {key: getattr(plain, key) for key in _OPTIONS} | given
     try:
         return Task(name, pydantic.TypeAdapter(PlanRequest).validate_python(values))

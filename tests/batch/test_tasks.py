@@ -30,6 +30,16 @@ def test_csv_and_paths_beside_the_file(tmp_path: Path) -> None:
     assert a.asked != before
 
 
+def test_goals_and_what_is_kept_may_be_lists_as_in_scene_files(tmp_path: Path) -> None:
+    path = tmp_path / "batch.yaml"
+    path.write_text("plans: [{goal: [home, 'q:0,1'], keep: ['plane:0,0,1,0.1', 'plane:1,0,0,-1']}, {keep: [1]}]\n")
+    with pytest.raises(FileError, match="plan '0002': option 'keep'"):
+        read_tasks(path, PLAIN)
+    path.write_text(path.read_text().replace(", {keep: [1]}", ""))
+    (task,) = read_tasks(path, PLAIN)
+    assert (task.request.goal, task.request.keep) == ("home;q:0,1", "plane:0,0,1,0.1;plane:1,0,0,-1")
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
