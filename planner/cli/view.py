@@ -65,9 +65,9 @@ def view(
     """
     from planner.base.beside import warn_of_mismatch
     from planner.base.files import require_writable_file
-    from planner.view.serve import require_port, serve
+    from planner.view.serve import require_free_port, serve
 
-    require_port(port)
+    require_free_port(port)
     if live:
         if result is not None or state is not None:
             raise OptionError(

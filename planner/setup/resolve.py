@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import StateError, choices
-from planner.base.yamlfile import FARTHEST
+from planner.base.yamlfile import FARTHEST, shown
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact
 from planner.constraints.keeps import Keeps, bound_to, require_bound
@@ -208,7 +208,8 @@ def _numbers_of(text: str, states: Mapping[str, str], checker: CollisionChecker,
     names = choices(dict.fromkeys([*states, HOME]))
     known = f"its states are {names}" if states else f"it names none, but {HOME} is known"
     raise StateError(
-        f"{end} '{text}' is not among the scene's states for {robot.name} ({known}): choose another one, as {FORMS}."
+        f"{end} {shown(text)} is not among the scene's states for {robot.name} ({known}): choose another one, as "
+        f"{FORMS}."
     )
 
 

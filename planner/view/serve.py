@@ -79,6 +79,23 @@ def require_port(port: int) -> None:
         raise OptionError(f"port {port} is not usable: give a number from 1 to 65535, or 0 for any free one.")
 
 
+def require_free_port(port: int) -> None:
+    """The same, and :class:`PlannerError` where something serves on it: before there is a page to serve."""
+    require_port(port)
+    if port:
+        with _bound(port):
+            socket.create_server((HOST, port)).close()
+
+
+@contextmanager
+def _bound(port: int) -> Iterator[None]:
+    """A port that cannot be served on is refused in a sentence."""
+    try:
+        yield
+    except OSError as error:
+        raise PlannerError(f"port {port} cannot be used: {error.strerror or error}; choose another --port.") from None
+
+
 @contextmanager
 def running(page: Path | str | Controller, port: int = 0) -> Iterator[tuple[str, threading.Event]]:
     """A server of a page, gone when the block ends: its address, and what SIGINT and SIGTERM set."""
@@ -110,10 +127,8 @@ def read_page(path: Path) -> bytes:
 @contextmanager
 def _server(content: Callable[[], bytes], port: int, controller: Controller | None = None) -> Iterator[str]:
     require_port(port)
-    try:
+    with _bound(port):
         server = _Server(content, port, controller)
-    except OSError as error:
-        raise PlannerError(f"port {port} cannot be used: {error.strerror or error}; choose another --port.") from None
     thread = threading.Thread(target=server.serve_forever, name="page", daemon=True)
     thread.start()
     try:

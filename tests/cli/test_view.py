@@ -144,6 +144,9 @@ def test_a_reload_shows_what_was_written_meanwhile(folder: Path, tmp_path: Path)
         code, _, err = _finished(command("view", str(folder), "--port", str(port), cwd=tmp_path))
         assert code == 3
         assert f"port {port} cannot be used" in err
+        code, out, err = _finished(command("view", "--live", "--port", str(port), cwd=tmp_path))
+        assert (code, out) == (3, "")  # before anything is planned
+        assert f"port {port} cannot be used" in err
         children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
         if children.exists():
             assert children.read_text() == "", "no process of its own that could be left behind"
