@@ -35,7 +35,7 @@ def believed_of_one(self: FclChecker, pair: int, rotation: np.ndarray, position:
 
 
 def test_fcls_own_distances_of_meshes_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(FclChecker, "_gaps", believed)
+    monkeypatch.setattr(FclChecker, "distances", believed)
     worst = attack_claims(("cylinder", "mesh"), "fcl", 96, np.random.default_rng(0), QUIET)
     assert worst is not None
     assert worst.over["distances"] > 1e-4
