@@ -17,6 +17,7 @@ from planner.models.shapes import Shape, corners
 
 _CLEARLY = 1e-4  # m: what boxes are farther apart touches for no library, whatever it rounds
 _AT_ONCE = 1 << 18  # pairs, in all configurations that are looked at together
+_AT_FIRST, _GROWTH = 64, 8  # configurations: who asks for the first contact of many often has it among the first
 
 
 class _Placed(NamedTuple):
@@ -56,15 +57,17 @@ class Boxes:
         ``rotation`` (joints + 1, n, 3, 3) and ``position`` (joints + 1, n, 3) have them.
         """
         reach += _CLEARLY
-        at_once = max(1, _AT_ONCE // max(self._checked.size + len(self._own), 1))
-        for first in range(0, rotation.shape[1], at_once):
-            turn = rotation[self._joints, first : first + at_once]
-            middles = (turn @ self._middles[:, None, :, None])[..., 0] + position[self._joints, first : first + at_once]
+        most = max(1, _AT_ONCE // max(self._checked.size + len(self._own) + len(self._joints), 1))
+        first, count = 0, min(_AT_FIRST, most)
+        while first < rotation.shape[1]:
+            turn = rotation[self._joints, first : first + count]
+            middles = (turn @ self._middles[:, None, :, None])[..., 0] + position[self._joints, first : first + count]
             bodies = _Placed.of(self._halves, turn @ self._turns[:, None], middles)
             scene, own = self._near_obstacles(bodies, reach), self._near_bodies(bodies, reach)
             rows, pairs = np.append(scene[0], own[0]), np.append(scene[1], self._checked.size + own[1])
             order = np.lexsort((pairs, rows))
             yield rows[order] + first, pairs[order]
+            first, count = first + count, min(_GROWTH * count, most)
 
     def _near_obstacles(self, bodies: _Placed, reach: float) -> tuple[Ints, Ints]:
         (low, high), (least, largest) = bodies.swept(), self._obstacles.swept()

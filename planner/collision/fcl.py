@@ -72,12 +72,16 @@ class FclChecker(CollisionChecker):
     ) -> tuple[int, int] | None:
         """The nearest pair in the first of the configurations ``rows`` in which one is within the margin."""
         enough = self.world.margin * (1 + 1e-12)
-        gaps = self._gaps(rotation, position, rows, pairs, 2.0 * enough)
-        near = np.flatnonzero(gaps <= enough)
-        if not len(near):
-            return None
-        at = near[rows[near] == rows[near[0]]]
-        return int(rows[at[0]]), int(pairs[at[np.maximum(gaps[at], 0.0).argmin()]])
+        starts = np.flatnonzero(np.diff(rows, prepend=-1))  # of each configuration's pairs
+        ends = starts[2 ** np.arange(1, len(starts).bit_length()) - 1]  # one, two, four ... of them at a time
+        for some in np.split(np.arange(len(rows)), ends):
+            gaps = self._gaps(rotation, position, rows[some], pairs[some], 2.0 * enough)
+            near = np.flatnonzero(gaps <= enough)
+            if len(near):
+                at = near[rows[some[near]] == rows[some[near[0]]]]
+                nearest = some[at[np.maximum(gaps[at], 0.0).argmin()]]
+                return int(rows[nearest]), int(pairs[nearest])
+        return None
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`: FCL says what touches, planes how far apart.

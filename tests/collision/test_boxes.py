@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -98,3 +99,28 @@ def test_verdicts_are_those_of_all_pairs(name: str, scene: str, margin: float) -
         if found is not None and not margin:
             assert found[1] == checker.world.contact(int(pairs[touching][0]))
     assert 0.1 < np.mean(verdicts) < 0.98
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.02])
+def test_no_more_is_looked_at_than_a_few_times_what_the_first_contact_needs(
+    margin: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of a thousand were looked at where the first touches: up to two hundred times as much work as was needed."""
+    checker = checker_of("ur5", "shelf", margin)
+    q, asked, honest = random_q(load("ur5"), 1000, seed=1), [], boxes._overlapping
+    q = q[next(k for k in range(len(q)) if checker.first_touch(q[k]) is not None) :]
+
+    def close(*placed: np.ndarray) -> np.ndarray:
+        asked.append(len(placed[2]))
+        return type(checker.bound).close(checker.bound, *placed)
+
+    def overlapping(*pairs: Any) -> tuple[np.ndarray, np.ndarray]:
+        asked.append(max(pairs[0].turns.shape[1], pairs[2].turns.shape[1]))
+        return honest(*pairs)
+
+    monkeypatch.setattr(checker.bound, "close", close)
+    monkeypatch.setattr(boxes, "_overlapping", overlapping)
+    found = checker.first_touch(q)
+    assert found is not None
+    assert found[0] == 0
+    assert max(asked) < 100
