@@ -67,6 +67,10 @@ class CollisionChecker(Protocol):
     def robot(self) -> Robot:
         return self.world.robot
 
+    def make_ready(self) -> None:
+        """Make now what is made when it is first needed: no check waits for it."""
+        self.first_contact(np.zeros((1, self.robot.dof)))
+
     @cached_property
     def inside(self) -> Inside:
         """Which pairs lie one wholly inside the other, where no surfaces touch."""

@@ -39,6 +39,13 @@ class FclChecker(CollisionChecker):
     def _boxes(self) -> Boxes:
         return Boxes(self.world)
 
+    def make_ready(self) -> None:
+        """See :class:`planner.collision.checker.CollisionChecker`; nothing may be near where the joints are at 0."""
+        with self._alone:
+            for k in range(len(self.world.items)):
+                self._object(k)
+        super().make_ready()
+
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`; within its rounding a thinned mesh is for planes."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
@@ -75,7 +82,7 @@ class FclChecker(CollisionChecker):
         starts = np.flatnonzero(np.diff(rows, prepend=-1))  # of each configuration's pairs
         ends = starts[2 ** np.arange(1, len(starts).bit_length()) - 1]  # one, two, four ... of them at a time
         for some in np.split(np.arange(len(rows)), ends):
-            gaps = self._gaps(rotation, position, rows[some], pairs[some], 2.0 * enough)
+            gaps = self._gaps(rotation, position, rows[some], pairs[some], 2.0 * enough)  # a bound of more is no gap
             near = np.flatnonzero(gaps <= enough)
             if len(near):
                 at = near[rows[some[near]] == rows[some[near[0]]]]
@@ -104,22 +111,22 @@ class FclChecker(CollisionChecker):
     def _touches(self, pair: int, rotation: Floats, position: Floats) -> bool:
         first, second = self.world.members(pair)
         is_scene = self.world.is_scene_pair(pair)
-        other = self._standing(second) if is_scene else self._moved(second, rotation, position)
+        other = self._object(second + len(self.world.bodies)) if is_scene else self._moved(second, rotation, position)
         return bool(fcl.collide(self._moved(first, rotation, position), other, _ANY_CONTACT, fcl.CollisionResult()))
 
-    def _standing(self, obstacle: int) -> fcl.CollisionObject:
-        item, made = len(self.world.bodies) + obstacle, self.world.obstacles[obstacle]
-        if item not in self._objects:
-            place = fcl.Transform(made.placement[:3, :3], made.placement[:3, 3])
-            self._objects[item] = fcl.CollisionObject(_geometry(made.shape), place)
-        return self._objects[item]
+    def _object(self, k: int) -> fcl.CollisionObject:
+        """An item by its number: an obstacle where it stands, a body where it was last asked about."""
+        if k not in self._objects:
+            item, place = self.world.items[k], fcl.Transform()
+            if k >= len(self.world.bodies):
+                place = fcl.Transform(item.placement[:3, :3], item.placement[:3, 3])
+            self._objects[k] = fcl.CollisionObject(_geometry(item.shape), place)
+        return self._objects[k]
 
     def _moved(self, b: int, rotation: Floats, position: Floats) -> fcl.CollisionObject:
         """A body where the joints are."""
-        body = self.world.bodies[b]
-        if b not in self._objects:
-            self._objects[b] = fcl.CollisionObject(_geometry(body.shape))
-        turn, item = rotation[body.joint], self._objects[b]
+        body, item = self.world.bodies[b], self._object(b)
+        turn = rotation[body.joint]
         self._place.setRotation(turn @ body.placement[:3, :3])
         self._place.setTranslation(position[body.joint] + turn @ body.placement[:3, 3])
         item.setTransform(self._place)

@@ -6,8 +6,6 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-import numpy as np
-
 from planner.base.arrays import Floats, numbers
 from planner.base.errors import KindError, StateError
 from planner.base.kinds import checks_kinds
@@ -64,7 +62,7 @@ class Gate:
         self._limits = own_limits(kept, robot)
         self._rules = Rules.of(robot, kept, judged, min_manipulability, start_tolerance)
         self._guard = Guard.of(self._live.checker, self._rules)
-        self.checker.first_contact(np.zeros((1, self.robot.dof)))  # its trees of triangles: no check waits for them
+        self.checker.make_ready()  # its trees of triangles: no check waits for them
 
     def __repr__(self) -> str:
         return f"<Gate: {self.robot.name} in {self.scene.name}>"

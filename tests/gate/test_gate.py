@@ -24,7 +24,7 @@ from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Obstacle, Sphere
 from planner.trajectory.limits import MotionLimits
-from tests.worlds import load
+from tests.worlds import load, random_q
 
 FAR = Obstacle("ball", Sphere(0.05), pose([0.0, 0.0, 3.0]))
 TIMES = np.array([0.25, 0.5, 0.75])
@@ -476,6 +476,15 @@ def test_several_threads_check_at_once_with_the_same_answers() -> None:
     for answers in found:
         assert len(answers) == len(alone)
         assert all(map(same, answers, alone))
+
+
+def test_no_check_waits_for_trees_of_triangles(monkeypatch: pytest.MonkeyPatch) -> None:
+    """FCL's shapes were made where a pair was near with all joints at 0: a check of a UR5 at a shelf took 28 ms."""
+    gate = Gate("ur5", "shelf")
+    monkeypatch.setattr("planner.collision.fcl._geometry", lambda shape: pytest.fail("made during a check"))
+    states = random_q(gate.robot, 50, seed=1)
+    assert any(gate.checker.first_touch(q) is not None for q in states)
+    assert any(gate.checker.first_touch(q) is None for q in states)
 
 
 def test_undecided_counts_as_unsafe_and_is_said() -> None:
