@@ -13,6 +13,8 @@ from planner.collision import boxes, make_checker
 from planner.collision.boxes import Boxes
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
+from planner.models.poses import pose
+from planner.models.shapes import Mesh
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import KINDS, random_pose, random_shape
 from tests.worlds import body, checker_of, load, random_q, scene_of
@@ -44,15 +46,30 @@ def test_no_pair_is_left_out_that_is_near(name: str, regime: str) -> None:
     assert 0 < count < 0.5 * len(q) * judge.count
 
 
+@pytest.mark.parametrize("far", [0.0, 1000.0], ids=["here", "a kilometre away"])
 @pytest.mark.parametrize(("first", "second"), list(itertools.combinations_with_replacement(KINDS, 2)))
-def test_no_pair_of_shapes_is_left_out_that_is_near(first: str, second: str) -> None:
-    rng = np.random.default_rng(5)
-    for regime in ("normal", "thin", "large") * 4:
-        others = [(random_shape(rng, second, regime), random_pose(rng, 1.0)) for _ in range(20)]
-        robot = replace(load("planar_2r"), bodies=(body(random_shape(rng, first, regime), random_pose(rng, 0.3)),))
+def test_no_pair_of_shapes_is_left_out_that_is_near(first: str, second: str, far: float) -> None:
+    rng, there = np.random.default_rng(5), pose([far, 0.0, 0.0])
+    for regime in ("normal", "thin", "large") * 2:
+        others = [(random_shape(rng, second, regime), there @ random_pose(rng, 1.0)) for _ in range(20)]
+        placed = there @ random_pose(rng, 0.3)
+        robot = replace(load("planar_2r"), bodies=(body(random_shape(rng, first, regime), placed),))
         world = World.of(robot, scene_of(*others), frozenset())
         for pair, distance in enumerate(CoalWorld(world).distances(np.zeros(2))):
-            assert (0, pair) in near(world, np.zeros((1, 2)), max(distance, 0.0) + 1e-6)
+            assert (0, pair) in near(world, np.zeros((1, 2)), max(distance, 0.0) + 1e-5)
+
+
+@pytest.mark.parametrize("thinned", [0.0, 0.002])
+def test_meshes_without_thickness_have_boxes(thinned: float) -> None:
+    """A flat one, and one whose triangle has no area, which is asked about with a micrometre of width."""
+    flat = Mesh(np.array([[0.0, 0, 0], [0.2, 0, 0], [0.2, 0.2, 0], [0, 0.2, 0]]), np.array([[0, 1, 2], [0, 2, 3]]))
+    line = Mesh(np.array([[0.0, 0, 0], [0.2, 0, 0], [0.1, 0, 0]]), np.array([[0, 1, 2]]))
+    above = pose([0.0, 0.0, 0.1])
+    robot = replace(load("planar_2r"), bodies=(body(replace(flat, radius=thinned)),))
+    world = World.of(robot, scene_of((line, above), (flat, above)), frozenset())
+    for pair in (0, 1):
+        assert (0, pair) in near(world, np.zeros((1, 2)), 0.1 - thinned)
+        assert (0, pair) not in near(world, np.zeros((1, 2)), 0.0998 - thinned)
 
 
 def test_boxes_that_are_turned_are_told_apart_along_their_own_axes() -> None:
