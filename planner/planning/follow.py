@@ -35,7 +35,7 @@ from planner.problem.request import FollowRequest, TimingRequest
 from planner.problem.targets import parse_target
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.setup.open import Query, open_world, states_of
-from planner.setup.resolve import resolve
+from planner.setup.resolve import other_turns, resolve
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of
@@ -118,7 +118,15 @@ class Follower:
         clock, robot = Stopwatch(), self.checker.robot
         clock.seconds.update(self.timings)
         limits = None if timing is None else MotionLimits.of(robot, timing)
-        begun = {"robot": robot, "scene": self.checker.world.scene, "checker": self.checker, "timings": clock.seconds}
+        begun: dict[str, Any] = {
+            "robot": robot,
+            "scene": self.checker.world.scene,
+            "checker": self.checker,
+            "timings": clock.seconds,
+        }
+        if not request.begins_on_path:
+            states = states_of(robot, self.checker.world.scene)
+            begun["notes"] = tuple(other_turns(parse_target(str(request.start)), self.checker, states))
         roadmap, along = self.found.roadmap, self.found.along
         if roadmap is None:
             nowhere = roadmap_of(self.checker, robot.home[None], request.seed)

@@ -383,3 +383,13 @@ def test_a_motion_is_off_by_as_much_as_its_path_is_moved_away() -> None:
     off = [each.deviation_of(found.trajectory, found.robot, along).position for each in (tube, shifted)]
     assert off[0] <= 1e-3
     assert off[1] == pytest.approx(np.hypot(off[0], 5e-4), rel=0.1)
+
+
+def test_a_start_in_another_turn_is_told() -> None:
+    robot = load("kinova")
+    far = np.where(robot.continuous, robot.home + 2.0 * np.pi, robot.home)
+    start = "q:" + ",".join(f"{value!r}" for value in far.tolist())
+    found = follow(line_of([[3.0, 0.0, 0.5], [3.1, 0.0, 0.5]]), robot="kinova", start=start, path_only=True)
+    assert len(found.notes) == robot.continuous.sum() > 0
+    assert all("in another turn" in note for note in found.notes)
+    assert set(found.notes) <= set(found.to_dict()["notes"])
