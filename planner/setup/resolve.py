@@ -97,7 +97,7 @@ def other_turns(start: Target, checker: CollisionChecker, states: Mapping[str, s
         return [sentence for each in inner for sentence in other_turns(each, checker, states)]
     if not isinstance(start, Joints):
         return []
-    robot, given = checker.robot, np.array(start.values)
+    robot, given = checker.robot, joint_values(np.array(start.values), checker.robot, "start")
     begun = robot.normalise(given)
     return [
         f"the start has joint '{robot.joints[k]}' at {given[k]:.6g} rad, the plan begins at {begun[k]:.6g}, the same "
