@@ -12,6 +12,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Iterator
 from types import TracebackType
 from typing import IO
 
@@ -44,11 +45,11 @@ class Silenced:
         self._stack.enter_context(PROCESS)
         with contextlib.suppress(OSError):  # a full disk
             for stream, number in ((sys.stdout, 1), (sys.stderr, 2)):
-                kept = self._stack.enter_context(tempfile.NamedTemporaryFile("ab", buffering=0))
+                kept, printed = self._stack.enter_context(_nameless())
                 if stream is not None:
                     stream.flush()
                 before = os.dup(number)
-                self._stack.callback(self._restore, kept, before, number)
+                self._stack.callback(self._restore, kept, printed, before, number)
                 if number == 2 and len(standard_error) == 1:
                     standard_error.append(before)  # what a signal's handler says is not the library's
                 os.dup2(kept.fileno(), number)
@@ -61,23 +62,22 @@ class Silenced:
         if self.text:
             _log.debug("a library printed: %s", self.text)
 
-    def _restore(self, kept: IO[bytes], before: int, number: int) -> None:
+    def _restore(self, kept: IO[bytes], printed: IO[bytes], before: int, number: int) -> None:
         """Let descriptor ``number`` be what it was ``before``, and read what was ``kept`` of it."""
         ctypes.CDLL(None).fflush(None)  # C keeps what goes to a file in a buffer of its own
-        with open(kept.name, "rb") as printed:
-            with contextlib.suppress(OSError):  # a file system without locks
-                fcntl.flock(kept, fcntl.LOCK_EX)
-            os.dup2(before, number)
-            if number == 2 and before in standard_error:
-                standard_error.remove(before)
-            os.close(before)
-            kept.close()
-            _wait_for_writers(printed)
-            self.text += printed.read(_MOST).decode(errors="replace")
-            if threading.active_count() > 1:
-                printed.seek(0)
-                with contextlib.suppress(OSError), open(os.dup(number), "wb") as out:  # nobody may read there any more
-                    out.writelines(line for line in printed if not _OF_URDFDOM.match(line))
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(kept, fcntl.LOCK_EX)
+        os.dup2(before, number)
+        if number == 2 and before in standard_error:
+            standard_error.remove(before)
+        os.close(before)
+        kept.close()
+        _wait_for_writers(printed)
+        self.text += printed.read(_MOST).decode(errors="replace")
+        if threading.active_count() > 1:
+            printed.seek(0)
+            with contextlib.suppress(OSError), open(os.dup(number), "wb") as out:  # nobody may read there any more
+                out.writelines(line for line in printed if not _OF_URDFDOM.match(line))
 
     def complaint(self, start: str = "Error:") -> str:
         """The first line that begins with ``start``, without it, up to its first full stop; empty where there is none.
@@ -87,6 +87,18 @@ class Silenced:
         lines = [line.strip() for line in self.text.splitlines()]
         line = next((line for line in lines if line.startswith(start)), "")
         return line.removeprefix(start).strip().partition(". ")[0].rstrip(".")[:200]
+
+
+@contextlib.contextmanager
+def _nameless() -> Iterator[tuple[IO[bytes], IO[bytes]]]:
+    """A file that nobody else finds, to write to and, opened by itself, to read: none is left where Ctrl-C ends us."""
+    with tempfile.NamedTemporaryFile("ab", buffering=0, delete=False) as kept:
+        try:
+            printed = open(kept.name, "rb")  # noqa: SIM115 (closed below)
+        finally:
+            os.unlink(kept.name)
+        with printed:
+            yield kept, printed
 
 
 def _wait_for_writers(printed: IO[bytes]) -> None:

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -117,7 +118,7 @@ def test_what_a_handler_says_meanwhile_is_heard(alone: None, capfd: pytest.Captu
     assert (printed.text, capfd.readouterr().err) == ("from C\n", "planner: stopping.\nplanner: stopped.\n")
 
 
-def test_ctrl_c_while_a_library_is_kept_silent_says_so() -> None:
+def test_ctrl_c_while_a_library_is_kept_silent_says_so_and_leaves_no_file(tmp_path: Path) -> None:
     program = """
 import signal
 from planner.base.interrupts import leave_on_interrupt
@@ -126,6 +127,8 @@ leave_on_interrupt()
 with Silenced():
     signal.raise_signal(signal.SIGINT)
 """
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    there = {**os.environ, "TMPDIR": str(tmp_path)}
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=there, check=False)
     assert ended.returncode == 130
     assert ended.stderr == "planner: stopping; there is nothing to save.\n"
+    assert not list(tmp_path.iterdir())
