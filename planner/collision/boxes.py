@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints
 from planner.collision.world import World
-from planner.models.shapes import Shape, corners
+from planner.models.shapes import Shape, extremes
 
 _CLEARLY = 1e-4  # m: what boxes are farther apart touches for no library, whatever it rounds
 _AT_ONCE = 1 << 18  # pairs, in all configurations that are looked at together
@@ -27,14 +27,14 @@ class _Placed(NamedTuple):
     turns: Floats  # (k, n, 3, 3) these axes, in columns
     middles: Floats  # (k, n, 3)
     along: Floats  # (k, n, 3) m, half of what they take up along the world's axes
+    low: Floats  # (k, 3) m, the least along these in any configuration
+    high: Floats  # (k, 3) m, and the largest
 
     @staticmethod
     def of(halves: Floats, turns: Floats, middles: Floats) -> _Placed:
-        return _Placed(halves, turns, middles, (np.abs(turns) @ halves[:, None, :, None])[..., 0])
-
-    def swept(self) -> tuple[Floats, Floats]:
-        """The least and the largest (k, 3) along the world's axes, in any configuration."""
-        return (self.middles - self.along).min(axis=1), (self.middles + self.along).max(axis=1)
+        along = (np.abs(turns) @ halves[:, None, :, None])[..., 0]
+        low, high = (middles - along).min(axis=1), (middles + along).max(axis=1)
+        return _Placed(halves, turns, middles, along, low, high)
 
 
 class Boxes:
@@ -70,21 +70,24 @@ class Boxes:
             first, count = first + count, min(_GROWTH * count, most)
 
     def _near_obstacles(self, bodies: _Placed, reach: float) -> tuple[Ints, Ints]:
-        (low, high), (least, largest) = bodies.swept(), self._obstacles.swept()
-        within = (low.min(axis=0, initial=np.inf) <= largest + reach) & (
-            least <= high.max(axis=0, initial=-np.inf) + reach
-        )
-        some = np.flatnonzero(within.all(axis=1))
-        swept = (low[:, None] <= largest[some] + reach) & (least[some] <= high[:, None] + reach)
-        body, k = np.nonzero(swept.all(axis=2) & self._checked[:, some])
-        rows, pairs = _overlapping(bodies, body, self._obstacles, some[k], reach)
+        low, high, standing = bodies.low, bodies.high, self._obstacles
+        least, largest = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
+        some = np.flatnonzero(_meet(least, largest, standing.low, standing.high, reach))
+        swept = _meet(low[:, None], high[:, None], standing.low[some], standing.high[some], reach)
+        body, k = np.nonzero(swept & self._checked[:, some])
+        rows, pairs = _overlapping(bodies, body, standing, some[k], reach)
         return rows, (body * self._checked.shape[1] + some[k])[pairs]
 
     def _near_bodies(self, bodies: _Placed, reach: float) -> tuple[Ints, Ints]:
-        (low, high), (a, b) = bodies.swept(), self._own.T
-        swept = np.flatnonzero(((low[a] <= high[b] + reach) & (low[b] <= high[a] + reach)).all(axis=1))
+        low, high, (a, b) = bodies.low, bodies.high, self._own.T
+        swept = np.flatnonzero(_meet(low[a], high[a], low[b], high[b], reach))
         rows, pairs = _overlapping(bodies, a[swept], bodies, b[swept], reach)
         return rows, swept[pairs]
+
+
+def _meet(low: Floats, high: Floats, least: Floats, largest: Floats, reach: float) -> Bools:
+    """Which boxes (..., 3) from ``low`` to ``high`` are within ``reach`` of those from ``least`` to ``largest``."""
+    return np.asarray(((low <= largest + reach) & (least <= high + reach)).all(axis=-1))
 
 
 def _overlapping(one: _Placed, first: Ints, other: _Placed, second: Ints, reach: float) -> tuple[Ints, Ints]:
@@ -114,6 +117,5 @@ def _apart(between: Floats, first: Floats, second: Floats, half: Floats, other: 
 @lru_cache(maxsize=1024)
 def _box(shape: Shape) -> tuple[Floats, Floats]:
     """Middle and half sizes (3,) of the box around a shape, in the shape's frame."""
-    points, radius = corners(shape)
-    low, high = points.min(axis=0), points.max(axis=0)
-    return 0.5 * (low + high), 0.5 * (high - low) + radius
+    low, high = extremes(shape)
+    return 0.5 * (low + high), 0.5 * (high - low)

@@ -101,11 +101,6 @@ class CoalChecker(CollisionChecker):
         placed = _Placed(self, rotation, position)
         return np.array([placed.distance(pair) for pair in pairs.tolist()], dtype=float) - self.world.rounding[pairs]
 
-    def _members(self, pair: int) -> tuple[int, int]:
-        """The numbers of a pair's shapes in our lists, bodies first."""
-        first, second = self.world.members(pair)
-        return first, second + len(self.world.bodies) * self.world.is_scene_pair(pair)
-
     def error(self, distance: float) -> float:
         return _ERROR
 
@@ -125,7 +120,7 @@ class _Placed:
     def distance(self, pair: int) -> float:
         """The distance (m) of a numbered pair."""
         shapes = self._checker._geometries
-        a, b = self._checker._members(pair)
+        a, b = self._checker.world.items_of(pair)
         found = coal.DistanceResult()
         return coal.distance(shapes[a], self._at(a), shapes[b], self._at(b), self._checker._request, found)
 

@@ -161,6 +161,11 @@ class World:
         first, second = self.self_pairs[pair - scene]
         return int(first), int(second)
 
+    def items_of(self, pair: int) -> tuple[int, int]:
+        """The numbers of a pair's two among all ``items``."""
+        first, second = self.members(pair)
+        return first, second + len(self.bodies) * self.is_scene_pair(pair)
+
     def is_scene_pair(self, pair: int) -> bool:
         return pair < len(self.bodies) * len(self.obstacles)
 

@@ -189,6 +189,12 @@ def corners(shape: Shape) -> tuple[Floats, float]:
             return shape.vertices, shape.radius
 
 
+def extremes(shape: Shape) -> tuple[Floats, Floats]:
+    """The smallest and largest coordinates (3,) of a shape in its own frame."""
+    points, radius = corners(shape)
+    return points.min(axis=0) - radius, points.max(axis=0) + radius
+
+
 def farthest(shape: Shape, placement: Floats) -> float:
     """The largest distance (m) of a point of the placed shape from the frame's origin, never too small."""
     if isinstance(shape, Cylinder):

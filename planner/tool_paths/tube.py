@@ -104,7 +104,8 @@ class Tube:
         shares = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None]
         q = (path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof)
         places = np.append((along[:-1, None] + shares[:, 0, 0] * np.diff(along)[:, None]).ravel(), along[-1])
-        return self._off(*Frame.tool(robot).poses(robot, np.concatenate([q, path[-1:]])), places)
+        rotation, position = Frame.tool(robot).poses(robot, np.concatenate([q, path[-1:]]))
+        return position, self._off(rotation, position, places)
 
     def deviation_of(self, motion: Trajectory, robot: Robot, along: Floats) -> DeviationRecord:
         """The same of a motion along a joint path that is ``along`` (k,) m here: corners are rounded."""
@@ -113,17 +114,15 @@ class Tube:
         rotation, position = Frame.tool(robot).poses(robot, motion.at(np.append(times, motion.times[-1])))
         way, total = so_far(np.linalg.norm(np.diff(position, axis=0), axis=1)), along[-1] - along[0]
         places = along[0] + way * (total / way[-1] if way[-1] > 0 else 0.0)
-        return self._off(rotation, position, places, abs(way[-1] - total) + self.path.tube.position)[1]
+        return self._off(rotation, position, places, abs(way[-1] - total) + self.path.tube.position)
 
-    def _off(
-        self, rotation: Floats, position: Floats, places: Floats, unsure: float = 0.0
-    ) -> tuple[Floats, DeviationRecord]:
-        """Positions (n, 3), and how far poses are off at most at ``places`` (n,) m that are known to ``unsure`` m."""
+    def _off(self, rotation: Floats, position: Floats, places: Floats, unsure: float = 0.0) -> DeviationRecord:
+        """How far poses are off at most at ``places`` (n,) m that are known to ``unsure`` m."""
         along, count = self.path.along, len(self._length)
         first, last = (np.searchsorted(along, places + side * unsure, side="right") for side in (-1, 1))
         beside = np.arange(-1, 2 + int((last - first).max())) + first[:, None] - 1
         off, angle = self.deviations(np.clip(beside, 0, count - 1), rotation, position)
-        return position, DeviationRecord(position=float(off.max()) + self.path.bend, angle=float(angle.max()))
+        return DeviationRecord(position=float(off.max()) + self.path.bend, angle=float(angle.max()))
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
         """How far (n,) m and rad poses are off one of their lines (n, a), the angle beyond a cone's.

@@ -16,7 +16,7 @@ from planner.kinematics.tool_bound import Frame
 from planner.models.poses import pose, quaternion_of
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.models.shapes import Body, Box, Shape, Sphere, corners
+from planner.models.shapes import Body, Box, Sphere, corners, extremes
 from planner.paths.measure import dense_path
 from planner.problem.reasons import Gap
 from planner.roadmap.roadmap import Roadmap
@@ -226,7 +226,7 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
     matrices = joint_matrices(robot, q)
     rows = [np.zeros((0, 3))]
     for body in bodies:
-        low, high = _extremes(body.shape)
+        low, high = extremes(body.shape)
         box = np.array(np.meshgrid(*np.column_stack([low, high]))).reshape(3, -1).T
         # in its joint's frame, or for the base the world
         still = box @ body.placement[:3, :3].T + body.placement[:3, 3]
@@ -240,14 +240,8 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
 
 def boxed(body: Body) -> Body:
     """The box around a body, along the axes of its shape, thin where it is flat: all that :func:`extent` asks of it."""
-    low, high = _extremes(body.shape)
+    low, high = extremes(body.shape)
     high = np.maximum(high, low + SMALLEST)
     middle = np.eye(4)
     middle[:3, 3] = 0.5 * (low + high)
     return replace(body, shape=Box(tuple((high - low).tolist())), placement=frozen(body.placement @ middle))
-
-
-def _extremes(shape: Shape) -> tuple[Floats, Floats]:
-    """The smallest and largest coordinates (3,) of a shape in its own frame."""
-    hull, radius = corners(shape)
-    return hull.min(axis=0) - radius, hull.max(axis=0) + radius

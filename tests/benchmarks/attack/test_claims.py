@@ -27,10 +27,8 @@ def believed(self: FclChecker, rotation: np.ndarray, position: np.ndarray, pairs
 
 
 def believed_of_one(self: FclChecker, pair: int, rotation: np.ndarray, position: np.ndarray) -> float:
-    first, second = self.world.members(pair)
-    is_scene = self.world.is_scene_pair(pair)
-    other = self._object(second + len(self.world.bodies)) if is_scene else self._moved(second, rotation, position)
-    gap = fcl.distance(self._moved(first, rotation, position), other, fcl.DistanceRequest(), fcl.DistanceResult())
+    first, second = (self._placed(k, rotation, position) for k in self.world.items_of(pair))
+    gap = fcl.distance(first, second, fcl.DistanceRequest(), fcl.DistanceResult())
     return gap if gap > 1e-12 else -1.0
 
 
