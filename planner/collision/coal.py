@@ -55,6 +55,11 @@ class CoalChecker(CollisionChecker):
         """Of all items, in the frames of their joints."""
         return [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in self.world.items]
 
+    @cached_property
+    def _measured(self) -> list[coal.CollisionGeometry]:
+        """All items, as distances are asked of: trees of boxes alone have none."""
+        return [_geometry(item.shape, coal.BVHModelOBBRSS) for item in self.world.items]
+
     @property
     def geometry_model(self) -> pin.GeometryModel:
         """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
@@ -76,6 +81,8 @@ class CoalChecker(CollisionChecker):
         q = q if isinstance(q, StatesOn) else configurations(self, "q", q)
         starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
         for width, finer in zip(_STRETCHES, (*_STRETCHES[1:], 1), strict=True):
+            if not len(starts):
+                break
             middle = configurations(self, "q", q[np.minimum(starts + width // 2, len(q) - 1)])
             near = self.near(middle, (width // 2) * motion)
             apart = starts[~near]
@@ -119,7 +126,7 @@ class _Placed:
 
     def distance(self, pair: int) -> float:
         """The distance (m) of a numbered pair."""
-        shapes = self._checker._geometries
+        shapes = self._checker._measured
         a, b = self._checker.world.items_of(pair)
         found = coal.DistanceResult()
         return coal.distance(shapes[a], self._at(a), shapes[b], self._at(b), self._checker._request, found)
@@ -155,7 +162,11 @@ def _principal(points: Floats) -> tuple[Floats, Floats]:
 
 
 @lru_cache(maxsize=1024)  # nothing changes them, and trees of triangles take time
-def _geometry(shape: Shape) -> coal.CollisionGeometry:
+def _geometry(shape: Shape, tree: type[coal.BVHModelBase] = coal.BVHModelOBB) -> coal.CollisionGeometry:
+    """A shape as coal knows it, a mesh as a ``tree``: of boxes (OBB) to ask what touches, with spheres swept by
+    rectangles (OBBRSS) to measure distances. Fitting the latter to each shape that a mesh is compared with takes as
+    long again as comparing them.
+    """
     match shape:
         case Box(size):
             return coal.Box(*size)
@@ -168,7 +179,7 @@ def _geometry(shape: Shape) -> coal.CollisionGeometry:
         case Mesh():
             solid = widened(shape)
             vertices, triangles = np.array(solid.vertices), np.array(solid.triangles)
-            mesh = coal.BVHModelOBBRSS()
+            mesh = tree()
             mesh.beginModel(len(triangles), len(vertices))
             mesh.addVertices(_bent(vertices, triangles))
             mesh.addTriangles(triangles)

@@ -196,7 +196,7 @@ class FirstPathSearch:
         roomy, cost = Motions(prover, floor, EXTRA_CLEARANCE), MotionCost.of_length(robot)
         tries, seed = self._settings.shortcuts, int(self._rng.integers(2**31))
         refiner = PathRefiner(prover, cost, EXTRA_CLEARANCE, seed, self._progress, tries, floor)
-        path = roomy.shortest_way(subdivided(robot, path, longest))
+        path = roomy.shortest_way(path)
         shorter = robot.normalise(refiner.partial_shortcuts(robot.unwound(path)))
         shorter[[0, -1]] = path[[0, -1]]  # to the last bit: they are nodes already
         return roomy.shortest_way(subdivided(robot, shorter, longest))

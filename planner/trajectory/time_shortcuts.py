@@ -9,6 +9,7 @@ corners are: the path stays a curve of lines and parabolas, along which the quic
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,6 +46,15 @@ def curve_cost(pieces: Floats, cost: Cost) -> float:
     return float((cost(start, end) * walked / np.maximum(joint_motion(start, end), _LEAST)).sum())
 
 
+class Shortened(NamedTuple):
+    """A curve with shortcuts, and the ``quickest`` motion along it; ``before`` (s) is how long that took without."""
+
+    curve: Curve
+    quickest: Phases
+    shortcuts: int
+    before: float
+
+
 @dataclass(frozen=True, eq=False)
 class Shortcuts:
     """What shortcuts keep to: proofs, the ``floor`` under w, ``limits``, and what the whole costs.
@@ -59,12 +69,12 @@ class Shortcuts:
     cost: Cost
     most: float
 
-    def shorten(self, curve: Curve) -> tuple[Curve, int]:
-        """The curve with shortcuts in place of what takes longer, and how many there are."""
+    def shorten(self, curve: Curve) -> Shortened:
+        """The curve with shortcuts in place of what takes longer."""
         draws = np.random.default_rng(0).random((TRIES, 2))
         spans = np.array([_SHORTEST**draw for draw in draws[:, 0].tolist()])
         spent, tried, found = curve_cost(curve.coefficients, self.cost), 0, 0
-        phases = self._quickest(curve)
+        phases = before = self._quickest(curve)
         while (next_ := self._next_ramp(curve, phases, spans[tried:], draws[tried:, 1])) is not None:
             number, start, end, ramp = next_
             tried += number + 1
@@ -73,7 +83,7 @@ class Shortcuts:
             if costs <= max(self.most, spent) and self._above_floor(ramp):
                 curve, spent, found = shorter, costs, found + 1
                 phases = self._quickest(curve)
-        return curve, found
+        return Shortened(curve, phases, found, before.duration)
 
     def _quickest(self, curve: Curve) -> Phases:
         return quickest(curve, self.limits.velocity, self.limits.acceleration)

@@ -181,15 +181,15 @@ def _proven_motion(asked: _Asked, law: TimeLaw, rules: Shortcuts | None) -> tupl
 
 def _shortened(asked: _Asked, curve: Curve, widths: Floats, rules: Shortcuts | None) -> tuple[_Proven, int] | None:
     """The motion along a curve with shortcuts, and how many; None where these make nothing quicker that is proven."""
-    shorter, count = rules.shorten(curve) if rules is not None else (curve, 0)
-    if not count:
+    found = rules and rules.shorten(curve)
+    if not (found and found.shortcuts):
         return None
-    motion = _motion(asked, shorter)
-    at_least = _quickest(asked, curve).duration / NANOSECOND  # without the window that smoothing takes
+    motion = _motion(asked, found.curve, found.quickest)
+    at_least = found.before / NANOSECOND  # without the window that smoothing takes
     if motion.nanoseconds >= at_least and motion.nanoseconds >= _motion(asked, curve).nanoseconds:
         return None
     proven = motion.proven_for(asked, widths)
-    return (proven, count) if proven.proof.whole else None
+    return (proven, found.shortcuts) if proven.proof.whole else None
 
 
 def _provable_widths(asked: _Asked) -> Floats:
@@ -221,13 +221,16 @@ def _levels(asked: _Asked) -> Floats:
     return np.where(above[:-2] & above[1:-1] & above[2:], asked.floor, 0.0)
 
 
-def _motion(asked: _Asked, curve: Curve) -> _Motion:
-    """The smoothed motion along a curve, as slow as it takes to be within limits exactly."""
+def _motion(asked: _Asked, curve: Curve, phases: Phases | None = None) -> _Motion:
+    """The smoothed motion along a curve, as slow as it takes to be within limits exactly.
+
+    ``phases``: the quickest motion along it, where that is known.
+    """
     limits = asked.used
     spacing = Spacing.of(limits, asked.path[:, : asked.dof])
     if len(asked.path) == 1:
         return _Motion(curve, *_apart(standstill(asked.path[0], spacing.window), asked.dof))
-    phases = _quickest(asked, curve)
+    phases = phases or _quickest(asked, curve)
     stretch, timed, needed, places = 1.0, None, np.inf, np.zeros((0, 0))
     while timed is None or needed > 1.0:
         timed, places = _apart(smoothed(knots_of(curve, phases, stretch, spacing), spacing), asked.dof)

@@ -103,6 +103,16 @@ def test_passing_over_what_coal_clears_finds_the_same_first_contact(robot: str, 
     assert free >= 2
 
 
+def test_distances_of_meshes_are_asked_of_trees_that_have_some(capfd: pytest.CaptureFixture[str]) -> None:
+    """Trees of boxes alone, which verdicts are asked of, would look at every triangle, and write a line for each."""
+    checker = make_checker(load("panda"), Scene.load("shelf"), "coal")
+    q = random_q(load("panda"), 1, seed=3)[0]
+    pairs = np.arange(checker.world.checked.size)[checker.world.checked.ravel()]
+    gaps = checker.gaps(q, pairs)
+    assert np.allclose(gaps, CoalWorld(checker.world).distances(q)[pairs], atol=2e-6)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_thousands_of_obstacles_are_set_up_in_a_second() -> None:
     """Their number cubed is what Pinocchio takes for them all together: 10 s for 2000."""
     rng = np.random.default_rng(0)
