@@ -27,7 +27,6 @@ from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
 from planner.tool_paths.why_not import why_not
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,16 +106,16 @@ class Legs:
         )
         return begin, end
 
-    def timed(self, found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
-        """The motion along a plan's path; it rests between a leg and what is free."""
+    def timed(self, found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Plan:
+        """The plan with the motion along its path, resting between a leg and what is free; corners are rounded."""
         begin, end = self.of(found.robot, found.path)
         if begin is None and end is None:
-            return timed(found, timing, limits)
+            return replace(found, trajectory=timed(found, timing, limits))
         limits = limits or MotionLimits.of(found.robot)
         first = len(begin.places) - 1 if begin else 0
         last = len(found.path) - (len(end.places) - 1 if end else 0)
         made = timed(replace(found, path=found.path[first:last]), timing, limits)
-        floor = found.request.min_manipulability
+        floor, records = found.request.min_manipulability, list(found.legs)
         for leg, part, before in ((begin, found.path[: first + 1], True), (end, found.path[last - 1 :], False)):
             if leg is not None:
                 tube = leg.found.ladder.tube
@@ -125,7 +124,10 @@ class Legs:
                 straight, _ = time_tool_path(part, places, tube, found.checker, limits, None, floor)
                 parts = (straight, made) if before else (made, straight)
                 made = joined_motion(*parts, found.checker, limits, floor)
-        return made
+                of_path = records[0 if before else -1]
+                off = of_path.largest_deviation.or_more(tube.deviation_of(straight, found.robot, places))
+                records[0 if before else -1] = replace(of_path, largest_deviation=off)
+        return replace(found, trajectory=made, legs=tuple(records))
 
     def records(self, robot: Robot, path: Floats) -> tuple[LegRecord, ...]:
         """What ``plan.json`` says of the legs of a path."""

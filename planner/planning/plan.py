@@ -95,7 +95,7 @@ def plan(
     if timing is None or solved.trajectory is not None:
         return solved
     with clock("timing"):
-        return replace(solved, trajectory=legs.timed(solved, timing, limits))
+        return legs.timed(solved, timing, limits)
 
 
 def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:

@@ -222,6 +222,7 @@ class LegRecord(Record):
     length: float
     """m"""
     largest_deviation: DeviationRecord
+    """of the path, and of the motion where there is one, which rounds the path's corners"""
     tube: DeviationRecord
 
 

@@ -34,7 +34,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         )
     if record.get("tool_path"):
         rows += _tool_path_rows(record)
-    rows += [(leg["leg"], _leg_text(leg)) for leg in record.get("legs") or ()]
+    rows += [(leg["leg"], _leg_text(leg, _what_is_told(record))) for leg in record.get("legs") or ()]
     if record["trajectory"]:
         rows.append(("motion", _motion_text(record["trajectory"], bool(w and "floor" in w))))
     rows += [("kept", _kept_text(kept)) for kept in record["kept"]]
@@ -58,21 +58,25 @@ def field_rows(field: dict[str, Any]) -> list[tuple[str, str]]:
     return [("settled", _settling(field)), *_certified(field), ("error against oracle", error)]
 
 
-def _leg_text(leg: dict[str, Any]) -> str:
+def _leg_text(leg: dict[str, Any], what: str) -> str:
     """How long a straight line of the tool is, and how far the tool is off it."""
     off, tube = leg["largest_deviation"], leg["tube"]
     return (
-        f"{leg['length']:.3g} m straight along the tool's z axis; the path at most {1e3 * off['position']:.3g} mm "
+        f"{leg['length']:.3g} m straight along the tool's z axis; {what} at most {1e3 * off['position']:.3g} mm "
         f"off where sampled, proven within {1e3 * tube['position']:g} mm and {tube['angle']:g} rad"
     )
+
+
+def _what_is_told(record: dict[str, Any]) -> str:
+    """What deviations are told of."""
+    return "path and motion" if record["trajectory"] else "path"
 
 
 def _tool_path_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
     """How much of a tool path is followed, how far the tool is off it, and how fast it goes."""
     found = record["tool_path"]
     off, tube = found["largest_deviation"], found["tube"]
-    what = "path and motion" if record["trajectory"] else "path"
-    proof = "proven within" if found["proven"] else "NOT proven within"
+    what, proof = _what_is_told(record), "proven within" if found["proven"] else "NOT proven within"
     stops = "" if found["first_unreachable"] is None else f", not to point {found['first_unreachable']}"
     text = f"{100 * found['followed']:.1f} % of {found['points']} points followed{stops}"
     if found["followed"] > 0:

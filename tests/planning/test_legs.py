@@ -62,12 +62,28 @@ def test_the_motion_keeps_to_both_lines(found: Plan, tmp_path: Path) -> None:
     found.save(tmp_path)
     record = json.loads((tmp_path / "plan.json").read_text())
     rows = dict(summary_rows(record))
-    assert rows["retreat"].startswith("0.05 m straight along the tool's z axis; the path at most 0.0")
+    assert rows["retreat"].startswith("0.05 m straight along the tool's z axis; path and motion at most 0.0")
     assert rows["approach"].endswith("proven within 1 mm and 0.0087 rad")
     said = record["legs"]
     assert [(leg["leg"], round(leg["length"], 9)) for leg in said] == [("retreat", 0.05), ("approach", 0.1)]
     assert all(0 < leg["largest_deviation"]["position"] <= leg["tube"]["position"] == 1e-3 for leg in said)
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == found.roadmap.sha256
+
+
+@pytest.mark.parametrize(("leg", "length", "at_end"), [(0, 0.05, False), (1, 0.1, True)])
+def test_what_is_told_is_of_the_motion_too_which_rounds_corners(
+    found: Plan, leg: int, length: float, at_end: bool
+) -> None:
+    assert found.trajectory is not None
+    turn, position = pose_of(found.robot, found.path[-1 if at_end else 0])
+    moments = found.trajectory.at(np.linspace(0, found.trajectory.duration, 8000))
+    tool = np.array([pose_of(found.robot, q)[1] for q in moments]) - position
+    rest = int(np.linalg.norm(tool + length * turn[:, 2], axis=1).argmin())
+    on_leg = tool[rest:] if at_end else tool[: rest + 1]
+    off = np.linalg.norm(on_leg - np.outer(on_leg @ turn[:, 2], turn[:, 2]), axis=1).max()
+    alone = plan(**DOWN, approach=0.1, retreat=0.05, path_only=True)  # type: ignore[arg-type]
+    assert alone.legs[leg].largest_deviation.position < off
+    assert found.legs[leg].largest_deviation.position == pytest.approx(off, rel=1e-4)
 
 
 def test_the_page_draws_both_lines(found: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
