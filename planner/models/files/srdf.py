@@ -95,6 +95,7 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
     if root.tag != "robot":
         raise RobotError(f"{path} is no SRDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
     _require_known(root, path)
+    _require_in_place(root, path)
     _require_once(root, path)
     groups = [_group(item) for item in root.findall("group")]
     virtual = root.find("virtual_joint")
@@ -137,6 +138,18 @@ def _require_known(root: ET.Element, path: Path) -> None:
                     f"{shown(child.tag)}{nearest(str(child.tag), inner)}; use {choices(inner)}."
                 )
             _require_attributes(child, inner[child.tag], path)
+
+
+def _require_in_place(root: ET.Element, path: Path) -> None:
+    """Raise :class:`RobotError` for what stands inside an element where MoveIt does not look for it."""
+    for element in root:
+        for outer in element.iter():
+            for lost in outer:
+                held = outer is element and lost.tag in _INNER.get(element.tag, {})
+                if not held and (lost.tag in _ELEMENTS or element.tag in _INNER):
+                    raise RobotError(
+                        f"SRDF {path}: a <{lost.tag}> stands inside a <{shown(outer.tag)[1:-1]}>: move it out of there."
+                    )
 
 
 def _require_once(root: ET.Element, path: Path) -> None:

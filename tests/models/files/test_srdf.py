@@ -142,6 +142,21 @@ def test_what_is_misspelt_is_refused(arm: Path, line: str, said: str) -> None:
         load(arm)
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        '<others><disable_collisions link1="base" link2="fore"/></others>',
+        '<disable_collisions link1="base" link2="column"><disable_collisions link1="base"/></disable_collisions>',
+        '<group name="g"><group name="arm"><joint name="lift"/></group></group>',
+    ],
+)
+def test_what_stands_where_moveit_does_not_look_is_refused(arm: Path, line: str) -> None:
+    """Pairs in another program's element needed no check, beside a note that it is passed over."""
+    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{line}</robot>"))
+    with pytest.raises(RobotError, match=r"stands inside a <\w+>: move it out"):
+        load(arm, group="arm")
+
+
 def test_collisions_that_are_off_by_default(arm: Path) -> None:
     """Against every other link, but for the pairs that are enabled; a pair that is disabled stays so."""
     lines = '<disable_default_collisions link="fore"/><enable_collisions link1="fore" link2="base"/>'
