@@ -132,9 +132,9 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
     root.set("version", "1.1")
     links, joints = root.findall("link"), root.findall("joint")
     notes = tuple(_notes(joints))
-    continuous = frozenset(_make_revolute(joint) for joint in joints if joint.get("type") == "continuous")
     for joint in joints:
         _keep_soft_limits(joint)
+    continuous = frozenset(_make_revolute(joint) for joint in joints if joint.get("type") == "continuous")
     bare = [link for link in links if link.find("visual/geometry") is not None and link.find("collision") is None]
     return Description(
         path=path,
@@ -151,7 +151,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
     )
 
 
-def _notes(joints: Iterable[ET.Element]) -> Iterator[Note]:
+def _notes(joints: Sequence[ET.Element]) -> Iterator[Note]:
     """Limits that a URDF gives and nothing here follows."""
     limits = [(joint, limit) for joint in joints if (limit := joint.find("limit")) is not None]
     kinds = ("acceleration", "deceleration", "jerk")
@@ -160,14 +160,19 @@ def _notes(joints: Iterable[ET.Element]) -> Iterator[Note]:
         yield Note(
             f"limits on {choices(changing)} in the URDF are not followed: give them with --limits, or in a robot.yaml."
         )
-    endless = [
-        joint.get("name", "")
-        for joint, limit in limits
-        if joint.get("type") == "continuous" and any(float(limit.get(side, 0)) for side in ("lower", "upper"))
-    ]
-    if endless:
-        text = f"lower and upper of {choices(endless)} are not followed, as in MoveIt: these joints are continuous."
-        yield Note(text, grave=False)
+    for what, tag, sides in (
+        ("lower and upper", "limit", ("lower", "upper")),
+        ("soft limits", "safety_controller", ("soft_lower_limit", "soft_upper_limit")),
+    ):
+        endless = [
+            joint.get("name", "")
+            for joint in joints
+            for said in joint.findall(tag)
+            if joint.get("type") == "continuous" and any(float(said.get(side, 0)) for side in sides)
+        ]
+        if endless:
+            text = f"{what} of {choices(endless)} are not followed, as in MoveIt: these joints are continuous."
+            yield Note(text, grave=False)
 
 
 def _of_mjcf(path: Path, root: ET.Element) -> Description:

@@ -227,6 +227,15 @@ def test_soft_limits_are_limits(urdf_file):
     assert robot.upper.tolist() == [1.0, 1.0]
 
 
+def test_soft_limits_of_a_continuous_joint_are_noted(urdf_file):
+    """They bounded where a roadmap is grown, and nothing else."""
+    soft = '<safety_controller k_velocity="1" soft_lower_limit="-0.5" soft_upper_limit="0.5"/></joint>'
+    joint = joint_xml("one", "a", "b", "continuous").replace("</joint>", soft)
+    robot = Robot.load(urdf_file(link_xml("a") + link_xml("b", '<sphere radius="0.1"/>') + joint))
+    assert robot.upper.tolist() == [np.pi]
+    assert "soft limits of one are not followed" in robot.notes[-1].text
+
+
 def test_a_link_and_a_joint_may_have_the_same_name(urdf_file):
     links = link_xml("a") + link_xml("same", '<sphere radius="0.1"/>') + link_xml("tip") + link_xml("weld")
     joints = joint_xml("j", "a", "same") + joint_xml("same", "same", "tip", xyz="0.3 0 0")
