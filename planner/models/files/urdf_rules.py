@@ -23,7 +23,7 @@ _MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
 
 _SOFT = {"safety_controller": {"soft_lower_limit": 1, "soft_upper_limit": 1}}
 _BOUNDLESS = ("limit", "safety_controller")  # nobody plans a propeller's 1e16 rad
-_PLACES = {"origin": {"xyz": 3, "rpy": 3}, "axis": {"xyz": 3}, "limit": {"lower": 1, "upper": 1}}
+_PLACES = {"origin": {"xyz": 3, "rpy": 3, "quat_xyzw": 4}, "axis": {"xyz": 3}, "limit": {"lower": 1, "upper": 1}}
 _SIZES = {
     "box": {"size": 3},
     "sphere": {"radius": 1},
@@ -192,6 +192,8 @@ def _require_numbers(item: ET.Element, where: str) -> None:
                 raise RobotError(f"{quoted} is beyond {FARTHEST:g}; mend the file.")
             if element.tag in _SIZES and min(values) < SMALLEST:
                 raise RobotError(f"{quoted} is no size in metres; mend the file.")
+            if attribute == "quat_xyzw" and math.hypot(*values) < 1e-6:
+                raise RobotError(f"{quoted} has no direction; mend the file.")
             if element.tag == "mesh" and min(map(abs, values)) < 1e-9:
                 raise RobotError(f"{quoted} leaves nothing of the mesh; mend the file.")
 

@@ -1,5 +1,6 @@
 """iiwa14's URDF against KUKA's data, and what reading a URDF does, refuses and says."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -234,6 +235,22 @@ def test_soft_limits_of_a_continuous_joint_are_noted(urdf_file):
     robot = Robot.load(urdf_file(link_xml("a") + link_xml("b", '<sphere radius="0.1"/>') + joint))
     assert robot.upper.tolist() == [np.pi]
     assert "soft limits of one are not followed" in robot.notes[-1].text
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ('quat_wxyz="0 1 0 0"', "did you mean 'quat_xyzw'?"),
+        ('quat_xyzw="0 0 0 0"', "has no direction"),
+        ('quat_xyzw="1e300 0 0 1e300"', "is beyond"),
+        ('quat_xyzw="1 0 0"', "is not 4 finite numbers"),
+    ],
+)
+def test_a_quaternion_that_would_turn_nothing_is_refused(urdf_file, said, words):
+    joint = joint_xml("one", "a", "b").replace("<origin", f"<origin {said}")
+    assert said in joint
+    with pytest.raises(RobotError, match=re.escape(words)):
+        Robot.load(urdf_file(link_xml("a") + link_xml("b", '<sphere radius="0.1"/>') + joint))
 
 
 def test_a_link_and_a_joint_may_have_the_same_name(urdf_file):
