@@ -3,8 +3,8 @@
 :mod:`dataclasses` writes six methods of every class as text and compiles them: 0.4 ms a class, 0.15 s for those of a
 plan, a fifth of the whole process. Here the methods are there once and look up what fields a class has; the parameters
 of its ``__init__`` are named in a copy of compiled code. All else is as there: ``fields``, ``replace``, ``match``,
-signatures, errors. What is not frozen, has slots, an order, an ``InitVar`` or a ``__setattr__`` of its own, is made by
-:mod:`dataclasses` itself.
+signatures, errors; only that the arrays of copies are read-only. What is not frozen, has slots, an order, an
+``InitVar`` or a ``__setattr__`` of its own, is made by :mod:`dataclasses` itself.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _dataclass(cls: Any = None, /, *, frozen: bool = False, eq: bool = True, kw_
         dataclasses.dataclass(cls, init=False, repr=False, eq=False, kw_only=kw_only)
     cls.__dataclass_params__.frozen = cls.__dataclass_params__.repr = cls.__dataclass_params__.init = True
     cls.__dataclass_params__.eq = eq
-    methods = {name: vars(_Methods)[name] for name in ("__setattr__", "__delattr__", "__repr__")}
+    methods = {name: vars(_Methods)[name] for name in ("__setattr__", "__delattr__", "__setstate__", "__repr__")}
     methods["__init__"] = _init(cls)
     if eq:
         methods |= _compared(cls)
@@ -178,6 +178,13 @@ class _Methods:
         if "__dataclass_fields__" in vars(type(self)) or name in self.__dataclass_fields__:
             raise FrozenInstanceError(f"cannot delete field {name!r}")
         object.__delattr__(self, name)
+
+    def __setstate__(self: Any, state: dict[str, Any]) -> None:
+        """Fill a copy, of ``copy`` or ``pickle``: its arrays are read-only, too."""
+        for name, value in state.items():
+            if hasattr(value, "setflags"):
+                value.setflags(write=False)
+            object.__setattr__(self, name, value)
 
     @recursive_repr()
     def __repr__(self: Any) -> str:

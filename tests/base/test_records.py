@@ -14,8 +14,10 @@ from dataclasses import FrozenInstanceError, InitVar, field, fields, replace
 from functools import cached_property
 from typing import Any, ClassVar, get_type_hints
 
+import numpy as np
 import pytest
 
+from planner.base.arrays import frozen
 from planner.base.errors import OptionError
 from planner.base.kinds import checks_kinds
 from planner.base.records import dataclass
@@ -54,6 +56,20 @@ class Named:
 @dataclass(frozen=True)
 class Coloured(Named):
     colour: str = "red"
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    values: np.ndarray
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda made: pickle.loads(pickle.dumps(made))])
+def test_arrays_of_copies_are_read_only(copied: Callable[[Any], Any]) -> None:
+    """A roadmap's could be changed, and it was called proven as before."""
+    made = copied(Measured(frozen([1.0, 2.0])))
+    assert made.values.tolist() == [1.0, 2.0]
+    with pytest.raises(ValueError, match="read-only"):
+        made.values[0] = 3.0
 
 
 @dataclass(frozen=True, eq=False)
