@@ -96,7 +96,7 @@ def cluster(address: str) -> Iterator[Cluster]:
     """The cluster whose scheduler listens at ``address`` ("tcp://127.0.0.1:8786").
 
     InstallationError where Dask is not installed, OptionError for text that is no address, FileError where nobody
-    answers or no worker is there.
+    answers, or no longer, or no worker is there.
     """
     try:
         from distributed import Client, KilledWorker  # pyright: ignore[reportMissingImports]
@@ -123,4 +123,8 @@ def cluster(address: str) -> Iterator[Cluster]:
         except KilledWorker as error:
             raise PlannerError(
                 f"the cluster gave up on a task whose workers died one after the other: {error}."
+            ) from None
+        except cf.CancelledError:  # nobody here cancels a task
+            raise FileError(
+                f"the Dask scheduler at {address} went away in the middle: start it again, and give the command again."
             ) from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from pathlib import Path
 
 from planner.base.errors import OptionError
@@ -16,6 +17,12 @@ def square(case: int, progress: Progress) -> int:
 
 def process_id(case: int, progress: Progress) -> int:
     return os.getpid()
+
+
+def slow(case: float, progress: Progress) -> float:
+    """Takes ``case`` seconds."""
+    time.sleep(case)
+    return case
 
 
 def refused(case: int, progress: Progress) -> int:

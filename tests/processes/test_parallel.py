@@ -12,13 +12,13 @@ import pytest
 
 from benchmarks.misses.run import bench_misses
 from planner.base.cluster import local_cluster
-from planner.base.errors import OptionError
+from planner.base.errors import FileError, OptionError
 from planner.base.progress import QUIET, Progress
 from planner.batch.run import run_batch
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.processes.parallel import collected, measured_cases
 from tests.batch.test_run import PLAIN, timeless
-from tests.processes.functions import killed_at_first, process_id, refused, square
+from tests.processes.functions import killed_at_first, process_id, refused, slow, square
 
 TWO = WorkersRequest(2)
 PLANS = "plans:\n  - {name: one}\n  - {name: two, beta: 0.2}\n"
@@ -122,6 +122,20 @@ def test_a_worker_of_a_cluster_that_is_killed_costs_its_own_row_which_is_planned
     assert {name: planned.count(name) for name in planned} == {
         name: 1 + (name == planned[0]) for name in ("one", "two", "three")
     }
+
+
+def test_a_scheduler_that_goes_away_in_the_middle_is_one_sentence() -> None:
+    pytest.importorskip("distributed")
+    looks = iter(range(10_000))
+    code = "from planner.base.cluster import local_cluster\nwith local_cluster(1) as it: print(it, flush=True); input()"
+    command = [sys.executable, "-c", code]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as host:
+        assert host.stdout is not None
+        address = host.stdout.readline().strip()
+        progress = Progress(stop=lambda: bool(next(looks) == 3 and host.kill()))
+        workers = WorkersRequest(backend="dask", scheduler=address)
+        with pytest.raises(FileError, match=f"scheduler at {address} went away in the middle"):
+            list(measured_cases([3.0], slow, workers, progress, isolated=True))
 
 
 def test_a_stop_reaches_the_workers_of_a_cluster(dask_cluster: WorkersRequest, tmp_path: Path) -> None:
