@@ -103,7 +103,11 @@ class OctomapWithPose(Strict):
 class PlanningSceneWorld(Strict):
     collision_objects: list[CollisionObject] = none()
     octomap: Annotated[
-        OctomapWithPose, Refused("is not read, so what it holds would not be seen: give boxes or meshes in its place")
+        OctomapWithPose,
+        Refused(
+            "is not read, so what it holds would not be seen: give boxes or meshes in its place",
+            when=lambda value: bool(value.octomap.data),
+        ),
     ] = OctomapWithPose()
 
 

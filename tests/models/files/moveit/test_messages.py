@@ -32,6 +32,7 @@ REFUSED_IN_SCENE = {
     "a misspelt field": ("wrold", {}, "unknown key 'wrold' (did you mean 'world'?)"),
     "a misspelt field deep inside": (f"{CRATE}.primitve_poses", [], "(did you mean 'primitive_poses'?)"),
     "octomap": ("world.octomap", {"octomap": {"resolution": 0.1, "data": [1, 2]}}, "'world.octomap' is not read"),
+    "octomap of zeros": ("world.octomap", {"octomap": {"data": [0, 0, 0, 0, 0]}}, "'world.octomap' is not read"),
     "plane": (f"{CRATE}.planes", [{"coef": [0, 0, 1, 0]}], f"'{CRATE}.planes' is a plane without end"),
     "padding": ("link_padding", [{"link_name": "panda_hand", "padding": 0.02}], "'link_padding' is not 0"),
     "scale": ("link_scale", [{"link_name": "panda_hand", "scale": 1.1}], "'link_scale' is not 1"),
