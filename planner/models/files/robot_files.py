@@ -226,6 +226,10 @@ class RobotFiles:
         if srdf is not None and srdf.virtual_joints > 1:
             text = f"SRDF {srdf.path} has {srdf.virtual_joints} virtual_joints, of which the first counts."
             found.append(Note(text, grave=False))
+        own = self.file.srdf if self.file else None  # a robot file says itself that it belongs
+        if srdf is not None and own is None and srdf.robot not in ("", self.description.name):
+            text = f"SRDF {srdf.path} is of robot {shown(srdf.robot)}, and the URDF of {shown(self.description.name)}: "
+            found.append(Note(f"{text}it is followed all the same.", grave=False))
         roots = self.description.links - {child for _, child in self.description.joints.values()}
         if srdf is not None and srdf.virtual_child and srdf.virtual_child not in roots:
             text = f"SRDF {srdf.path}: its virtual_joint holds link {shown(srdf.virtual_child)}, which is not the "

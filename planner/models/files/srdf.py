@@ -76,6 +76,7 @@ class Srdf:
     virtual_joints: int = 0
     virtual_child: str = ""
     other: tuple[str, ...] = ()
+    robot: str = ""  # which it says that it is of
 
     def disabled_among(self, links: Iterable[str]) -> frozenset[frozenset[str]]:
         """The pairs of a robot's ``links`` that need no collision check."""
@@ -112,6 +113,7 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
         other=tuple(dict.fromkeys(item.tag for item in root if item.tag not in (*_ELEMENTS, *_HARMLESS))),
         virtual_joints=len(root.findall("virtual_joint")),
         virtual_child="" if virtual is None else virtual.get("child_link", ""),
+        robot=root.get("name", ""),
     )
 
 

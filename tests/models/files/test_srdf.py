@@ -187,6 +187,13 @@ def test_what_it_says_of_links_and_joints_that_are_not_there_is_noted(arm: Path)
     assert note.text.endswith("of links and joints that the URDF has not is passed over: elbwo, hnad, sholder.")
 
 
+def test_an_srdf_that_calls_the_robot_otherwise_is_noted(arm: Path) -> None:
+    assert load(arm).notes == ()
+    (arm / "arm.srdf").write_text(SRDF.replace('<robot name="arm">', '<robot name="leg">'))
+    (note,) = load(arm).notes
+    assert "is of robot 'leg', and the URDF of 'arm'" in note.text
+
+
 def test_an_srdf_of_another_robot_is_refused(arm: Path) -> None:
     (arm / "arm.srdf").write_text('<robot name="x"><disable_collisions link1="a" link2="b"/></robot>')
     with pytest.raises(RobotError, match="names no link of this robot, only a, b"):
