@@ -589,7 +589,7 @@ def test_a_file_of_version_2_is_read_and_nobody_has_checked_its_nodes(
     old = load_roadmap(tmp_path / "old.npz")
     assert old.sha256 == kept.sha256
     assert not old.checked_by.any()
-    np.testing.assert_allclose(old.edge_cost, kept.edge_cost, rtol=0.1)
+    np.testing.assert_allclose(old.edge_cost, kept.edge_cost, rtol=0.2)
     assert (old.edge_cost != kept.edge_cost).any()
     assert "'planner roadmap check --repair' measures it finer" in caplog.text
     assert load_roadmap(tmp_path / "new.npz").checked_by.all()
