@@ -18,7 +18,7 @@ from planner.sampling.growth_settings import GrowthSettings
 
 _LOWER = 0.95  # from one floor that is tried to the next
 _LOWER_GROWN = 0.7  # the same, where each one takes a roadmap of its own
-_LEAST = 0.01  # of the floor that was asked for: lower ones are not tried
+_LEAST = 0.01  # of the first floor: lower ones are not tried
 _NODES = 300  # of such a roadmap, at most
 _QUICK = GrowthSettings(join_motions=10_000)
 
@@ -27,9 +27,10 @@ def highest_floor(roadmap: Roadmap, checker: CollisionChecker, request: PlanRequ
     """A floor below the request's that the best path of ``roadmap`` above it keeps to; 0 where none is found.
 
     Tried from above, as a lower floor may forbid what a higher one allows: a path that never reaches the higher one.
+    Floors above all w on the roadmap allow the same paths: the highest w is the first that is tried lower.
     """
     network = build_network(roadmap, request.objective)
-    floors = _floors(request.min_manipulability, _LOWER)
+    floors = _floors(min(request.min_manipulability, roadmap.edge_manipulability.max(initial=0.0)), _LOWER)
     return next((floor for floor in floors if _keeps_to(floor, roadmap, network, checker.robot)), 0.0)
 
 

@@ -52,7 +52,7 @@ class FloorTooHighRecord(Record):
     kind: Literal["floor_too_high"]
     asked: float
     reachable: float
-    """the highest floor found that a path keeps to; 0: all pass through w = 0"""
+    """the highest floor found that a path keeps to; 0: all pass through w = 0 or near it"""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

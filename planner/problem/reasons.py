@@ -133,7 +133,7 @@ class FloorTooHigh(Reason):
         """What the user reads."""
         head = f"No path above the manipulability floor of {self.asked:g} was found within the budget: "
         if self.reachable <= 0:
-            return head + "all paths that were found pass through w = 0: leave --min-manipulability out."
+            return head + "all paths that were found pass through w = 0 or near it: leave --min-manipulability out."
         return head + (
             f"the highest floor found that a path keeps to is {self.reachable:g}: take --min-manipulability "
             f"{self.reachable:g}, raise --nodes, or try another --seed."

@@ -27,6 +27,15 @@ def test_below_both_ends_it_is_the_widest_path(tmp_path) -> None:
     assert first_violation(again.robot, again.path, highest) is None
 
 
+def test_a_floor_above_all_w_tells_what_one_at_the_highest_w_does() -> None:
+    """What a path is found to keep to does not hang on how far above all w the floor was that was asked for."""
+    found = small_plan()
+    top = float(found.roadmap.edge_manipulability.max())
+    asked = (replace(found.request, min_manipulability=floor) for floor in (top, 1000.0 * top))
+    near, far = (highest_floor(found.roadmap, found.checker, request) for request in asked)
+    assert far == near > 0.0
+
+
 def test_it_is_none_where_every_path_passes_zero() -> None:
     """The post's start and goal have q2 of opposite signs."""
     request = PlanRequest(min_manipulability=0.1)
