@@ -30,6 +30,7 @@ from planner.paths.measure import dense_segments
 from planner.roadmap.roadmap import Roadmap
 
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
+_FINER, _ZOOMS = 8, 7  # around a low sample so many times finer, so often: to 5e-10 rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +98,9 @@ def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0)
 
 
 def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
-    """The first segment on which a joint path (k, dof) breaks the floor, sampled every 0.001 rad; None if none does.
+    """The first segment on which a joint path (k, dof) breaks the floor; None if none does.
 
+    Sampled every 0.001 rad, and ever finer around the lowest samples: w = 0 may lie between two that are above.
     A path keeps to the floor if w is nowhere below the smallest of the floor, w at the start and w at the goal, and
     stays above the floor between the first and the last state that reach it.
     """
@@ -106,11 +108,36 @@ def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
         return None
     q, segment = dense_segments(path, W_AGAINST_FLOOR)
     w = manipulability(robot, q)
-    bad = w < (1.0 - _ROUNDING) * min(floor, w[0], w[-1])
+    dips = _dips(robot, q, w)
+    bad = dips < (1.0 - _ROUNDING) * min(floor, w[0], w[-1])
     above = np.flatnonzero(w >= floor)
     if len(above):
-        bad[above[0] : above[-1]] |= w[above[0] : above[-1]] < floor
+        between = slice(above[0] + 1, above[-1] + 1)
+        bad[between] |= dips[between] < floor
     return int(segment[np.argmax(bad)]) if bad.any() else None
+
+
+def _dips(robot: Robot, q: Floats, w: Floats) -> Floats:
+    """``w`` (n,) of samples ``q`` (n, dof), lowered to the least found between a sample that is low and its neighbours.
+
+    What lies after such a sample counts for the next one, as that may be on another segment.
+    """
+    padded = np.concatenate([[np.inf], w, [np.inf]])
+    low = np.flatnonzero((w <= padded[:-2]) & (w <= padded[2:]))
+    at, dips, rows = q[low], w.copy(), np.arange(len(low))
+    before, after = q[np.maximum(low - 1, 0)] - at, q[np.minimum(low + 1, len(q) - 1)] - at
+    shares = np.arange(1, _FINER + 1)[:, None, None] / _FINER
+    later = np.zeros(len(low), dtype=bool)
+    for zoom in range(_ZOOMS):
+        states = at + np.concatenate([np.zeros_like(at)[None], shares * before, shares * after])
+        found = manipulability(robot, states.reshape(-1, q.shape[1])).reshape(len(states), -1)
+        best = found.argmin(axis=0)
+        later = best > _FINER if zoom == 0 else later
+        np.minimum.at(dips, low + later, found[best, rows])
+        side, inside = np.where((best > _FINER)[:, None], after, before) / _FINER, (best > 0)[:, None]
+        before, after = np.where(inside, -side, before / _FINER), np.where(inside, side, after / _FINER)
+        at = states[best, rows]
+    return dips
 
 
 class _Kind(Enum):

@@ -178,3 +178,14 @@ def test_the_field_of_a_node_with_copies_is_the_least_and_of_one_without_none() 
     network = gabf.Network.from_arcs(np.array([0]), np.array([1]), np.ones(1), np.array([1]), 5, kernel=gabf.Additive())
     layered = LayeredNetwork(network, np.array([0, 1, 3, 1, 0]), np.zeros(1, dtype=int))
     assert layered.on_roadmap(np.array([5.0, 2.0, 4.0, 1.0, 6.0])).tolist() == [5.0, 1.0, np.inf, 4.0]
+
+
+def test_w_of_zero_between_two_samples_is_seen() -> None:
+    """The elbow of a planar arm goes straight: w = 0 there, above the floor at the nearest samples on either side."""
+    robot = load("planar_2r")
+    through = np.array([[0.1, -0.90033], [0.0, -0.70033], [0.3, 0.9]])
+    assert manipulability(robot, dense_path(through, 1e-3)).min() > 1e-5
+    assert first_violation(robot, through, 1e-5) == 1
+    assert first_violation(robot, through[:2], 1e-5) is None
+    corner = np.array([[0.0, -0.5], [0.0, -0.0004], [0.0, 0.5]])  # low at a corner, zero on the segment after it
+    assert first_violation(robot, corner, 1e-5) == 1
