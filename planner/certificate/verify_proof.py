@@ -415,7 +415,7 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
     if own := root.find(f"link[@name='{meta['tool link']}']") is not None:
         data["carrier"], data["tool"] = place(data, meta, links, meta["tool link"])
     left = ["tool"] * (not own) + ["widened limits"] * bool(meta["widened"]) + ["base and held joints"]
-    but = f" but for {unread} meshes, cut or of another kind" if unread else ""
+    but = f" but for {unread} meshes, not found, cut or of another kind" if unread else ""
     return f"Joints and shapes are those of {file.name}{but}; {', '.join(left)} are as the certificate has them."
 
 

@@ -155,6 +155,15 @@ def test_a_planned_joint_moves_in_the_urdf(tmp_path: Path) -> None:
             verify_proof.check(case.folder, tmp_path / "made.urdf")
 
 
+def test_a_mesh_that_is_not_found_is_told(tmp_path: Path) -> None:
+    """Without a mesh beside the URDF its shape is the certificate's, and the sentence does not speak of its kind."""
+    case, text = arm_of(tmp_path)
+    (tmp_path / "made.urdf").write_text(text.replace(BOX, '<mesh filename="package://nowhere/two.stl"/>'))
+    assert "but for 1 meshes, not found, cut or of another kind" in verify_proof.check(
+        case.folder, tmp_path / "made.urdf"
+    )
+
+
 def test_frames_of_the_urdf_count_to_the_last_digit(tmp_path: Path) -> None:
     """Frames may be 1e-9 off in the certificate: what is proven is proven of those in the URDF."""
     case, _ = arm_of(tmp_path)
