@@ -388,7 +388,7 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
     moved = meta["moved"] = set(meta["joints"])
     for name in [*joints] * len(joints):  # what mimics a planned joint moves too, and what mimics that
         moved |= {name for mimic in joints[name].findall("mimic") if mimic.get("joint") in moved}
-    for k, (name, joint) in enumerate((name, joints[name]) for name in meta["joints"]):
+    for k, (name, joint) in enumerate((name, joints.get(name, ET.Element(""))) for name in meta["joints"]):
         kind, limit = joint.get("type"), joint.find("limit")
         require(kind in MOVING and joint.find("mimic") is None, f"joint '{name}' does not move by itself in {file}.")
         data["parent"][k], at = place(data, meta, links, joint.find("parent").get("link"))

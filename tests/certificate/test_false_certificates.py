@@ -155,6 +155,13 @@ def test_a_planned_joint_moves_in_the_urdf(tmp_path: Path) -> None:
             verify_proof.check(case.folder, tmp_path / "made.urdf")
 
 
+def test_the_urdf_of_another_robot_is_refused_by_the_joint_that_it_lacks(tmp_path: Path) -> None:
+    case, text = arm_of(tmp_path)
+    (tmp_path / "made.urdf").write_text(text.replace('name="first"', 'name="another"'))
+    with pytest.raises(Refused, match="joint 'first' does not move by itself in"):
+        verify_proof.check(case.folder, tmp_path / "made.urdf")
+
+
 def test_a_mesh_that_is_not_found_is_told(tmp_path: Path) -> None:
     """Without a mesh beside the URDF its shape is the certificate's, and the sentence does not speak of its kind."""
     case, text = arm_of(tmp_path)
