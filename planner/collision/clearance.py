@@ -49,9 +49,9 @@ class Clearance:
 
     def _nearest(self, bound: Floats, rotation: Floats, position: Floats, below: float) -> float:
         """Exact distances in the order of their lower bounds, until no bound can beat the best."""
-        best = np.inf
-        for pair in np.argsort(bound, kind="stable"):
-            if bound[pair] >= min(best, below):
-                return min(best, float(bound[pair]))
+        best, near = np.inf, np.flatnonzero(bound < below)
+        for pair in near[np.argsort(bound[near], kind="stable")]:
+            if bound[pair] >= best:
+                return best
             best = min(best, max(0.0, float(self._checker.distances(rotation, position, np.array([pair]))[0])))
-        return best
+        return min(best, float(bound[bound >= below].min(initial=np.inf)))

@@ -23,3 +23,14 @@ def test_clearance_agrees_with_coal_and_with_state_checks(robot: str, scene: str
     np.testing.assert_array_equal(ours[free] > 0, True)
     np.testing.assert_allclose(ours[free], theirs[free], atol=2e-4)
     np.testing.assert_allclose(ours[~free], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("below", [0.0, 0.02, 0.1, np.inf])
+def test_below_is_where_clearances_are_exact(below: float) -> None:
+    """Lower bounds elsewhere, of ``below`` or more."""
+    clearance, q = Clearance(checker_of("ur5", "table")), random_q(load("ur5"), 60)
+    exact, found = clearance(q), clearance(q, below)
+    near = exact < below
+    np.testing.assert_array_equal(found[near], exact[near])
+    assert (found[~near] >= below).all()
+    assert (found <= exact).all()
