@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from planner import gabf
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.construction.build import build_roadmap
+from planner.construction.obtain import obtain_roadmap
 from planner.models.robot import Robot
 from planner.planning.improvement import best_nodes
 from planner.planning.manipulability_floor import first_violation, layered_network, rounded_down
@@ -15,6 +17,7 @@ from planner.planning.network import build_network
 from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.sampling.growth_settings import GrowthSettings
+from planner.setup.open import Query
 
 _LOWER = 0.95  # from one floor that is tried to the next
 _LOWER_GROWN = 0.7  # the same, where each one takes a roadmap of its own
@@ -37,15 +40,25 @@ def highest_floor(roadmap: Roadmap, checker: CollisionChecker, request: PlanRequ
 def highest_grown_floor(
     free: Roadmap, checker: CollisionChecker, request: PlanRequest, progress: Progress = QUIET
 ) -> float:
-    """As :func:`highest_floor`, of roadmaps that grow above the floors; ``free`` is one that grew without."""
-    ends = free.nodes[free.starts], free.nodes[free.goals]
+    """As :func:`highest_floor`, of roadmaps that grow above the floors; ``free`` is one that grew without.
+
+    The roadmap that ``request`` asks for keeps to it too, not only a smaller one.
+    """
+    starts, goals = free.nodes[free.starts], free.nodes[free.goals]
     bound, nodes = highest_floor(free, checker, request), min(request.nodes, _NODES)
+    query = Query(checker.robot, checker.world.scene, checker, starts, goals, ("goal",) * len(goals))
+
+    def quickly(floor: float) -> Roadmap:
+        return build_roadmap(checker.robot, checker, starts, goals, nodes, request.seed, progress, floor, growth=_QUICK)
+
+    def as_asked(floor: float) -> Roadmap:
+        return obtain_roadmap(replace(request, min_manipulability=floor), query, progress, request.path_only)
+
     for floor in (bound, *_floors(bound, _LOWER_GROWN)):
         if floor <= 0 or progress.stopped:
             break
-        grown = build_roadmap(checker.robot, checker, *ends, nodes, request.seed, progress, floor, growth=_QUICK)
-        network = build_network(grown, request.objective)
-        if _keeps_to(floor, grown, network, checker.robot):
+        grown = (grow(floor) for grow in (quickly, as_asked))  # one after the other
+        if all(_keeps_to(floor, each, build_network(each, request.objective), checker.robot) for each in grown):
             return floor
     return 0.0
 
