@@ -127,12 +127,12 @@ def _dips(robot: Robot, q: Floats, w: Floats) -> Floats:
     at, dips, rows = q[low], w.copy(), np.arange(len(low))
     before, after = q[np.maximum(low - 1, 0)] - at, q[np.minimum(low + 1, len(q) - 1)] - at
     shares = np.arange(1, _FINER + 1)[:, None, None] / _FINER
-    later = np.zeros(len(low), dtype=bool)
-    for zoom in range(_ZOOMS):
+    moved, later = np.zeros((2, len(low)), dtype=bool)  # whether the least is beside a sample, and whether after it
+    for _ in range(_ZOOMS):
         states = at + np.concatenate([np.zeros_like(at)[None], shares * before, shares * after])
         found = manipulability(robot, states.reshape(-1, q.shape[1])).reshape(len(states), -1)
         best = found.argmin(axis=0)
-        later = best > _FINER if zoom == 0 else later
+        moved, later = moved | (best > 0), np.where(moved, later, best > _FINER)
         np.minimum.at(dips, low + later, found[best, rows])
         side, inside = np.where((best > _FINER)[:, None], after, before) / _FINER, (best > 0)[:, None]
         before, after = np.where(inside, -side, before / _FINER), np.where(inside, side, after / _FINER)

@@ -187,5 +187,6 @@ def test_w_of_zero_between_two_samples_is_seen() -> None:
     assert manipulability(robot, dense_path(through, 1e-3)).min() > 1e-5
     assert first_violation(robot, through, 1e-5) == 1
     assert first_violation(robot, through[:2], 1e-5) is None
-    corner = np.array([[0.0, -0.5], [0.0, -0.0004], [0.0, 0.5]])  # low at a corner, zero on the segment after it
-    assert first_violation(robot, corner, 1e-5) == 1
+    for before in (4e-4, 5e-5):  # low at a corner, zero on the segment after it
+        corner = np.array([[0.0, -0.5], [0.0, -before], [0.0, 0.5]])
+        assert first_violation(robot, corner, 0.02 * before) == 1
