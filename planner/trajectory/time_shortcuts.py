@@ -47,12 +47,12 @@ def curve_cost(pieces: Floats, cost: Cost) -> float:
 
 
 class Shortened(NamedTuple):
-    """A curve with shortcuts, and the ``quickest`` motion along it; ``before`` (s) is how long that took without."""
+    """A curve with shortcuts, the ``quickest`` motion along it, and the one ``before``, without them."""
 
     curve: Curve
     quickest: Phases
     shortcuts: int
-    before: float
+    before: Phases
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class Shortcuts:
             if costs <= max(self.most, spent) and self._above_floor(ramp):
                 curve, spent, found = shorter, costs, found + 1
                 phases = self._quickest(curve)
-        return Shortened(curve, phases, found, before.duration)
+        return Shortened(curve, phases, found, before)
 
     def _quickest(self, curve: Curve) -> Phases:
         return quickest(curve, self.limits.velocity, self.limits.acceleration)

@@ -185,8 +185,8 @@ def _shortened(asked: _Asked, curve: Curve, widths: Floats, rules: Shortcuts | N
     if not (found and found.shortcuts):
         return None
     motion = _motion(asked, found.curve, found.quickest)
-    at_least = found.before / NANOSECOND  # without the window that smoothing takes
-    if motion.nanoseconds >= at_least and motion.nanoseconds >= _motion(asked, curve).nanoseconds:
+    at_least = found.before.duration / NANOSECOND  # without the window that smoothing takes
+    if motion.nanoseconds >= at_least and motion.nanoseconds >= _motion(asked, curve, found.before).nanoseconds:
         return None
     proven = motion.proven_for(asked, widths)
     return (proven, found.shortcuts) if proven.proof.whole else None
