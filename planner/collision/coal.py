@@ -43,6 +43,7 @@ class CoalChecker(CollisionChecker):
         self.bound = bound or ClearanceBound(world, known.bound if known else None)
         self.queries, self.second = 0, []
         self._geometries = [_geometry(item.shape) for item in world.items]
+        self._trees: dict[int, coal.CollisionGeometry] = {}
         self._request = coal.DistanceRequest()
         alike = known if known is not None and of_one_arm(known.world, world) else None
         if alike is not None and differ_in_places_only(alike.world, world):
@@ -55,10 +56,11 @@ class CoalChecker(CollisionChecker):
         """Of all items, in the frames of their joints."""
         return [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in self.world.items]
 
-    @cached_property
-    def _measured(self) -> list[coal.CollisionGeometry]:
-        """All items, as distances are asked of: trees of boxes alone have none."""
-        return [_geometry(item.shape, coal.BVHModelOBBRSS) for item in self.world.items]
+    def _measured(self, k: int) -> coal.CollisionGeometry:
+        """Item ``k``, as distances are asked of it: a tree of boxes alone has none. Few are ever asked for."""
+        if k not in self._trees:
+            self._trees[k] = _geometry(self.world.items[k].shape, coal.BVHModelOBBRSS)
+        return self._trees[k]
 
     @property
     def geometry_model(self) -> pin.GeometryModel:
@@ -126,10 +128,10 @@ class _Placed:
 
     def distance(self, pair: int) -> float:
         """The distance (m) of a numbered pair."""
-        shapes = self._checker._measured
         a, b = self._checker.world.items_of(pair)
+        one, other = self._checker._measured(a), self._checker._measured(b)
         found = coal.DistanceResult()
-        return coal.distance(shapes[a], self._at(a), shapes[b], self._at(b), self._checker._request, found)
+        return coal.distance(one, self._at(a), other, self._at(b), self._checker._request, found)
 
     def _at(self, k: int) -> coal.Transform3s:
         bodies = self._checker.world.bodies

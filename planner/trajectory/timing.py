@@ -200,7 +200,7 @@ def _provable_widths(asked: _Asked) -> Floats:
     while len(open_):
         lifted = blends(asked.path, widths)[open_]
         curves = lifted[..., : asked.dof]
-        good = asked.prover.prove_curves(curves).free
+        good = asked.prover.prove_curves(curves, contacts=False).free
         near = np.flatnonzero(good)
         good[near] &= asked.inside(curves[near], lifted[near, 0, -1], lifted[near, :, -1].sum(axis=1))
         if asked.floor > 0:
