@@ -18,6 +18,7 @@ from planner.kinematics.forward import joint_placements
 from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Mesh
+from planner.trajectory.timing import time_path
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, random_q, scene_of
 
@@ -111,6 +112,25 @@ def test_distances_of_meshes_are_asked_of_trees_that_have_some(capfd: pytest.Cap
     gaps = checker.gaps(q, pairs)
     assert np.allclose(gaps, CoalWorld(checker.world).distances(q)[pairs], atol=2e-6)
     assert capfd.readouterr() == ("", "")
+
+
+def test_corners_are_rounded_without_measuring_distances() -> None:
+    """Of a parabola that is not proven nobody asks what it touches: trees for distances are not built for that."""
+    checker = make_checker(load("panda"), Scene.load("shelf"), "coal")
+    assert isinstance(checker, CoalChecker)
+    motion = time_path(random_q(load("panda"), 3, seed=345), checker, law="blended")
+    assert motion.proven
+    assert motion.proof is not None
+    assert motion.proof["corners_blended"] == 1
+    assert not checker._trees
+
+
+def test_trees_for_distances_are_built_of_what_is_asked() -> None:
+    checker = make_checker(load("panda"), Scene.load("shelf"), "coal")
+    assert isinstance(checker, CoalChecker)
+    pair = np.flatnonzero(checker.world.checked)[:1]
+    checker.gaps(random_q(load("panda"), 1)[0], pair)
+    assert sorted(checker._trees) == sorted(checker.world.items_of(int(pair[0])))
 
 
 def test_thousands_of_obstacles_are_set_up_in_a_second() -> None:
