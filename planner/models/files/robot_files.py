@@ -243,7 +243,9 @@ class RobotFiles:
             text = f"SRDF {srdf.path}: what it says of links and joints that the URDF has not is passed over: "
             found.append(Note(f"{text}{choices(strangers)}.", grave=False))
         if srdf is not None and srdf.other:
-            text = f"SRDF {srdf.path}: elements of other programs are passed over: {choices(srdf.other)}."
+            text = (
+                f"SRDF {srdf.path}: elements and attributes of other programs are passed over: {choices(srdf.other)}."
+            )
             found.append(Note(text, grave=False))
         return tuple(found)
 

@@ -26,6 +26,12 @@ _ELEMENTS = {  # with the attributes without which they mean nothing
     "enable_collisions": ("link1", "link2"),
     "disable_default_collisions": ("link",),
 }
+_OPTIONAL = {
+    "group_state": ("group",),
+    "virtual_joint": ("name", "type", "parent_frame", "child_link"),
+    "disable_collisions": ("reason",),
+    "enable_collisions": ("reason",),
+}
 _HARMLESS = ("end_effector", "link_sphere_approximation", "joint_property")  # no path depends on them
 _INNER = {
     "group": {"joint": ("name",), "link": ("name",), "group": ("name",), "chain": ("base_link", "tip_link")},
@@ -61,7 +67,7 @@ class Srdf:
 
     Nor do the links ``unchecked`` against any other link, but for the pairs ``enabled``. ``world_frame`` is how it
     calls the frame that the robot's root, to it ``virtual_child``, stands or moves in; ``other`` are its elements that
-    mean nothing here.
+    mean nothing here, and attributes that do not.
     """
 
     path: Path
@@ -110,11 +116,27 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
         enabled=_pairs(root, "enable_collisions"),
         world_frame="" if virtual is None else virtual.get("parent_frame", ""),
         base_moves=virtual is not None and virtual.get("type", "fixed") != "fixed",
-        other=tuple(dict.fromkeys(item.tag for item in root if item.tag not in (*_ELEMENTS, *_HARMLESS))),
+        other=tuple(dict.fromkeys(_others(root))),
         virtual_joints=len(root.findall("virtual_joint")),
         virtual_child="" if virtual is None else virtual.get("child_link", ""),
         robot=root.get("name", ""),
     )
+
+
+def _others(root: ET.Element) -> Iterator[str]:
+    """The elements that mean nothing here, and attributes of elements that do, as ``tag's attribute``."""
+    for element in root:
+        if element.tag in _ELEMENTS:
+            yield from (f"{element.tag}'s {shown(key)}" for key in element.attrib if key not in _attributes(element))
+            for child in element:
+                known = _INNER.get(element.tag, {}).get(child.tag, child.attrib)
+                yield from (f"{child.tag}'s {shown(key)}" for key in child.attrib if key not in known)
+        elif element.tag not in _HARMLESS:
+            yield element.tag
+
+
+def _attributes(element: ET.Element) -> tuple[str, ...]:
+    return (*_ELEMENTS[element.tag], *_OPTIONAL.get(element.tag, ()))
 
 
 def _pairs(root: ET.Element, kind: str) -> frozenset[frozenset[str]]:
@@ -132,6 +154,10 @@ def _require_known(root: ET.Element, path: Path) -> None:
         if meant:
             raise RobotError(f"SRDF {path} has an unknown element {shown(element.tag)}{meant}; mend the file.")
         _require_attributes(element, _ELEMENTS.get(element.tag, ()), path)
+        absent = [key for key in _OPTIONAL.get(element.tag, ()) if key not in element.attrib]
+        for key in element.attrib if absent else ():
+            if key not in _attributes(element) and (meant := nearest(key, absent)):
+                raise RobotError(f"SRDF {path} has a <{element.tag}> with {shown(key)}{meant}; mend the file.")
         inner = _INNER.get(element.tag, {})
         for child in element if inner else ():
             if child.tag not in inner:

@@ -87,7 +87,10 @@ def _require_shallow(root: ET.Element, path: Path) -> None:
 
 
 def _require_spelling(elements: Sequence[ET.Element], path: Path) -> None:
-    """Raise where an element or attribute is nearly one that means something: parsers pass over unknown ones."""
+    """Raise where an element or attribute is nearly one that means something: parsers pass over unknown ones.
+
+    And for every unknown attribute of an origin: it says where something is, or how it is turned.
+    """
     for element in elements:
         where = f"URDF {path}: <{element.tag}> {shown(element.get('name'))}" if element.get("name") else f"URDF {path}"
         for child in element:
@@ -97,6 +100,10 @@ def _require_spelling(elements: Sequence[ET.Element], path: Path) -> None:
                 meant = nearest(word, words, alike) if word not in words else ""
                 if meant:
                     raise RobotError(f"{where} holds {shown(word)}{meant}, which means nothing; mend the file.")
+            strange = [key for key in child.attrib if child.tag == "origin" and key not in known]
+            if strange:
+                said = f"an origin with {shown(strange[0])}, which means nothing"
+                raise RobotError(f"{where} holds {said}; place it by {choices(known)}.")
 
 
 def _require_one_each(elements: Sequence[ET.Element], path: Path) -> None:

@@ -119,6 +119,11 @@ ONE_JOINT = '<joint name="elbow" value="1"/>'
             "did you mean 'disable_collisions'",
         ),
         ('<disable_collisions link1="base" link_2="fore"/>', r"without attribute 'link2' \(did you mean 'link_2'\?\)"),
+        (
+            '<virtual_joint name="v" typ="planar" parent_frame="map" child_link="base"/>',
+            "with 'typ' .did you mean 'type'",
+        ),
+        ('<group_state name="s" groups="arm"/>', "with 'groups' .did you mean 'group'"),
         ('<disable_collisions link1="base" link2=" "/>', "without attribute 'link2'"),
         (
             '<group name="g"><joints name="elbow"/></group>',
@@ -175,8 +180,16 @@ def test_a_passive_joint_is_not_planned_and_elements_of_others_are_noted(arm: Pa
     robot = load(arm)
     assert robot.joints == ("shoulder", "elbow")
     assert [note.text.partition(": ")[2] for note in robot.notes] == [
-        "elements of other programs are passed over: rotor_params."
+        "elements and attributes of other programs are passed over: rotor_params."
     ]
+
+
+def test_attributes_of_others_are_noted(arm: Path) -> None:
+    lines = '<disable_collisions link1="base" link2="fore" within="0.1" reason="Never"/>'
+    lines += '<group_state name="s" group="arm"><joint name="elbow" value="1" gear="2"/></group_state>'
+    srdf = arm / "arm.srdf"
+    srdf.write_text(f'<robot name="x">{lines}</robot>')
+    assert read_srdf(srdf).other == ("disable_collisions's 'within'", "joint's 'gear'")
 
 
 def test_what_it_says_of_links_and_joints_that_are_not_there_is_noted(arm: Path) -> None:

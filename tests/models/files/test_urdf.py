@@ -241,6 +241,8 @@ def test_soft_limits_of_a_continuous_joint_are_noted(urdf_file):
     ("said", "words"),
     [
         ('quat_wxyz="0 1 0 0"', "did you mean 'quat_xyzw'?"),
+        ('quat="0 0 0 1"', "an origin with 'quat', which means nothing; place it by xyz, rpy, quat_xyzw"),
+        ('quaternion="0 0 0 1"', "an origin with 'quaternion'"),
         ('quat_xyzw="0 0 0 0"', "has no direction"),
         ('quat_xyzw="1e300 0 0 1e300"', "is beyond"),
         ('quat_xyzw="1 0 0"', "is not 4 finite numbers"),
