@@ -144,6 +144,7 @@ int motion_shares(int k, int dof, const int64_t* clock, const double* q, const d
         require(std::all_of(limits, limits + 3 * dof, [](double one) { return one > 0.0; }), "a limit is not above 0");
         std::vector<double> pieces(6 * static_cast<size_t>(k - 1) * dof), seconds(k - 1);
         for (int i = 0; i + 1 < k; ++i) {
+            heed_at(i);
             require(clock[i] < clock[i + 1], "the times of a motion do not increase");
             seconds[i] = static_cast<double>(clock[i + 1] - clock[i]) / 1e9;
             const size_t row = static_cast<size_t>(i) * dof;
