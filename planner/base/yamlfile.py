@@ -230,6 +230,15 @@ def repeated(names: Iterable[str]) -> list[str]:
     return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
+def object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON or msgpack; ValueError for a key that stands twice, of which the last would count."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        often = Counter(key for key, _ in pairs).most_common(1)
+        raise ValueError(f"key {shown(often[0][0])} stands twice")
+    return found
+
+
 def nearest(name: str, known: Iterable[str], alike: float = 0.7) -> str:
     """A question in brackets, behind a blank, which of the ``known`` names was meant; empty where none is ``alike``."""
     near = difflib.get_close_matches(name[:100], list(known), n=1, cutoff=alike)

@@ -383,7 +383,7 @@ def least_w(data: Data, pieces: Array, reach: Array, spare: float, count: int, r
 def take_urdf(data: Data, meta: Data, file: Path) -> str:
     """The URDF's joints, tool and shapes take the place of those in the certificate; what that leaves, in words."""
     root: Any = ET.parse(file).getroot()
-    joints = {joint.get("name"): joint for joint in root.findall("joint")}
+    joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, 0
     links = {joint.find("child").get("link"): joint for joint in joints.values()}
     moved = meta["moved"] = set(meta["joints"])
     for name in [*joints] * len(joints):  # what mimics a planned joint moves too, and what mimics that
@@ -400,22 +400,22 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
         if kind != "continuous" and not meta["widened"]:
             data["lower"][k] = max(data["lower"][k], float(limit.get("lower", "0")))
             data["upper"][k] = min(data["upper"][k], float(limit.get("upper", "0")))
-    unread = 0
     for link in root.findall("link"):
         for k, element in enumerate(link.iter("collision")):
             name, geometry = f"{link.get('name')}_{k}", element.find("geometry")[0]
             cut = geometry.tag == "mesh" and name in meta["cuts"]  # into slabs, which are not compared
             item, (joint, at) = f"{name}, slab 1" if cut else name, place(data, meta, links, link.get("name"))
-            require(data["joint"][meta["items"].index(item)] == joint, f"'{name}' hangs on another joint in {file}.")
+            here = [k for k, body in enumerate(meta["items"]) if body == item and data["joint"][k] == joint]
+            require(len(here) == 1, f"'{name}' hangs on another joint in {file}, or is no body of the certificate.")
             unread += (shape := None if cut else shape_in(geometry, file)) is None
             if shape is not None:
                 require(shape[1] >= 0.0, f"'{name}' has no shape in {file}.")
                 at = at @ origin_in(element)
-                data["shapes"][meta["items"].index(item)] = shape[0] @ at[:3, :3].T + at[:3, 3], *shape[1:]
+                data["shapes"][here[0]] = shape[0] @ at[:3, :3].T + at[:3, 3], *shape[1:]
     if own := root.find(f"link[@name='{meta['tool link']}']") is not None:
         data["carrier"], data["tool"] = place(data, meta, links, meta["tool link"])
     left = ["tool"] * (not own) + ["widened limits"] * bool(meta["widened"]) + ["base and held joints"]
-    but = f" but for {unread} meshes, not found, cut or of another kind" if unread else ""
+    but = f" but for meshes not found, cut or of another kind ({unread})" if unread else ""
     return f"Joints and shapes are those of {file.name}{but}; {', '.join(left)} are as the certificate has them."
 
 

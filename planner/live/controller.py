@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.errors import PlannerError
 from planner.base.hashing import content_hash
 from planner.base.progress import Stopwatch
-from planner.base.yamlfile import validate
+from planner.base.yamlfile import object_of, validate
 from planner.live.messages import Change, Look, MoveGoal, MoveObstacle, Reload, Request, Save, SetBeta, SetStart, Undo
 from planner.live.state import Question, Report, State, page_of, report_of, update_of
 from planner.models.files.scene_writer import write_scene
@@ -195,6 +195,6 @@ def _numbers_if_one(text: str, known: Mapping[str, str]) -> str:
 
 def _parsed(request: bytes) -> Any:
     try:
-        return json.loads(request)
+        return json.loads(request, object_pairs_hook=object_of)
     except (ValueError, RecursionError):
         raise PlannerError("the request is not JSON: reload the page.") from None

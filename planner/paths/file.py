@@ -18,7 +18,7 @@ from planner.base.formats import require_readable_version
 from planner.base.places import Place, place
 from planner.base.records import dataclass
 from planner.base.words import number
-from planner.base.yamlfile import read_text, repeated, shown
+from planner.base.yamlfile import object_of, read_text, shown
 from planner.models.robot import HALF_TURN, Robot
 
 _log = logging.getLogger(__name__)
@@ -195,19 +195,11 @@ def unwrapped(data: Any, where: str) -> tuple[Any, list[str]]:
 def parse(text: str, where: str) -> Any:
     """Plain data out of JSON text in which no key stands twice in one object."""
     try:
-        return json.loads(text, object_pairs_hook=_once)
+        return json.loads(text, object_pairs_hook=object_of)
     except ValueError as error:
         raise FileError(f"{where} is no JSON: {error}; mend the file.") from None
     except RecursionError:
         raise FileError(f"{where} is nested too deeply to be a joint path; give {_FORMATS}.") from None
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object of JSON; ValueError for a key that stands twice: the last would be taken, the others dropped."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise ValueError(f"key {shown(repeated(key for key, _ in pairs)[0])} stands twice")
-    return found
 
 
 def _from_json(data: Any, where: str) -> PathFile:

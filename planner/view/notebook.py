@@ -42,8 +42,11 @@ def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, heig
         planner.show(plan)
         planner.show(roadmap, checker)
 
-    Raises :class:`OptionError` for a roadmap alone, or with a checker of another robot.
+    Raises :class:`OptionError` for a roadmap alone, or with a checker of another robot, and for what has a checker of
+    its own beside another.
     """
+    if isinstance(height, bool) or height < 1:
+        raise OptionError(f"height is {height}: give a whole number of pixels above 0.")
     if isinstance(thing, Roadmap):
         if checker is None:
             raise OptionError(
@@ -55,4 +58,6 @@ def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, heig
                 "the roadmap was grown with."
             )
         return InlinePage(roadmap_page(thing, checker), height)
+    if checker is not None:
+        raise OptionError("a plan or trade-off is shown with the checker it was made with: leave the other one out.")
     return InlinePage(thing.page(), height)

@@ -162,11 +162,20 @@ def test_the_urdf_of_another_robot_is_refused_by_the_joint_that_it_lacks(tmp_pat
         verify_proof.check(case.folder, tmp_path / "made.urdf")
 
 
+def test_a_body_more_in_the_urdf_is_refused(tmp_path: Path) -> None:
+    case, text = arm_of(tmp_path)
+    more = '<link name="two"><collision><geometry><sphere radius="0.1"/></geometry></collision>'
+    assert '<link name="two">' in text
+    (tmp_path / "made.urdf").write_text(text.replace('<link name="two">', more, 1))
+    with pytest.raises(Refused, match=r"'two_1' hangs on another joint in .*, or is no body"):
+        verify_proof.check(case.folder, tmp_path / "made.urdf")
+
+
 def test_a_mesh_that_is_not_found_is_told(tmp_path: Path) -> None:
     """Without a mesh beside the URDF its shape is the certificate's, and the sentence does not speak of its kind."""
     case, text = arm_of(tmp_path)
     (tmp_path / "made.urdf").write_text(text.replace(BOX, '<mesh filename="package://nowhere/two.stl"/>'))
-    assert "but for 1 meshes, not found, cut or of another kind" in verify_proof.check(
+    assert "but for meshes not found, cut or of another kind (1)" in verify_proof.check(
         case.folder, tmp_path / "made.urdf"
     )
 

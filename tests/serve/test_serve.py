@@ -217,6 +217,28 @@ def test_frames_that_are_no_requests_are_refused(address: str, frame: str | byte
         assert "worlds" in client.ask("worlds")
 
 
+@pytest.mark.parametrize(
+    "frame",
+    [
+        '{"id": 1, "method": "worlds", "id": 2}',
+        '{"id": 1, "method": "check", "params": {"positions": [[0.0, 0.0]], "times": [0.0], "positions": []}}',
+        '{"id": 1, "method": "change", "params": {"changes": [{"do": "remove", "name": "a:b", "name": "post"}]}}',
+        b"\x82\xa2id\x01\xa2id\x02",
+        b"\x84\xa1a\x01\xa1a\x02\xc4\x01a\x03\xc4\x01a\x04",
+    ],
+)
+def test_a_field_that_stands_twice_is_refused(address: str, frame: str | bytes) -> None:
+    with Client(address, packed=isinstance(frame, bytes)) as client:
+        client.socket.send(frame)
+        assert "stands twice" in client.read()["error"]["message"]
+        assert "worlds" in client.ask("worlds")
+
+
+def test_colons_in_texts_are_no_fields(client: Client) -> None:
+    with pytest.raises(Refused, match="'a:b' not found"):
+        client.ask("change", changes=[{"do": "remove", "name": "a:b"}])
+
+
 @pytest.mark.parametrize("name", ["NaN", "1e400", "true", "9223372036854775808", "1" * 5000, "[1]", "null"])
 def test_an_answer_is_json_whatever_the_id_was(address: str, name: str) -> None:
     """NaN is none, and Python refuses to write whole numbers of 5000 digits."""

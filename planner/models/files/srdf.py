@@ -37,6 +37,7 @@ _INNER = {
     "group": {"joint": ("name",), "link": ("name",), "group": ("name",), "chain": ("base_link", "tip_link")},
     "group_state": {"joint": ("name", "value")},
 }
+_BASES = ("fixed", "planar", "floating")  # types of virtual_joint
 _DEEPEST = 100  # groups within groups: of more, one contains itself
 
 
@@ -106,6 +107,12 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
     _require_once(root, path)
     groups = [_group(item) for item in root.findall("group")]
     virtual = root.find("virtual_joint")
+    for kind in (item.get("type", "fixed") for item in root.findall("virtual_joint")):
+        if kind not in _BASES:
+            raise RobotError(
+                f"SRDF {path} has a <virtual_joint> of type {shown(kind)}{nearest(kind, _BASES)}; "
+                f"use {choices(_BASES)}."
+            )
     return Srdf(
         path=path,
         disabled=_pairs(root, "disable_collisions"),

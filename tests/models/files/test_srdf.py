@@ -123,6 +123,10 @@ ONE_JOINT = '<joint name="elbow" value="1"/>'
             '<virtual_joint name="v" typ="planar" parent_frame="map" child_link="base"/>',
             "with 'typ' .did you mean 'type'",
         ),
+        (
+            '<virtual_joint name="v" type="planer" parent_frame="map" child_link="base"/>',
+            "of type 'planer' .did you mean 'planar'.*use 'fixed', 'planar', 'floating'|use fixed, planar, floating",
+        ),
         ('<group_state name="s" groups="arm"/>', "with 'groups' .did you mean 'group'"),
         ('<disable_collisions link1="base" link2=" "/>', "without attribute 'link2'"),
         (
