@@ -72,11 +72,25 @@ def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
     lines = [_cells(method, _of(rows, method)) for method in methods]
     limits = "; ".join(dict.fromkeys(row.limits for row in rows))
     text = ["# python -m benchmarks first-motion", "", *markdown_table(_HEADER, lines), ""]
-    text += [*aim_lines(aims(rows)), ""]
+    text += [*aim_lines(aims(rows)), "", *_ratios(rows), ""]
     text += [f"- {row.problem}, {row.method}: {row.outcome}. {row.message}" for row in rows if row.outcome != SOLVED]
     text += [f"- {row.problem}, {row.method} touches: {row.message}." for row in rows if row.contacts]
     text += [f"- {row.problem}, motion of {row.method} touches: {row.motion_contact}." for row in rows if _bumps(row)]
     return "\n".join([*text, "", f"Limits: {limits}.", *closing_lines(rows, complete, "runs", _METHOD)]) + "\n"
+
+
+def _ratios(rows: Sequence[Row]) -> list[str]:
+    """How our times compare with those of the other methods, problem by problem: the same on slower machines."""
+    ours = {row.problem: row for row in _of(rows, OURS) if row.outcome == SOLVED}
+    lines = []
+    for method in dict.fromkeys(row.method for row in rows if row.method not in (OURS, WHOLE)):
+        pairs = [(ours[row.problem], row) for row in _of(rows, method) if row.problem in ours and row.outcome == SOLVED]
+        for name, what in (("path_s", "A path after shortcuts"), ("total_s", "From problem to motion")):
+            both = [(getattr(own, name), getattr(other, name)) for own, other in pairs]
+            shares = [own / other for own, other in both if own is not None and other]
+            if (middle := median(shares)) is not None:
+                lines.append(f"- {what}: {middle:.2f} of {method}'s time, in the median of {len(shares)} problems.")
+    return lines
 
 
 def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:

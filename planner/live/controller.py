@@ -120,9 +120,6 @@ class LiveController:
         return self._update(before)
 
     def _update(self, before: State) -> dict[str, Any]:
-        names = [[o.name for o in state.snapshot.now.live.scene.obstacles] for state in (before, self._state)]
-        if names[0] != names[1]:
-            return {"reload": True}  # other objects: the page is drawn anew
         clock = Stopwatch()
         with clock("drawing"):
             made = update_of(self._state, before, self._report, len(self._past))
@@ -151,7 +148,7 @@ class LiveController:
         made = []
         for old in session.scene.obstacles:
             item = new.pop(old.name, None)
-            if item is not None and content_hash(item.shape.content()) == content_hash(old.shape.content()):
+            if item is not None and _apart_from_place(item) == _apart_from_place(old):
                 quaternion = quaternion_of(item.placement[:3, :3])
                 if not np.allclose(item.placement, old.placement, atol=1e-12):
                     made.append(session.move(old.name, item.placement[:3, 3], quaternion=quaternion))
@@ -185,6 +182,11 @@ class LiveController:
         }
         states = {**scene.states, robot.name: {**scene.states_of(robot.name), **own}}
         return replace(scene, name=self._out.stem, states=states)
+
+
+def _apart_from_place(item: Obstacle) -> str:
+    """A hash of all that an obstacle is, but for where."""
+    return content_hash([*item.shape.content(), item.part_of, item.speed_limit])
 
 
 def _numbers_if_one(text: str, known: Mapping[str, str]) -> str:

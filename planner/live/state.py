@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import choices
+from planner.base.hashing import content_hash
 from planner.base.records import dataclass
 from planner.kinematics.forward import tool_positions
 from planner.models.poses import quaternion_of
@@ -117,7 +118,12 @@ def _content(state: State) -> Content:
 
 
 def _live(state: State, before: State | None, report: Report, undo: int) -> dict[str, Any]:
-    """What the page's own controls stand at."""
+    """What the page's own controls stand at.
+
+    ``drawn`` is a hash of the obstacles wherever they are: a page that has drawn others has to be drawn anew, also
+    where another viewer's request brought them.
+    """
+    scene = state.snapshot.now.live.scene
     obstacles = [
         {
             "name": item.name,
@@ -125,9 +131,10 @@ def _live(state: State, before: State | None, report: Report, undo: int) -> dict
             "quaternion": quaternion_of(item.placement[:3, :3]),
             "upright": isinstance(item.shape, Cylinder),
         }
-        for item in state.snapshot.now.live.scene.obstacles
+        for item in scene.obstacles
     ]
     return {
+        "drawn": content_hash(part for item in scene.obstacles for part in (item.name, *item.shape.content())),
         "obstacles": obstacles,
         "goal": state.goal_position.tolist(),
         "start": state.start.tolist(),

@@ -147,7 +147,7 @@ async function ask(order) {
   root.dataset.busy = "true";
   if (order.do === "move") await look(order);
   const result = await post(order);
-  if (result.reload) location.reload();
+  if (result.live && result.live.drawn !== live.drawn) location.reload(); // other objects than those drawn here
   else if (result.error) refuse(result);
   else if (result.saved) element("live-said").textContent = result.saved;
   else await update(result, began);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import threading
 from pathlib import Path
 
@@ -160,17 +161,35 @@ def test_what_names_other_states_is_saved_as_what_it_stands_for(tmp_path: Path) 
 
 def test_reload_puts_everything_back(controller: LiveController, tmp_path: Path) -> None:
     move(controller, "post", 0.8, 0.15, 0.0)
-    assert ask(controller, do="reload")["live"]["undo"] == 2
+    live = ask(controller, do="reload")["live"]
+    assert live["undo"] == 2
+    drawn = live["drawn"]
     np.testing.assert_array_equal(place(controller, "post")[:3, 3], [0.75, 0.0, 0.0])
     (tmp_path / "scene.yaml").write_text(
         "obstacles: [{name: ball, type: sphere, radius: 0.02, position: [0.9, 0.3, 0]}]"
     )
-    assert ask(controller, do="reload") == {"reload": True}
+    assert ask(controller, do="reload")["live"]["drawn"] != drawn
     assert [item.name for item in controller._session.scene.obstacles] == ["ball"]
-    assert ask(controller, do="undo") == {"reload": True}
+    assert ask(controller, do="undo")["live"]["drawn"] == drawn
     assert len(controller._session.scene.obstacles) == 2
     (tmp_path / "scene.yaml").write_text("obstacles: 1")
     assert "obstacles" in ask(controller, do="reload")["error"]
+
+
+@pytest.mark.parametrize(("more", "seen"), [("radius: 0.06", True), ("speed_limit: 0.5", False)])
+def test_a_reload_takes_all_that_was_changed_of_the_last_obstacle(tmp_path: Path, more: str, seen: bool) -> None:
+    """Neither names nor their order change; what moves by itself looks the same."""
+    ball = {"name": "ball", "type": "sphere", "radius": 0.05, "position": [0.9, 0.3, 0.0]}
+    states = 'states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}}'
+    controller = make_controller(tmp_path, f"obstacles: [{json.dumps(ball)}]\n{states}")
+    drawn = re.findall(r'"drawn":\s*"(\w{64})"', controller.page())[0]
+    key, value = more.split(": ")
+    (tmp_path / "scene.yaml").write_text(f"obstacles: [{json.dumps(ball | {key: float(value)})}]")
+    answer = ask(controller, do="reload")
+    assert (answer["live"]["drawn"] != drawn) == seen
+    found = controller._session.scene.obstacles[0]
+    assert found.speed_limit == (0.0 if seen else 0.5)
+    assert vars(found.shape)["radius"] == (0.06 if seen else 0.05)
 
 
 def test_requests_wait_for_each_other(controller: LiveController) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from planner.live.controller import LiveController
 from planner.models.scene import Scene
 from planner.view.serve import running
 from tests.browser import Tab, browser
-from tests.live.controllers import make_controller
+from tests.live.controllers import ask, make_controller
 
 # where a point of the room, in metres, is seen in the window
 SEEN = """((x, y, z) => {
@@ -212,6 +213,20 @@ def test_start_beta_undo_save_and_a_reload_of_the_page(opened: tuple[Tab, LiveCo
             ": setTimeout(look, 20); })())")  # fmt: skip
     saved = Scene.load(str(tmp_path / "saved.yaml")).states_of("planar_2r")["start"]
     assert saved.startswith("q:-1.2")
+
+
+def test_objects_that_another_viewer_brought_are_drawn(opened: tuple[Tab, LiveController], tmp_path: Path) -> None:
+    tab, controller = opened
+    ball = "{name: ball, type: sphere, radius: 0.02, position: [0.9, 0.3, 0]}"
+    (tmp_path / "scene.yaml").write_text(f"obstacles: [{ball}]")
+    ask(controller, do="reload")
+    assert "ball" not in tab.run("Object.values(data.names)")
+    tab.run("(s => { s.value = 0.9; s.oninput(); s.onchange(); })(element('live-beta'))")
+    until = time.monotonic() + 20
+    while "ball" not in (names := tab.run("typeof data === 'undefined' ? [] : Object.values(data.names)")):
+        assert time.monotonic() < until, names
+        time.sleep(0.1)
+    assert "post" not in names
 
 
 def test_where_there_is_no_path_what_separates_is_red(opened: tuple[Tab, LiveController]) -> None:

@@ -44,6 +44,22 @@ def test_the_report_counts_what_touches() -> None:
     assert [line["98 % (s)"] for line in columns] == ["0.03", "0.02", "0.03"]  # of the path where there is no motion
 
 
+def test_times_are_compared_problem_by_problem() -> None:
+    ours = [
+        row(name, OURS, contacts=0, **TIMED | {"total_s": total})
+        for name, total in zip("abcd", (1.0, 2.0, 3.0, 9.0), strict=True)
+    ]
+    other = [
+        row(name, ROBOPLAN, **TIMED | {"total_s": total}) for name, total in zip("abc", (4.0, 4.0, 4.0), strict=True)
+    ]
+    report = to_markdown([*ours, *other, row("d", ROBOPLAN, NO_PATH), row("a", OMPL, path_s=0.04)])
+    assert "- From problem to motion: 0.50 of roboplan's time, in the median of 3 problems." in report
+    assert (
+        "- A path after shortcuts: 0.50 of OMPL RRTConnect, plain coal's time, in the median of 1 problems." in report
+    )
+    assert "From problem to motion: 0.50 of OMPL" not in report
+
+
 def test_the_aims_are_judged_by_medians_means_and_98_percent() -> None:
     quick = [row(str(k), OURS, contacts=0, duration_s=1.2, **TIMED) for k in range(9)]
     found = held(quick)
