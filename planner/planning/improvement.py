@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from planner.base.arrays import Ints
@@ -80,10 +78,10 @@ def without_dip(
 
     The roadmap is as it was where the best path is such a path, or where none is found. With ``request.above_ends`` the
     floor is the lower end's w, if the path found costs at most 2 - beta times as much: with length only, beta = 1, none
-    is taken. Otherwise it is 0, and the path found is taken where it is the cheaper one.
+    is taken. Otherwise it is 0, and the path found is taken where it is the cheaper one. A floor that is asked for and
+    is above the lower end's w holds a path there by itself.
     """
-    unbounded = replace(request, min_manipulability=0.0)
-    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, unbounded, request.beta, clearance))
+    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, request, request.beta, clearance))
     rounds = request.rounds if request.above_ends else min(request.rounds, _ROUNDS_WITHOUT_DIP)
     if len(path) < 2 or rounds < 1:
         return roadmap, 0.0

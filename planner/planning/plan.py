@@ -177,7 +177,7 @@ def improved(draft: Plan, progress: Progress) -> Plan:
         if beta != request.beta and request.rounds > 0:
             fewer = replace(request, effort=min(request.rounds, _ROUNDS_PER_EXTREME))
             roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress, room).roadmap
-    if (request.above_ends or request.beta == 0.0) and request.min_manipulability <= 0:
+    if request.above_ends or (request.beta == 0.0 and request.min_manipulability <= 0):
         roadmap, level = without_dip(roadmap, draft.checker, request, progress, room)
     if request.roadmap is None:
         roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), request, room)

@@ -345,6 +345,11 @@ class PlanRequest(TradeOff, SweepRequest):
                 raise OptionError(f"{name} {length:g} m is not usable: give one from 0.001 to 1, or 0 for none.")
         if self.path_only and (self.nodes != PAPER_NODES or self.roadmap is not None):
             raise OptionError("a path only has no roadmap around it: leave out nodes and roadmap, or path-only.")
+        if self.above_ends and self.rounds < 1:
+            raise OptionError(
+                "above-ends is looked for by effort, and there is none, as for a path only or on a kept roadmap where "
+                f"none is said: give effort {DEFAULT_EFFORT}, or leave above-ends out."
+            )
 
     @property
     def objective(self) -> Objective:

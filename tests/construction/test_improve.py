@@ -14,6 +14,8 @@ from planner.models.shapes import Box
 from planner.objective.motion_cost import MotionCost
 from planner.paths.measure import corners, joint_path_length, path_manipulability
 from planner.planning.plan import plan
+from planner.planning.result import Plan
+from planner.planning.summary import summary_rows
 from planner.problem.objective import Objective
 from planner.problem.request import PlanRequest
 from planner.refinement.simplify import TOLERANCE
@@ -63,3 +65,15 @@ def test_above_ends_keeps_w_above_the_lower_end() -> None:
     w = path_manipulability(found.robot, found.path)
     ends = manipulability(found.robot, found.path[[0, -1]])
     assert w.min() >= (1.0 - 1e-6) * ends.min()
+    assert told(found).endswith("; nowhere below its lower end's")
+
+
+def test_where_no_path_keeps_above_its_ends_that_is_told() -> None:
+    """From one side bent to the other the arm has to stretch."""
+    said = told(plan(replace(ASKED, beta=0.2, above_ends=True, effort=1)))
+    assert said.endswith("; NOT above its ends: no such path was found at 1.8 times the cost or less")
+    assert "ends" not in told(plan(replace(ASKED, beta=0.2, effort=1)))
+
+
+def told(found: Plan) -> str:
+    return dict(summary_rows(found.to_dict()))["manipulability w"]
