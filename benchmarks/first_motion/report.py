@@ -81,13 +81,10 @@ def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
 
 def _ratios(rows: Sequence[Row]) -> list[str]:
     """How our times compare with those of the other methods, problem by problem: the same on slower machines."""
-    ours = {row.problem: row for row in _of(rows, OURS) if row.outcome == SOLVED}
     lines = []
     for method in dict.fromkeys(row.method for row in rows if row.method not in (OURS, WHOLE)):
-        pairs = [(ours[row.problem], row) for row in _of(rows, method) if row.problem in ours and row.outcome == SOLVED]
         for name, what in (("path_s", "A path after shortcuts"), ("total_s", "From problem to motion")):
-            both = [(getattr(own, name), getattr(other, name)) for own, other in pairs]
-            shares = [own / other for own, other in both if own is not None and other]
+            shares = [own / other for own, other in _both(rows, method, name)]
             if (middle := median(shares)) is not None:
                 lines.append(f"- {what}: {middle:.2f} of {method}'s time, in the median of {len(shares)} problems.")
     return lines
@@ -142,12 +139,19 @@ def _mean(rows: Sequence[Row]) -> float | None:
     return fmean(there) if there else None
 
 
+def _both(rows: Sequence[Row], method: str, name: str) -> list[tuple[float, float]]:
+    """A field of our rows and of another method's, by its ``name``: of each problem that both solved and have it."""
+    solved = [row for row in rows if row.outcome == SOLVED]
+    ours, other = (
+        {row.problem: value for row in _of(solved, each) if (value := getattr(row, name))} for each in (OURS, method)
+    )
+    return [(ours[problem], other[problem]) for problem in sorted(ours.keys() & other.keys())]
+
+
 def _durations_beside(rows: Sequence[Row]) -> tuple[float | None, float | None]:
     """Mean durations of ours and roboplan's over what both have timed."""
-    timed = {name: {row.problem: row for row in _of(rows, name) if row.duration_s} for name in (OURS, ROBOPLAN)}
-    both = timed[OURS].keys() & timed[ROBOPLAN].keys()
-    ours, other = (_mean([timed[name][problem] for problem in sorted(both)]) for name in (OURS, ROBOPLAN))
-    return ours, other
+    both = _both(rows, ROBOPLAN, "duration_s")
+    return (fmean(own for own, _ in both), fmean(other for _, other in both)) if both else (None, None)
 
 
 _HEADER = ["method", "solved", "of", "ready (s)", "first path (s)", "after shortcuts (s)", "motion (s)", "total (s)"]

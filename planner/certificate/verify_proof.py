@@ -405,7 +405,7 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
             name, geometry = f"{link.get('name')}_{k}", element.find("geometry")[0]
             cut = geometry.tag == "mesh" and name in meta["cuts"]  # into slabs, which are not compared
             item, (joint, at) = f"{name}, slab 1" if cut else name, place(data, meta, links, link.get("name"))
-            here = [k for k, body in enumerate(meta["items"]) if body == item and data["joint"][k] == joint]
+            here = [n for n, body in enumerate(meta["items"]) if body == item and data["joint"][n] == joint]
             require(len(here) == 1, f"'{name}' hangs on another joint in {file}, or is no body of the certificate.")
             unread += (shape := None if cut else shape_in(geometry, file)) is None
             if shape is not None:
