@@ -11,12 +11,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 
 import numpy as np
 import pytest
 
 from planner.base.progress import StopRequest
-from planner.native import graphs
+from planner.native import graphs, loading
 from planner.native.library import Charge, KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping
 from planner.native.motions import (
     curve_chords,
@@ -40,6 +41,24 @@ class Rung(Exception):
 
 def ring(*_: object) -> None:
     raise Rung
+
+
+def at_work(handler: Callable[..., None]) -> Callable[..., None]:
+    """``handler``, of an alarm, but while the compiled library works: else the alarm rings again a little later."""
+
+    def heard(number: int, frame: FrameType | None) -> None:
+        while frame is not None and frame.f_code is not loading._asked.__code__:
+            frame = frame.f_back
+        if frame is None:
+            signal.setitimer(signal.ITIMER_REAL, 0.01)
+        else:
+            heard_at.append(time.process_time())
+            handler(number, frame)
+
+    return heard
+
+
+heard_at: list[float] = []  # s of processor
 
 
 @contextmanager
@@ -171,7 +190,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
     "boxes": (boxes(200).hits, lambda: (np.zeros((MANY, 1)),)),
     "close": (
         WORLD.close,
-        lambda: (*CHAIN.placements(np.zeros((1, 1))), *np.zeros((2, 6 * MANY), dtype=np.int64)),
+        lambda: (*CHAIN.placements(np.zeros((1, 1))), *np.zeros((2, 9 * MANY), dtype=np.int64)),
     ),
     "first_near": (WORLD.first_near, lambda: (np.zeros((9 * MANY, 1)),)),
     "look": (WORLD.look(BOUNDS, 2e-8), lambda: (np.zeros(1), np.full(1, 9.0))),
@@ -181,7 +200,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         WORLD.cheapest_chain,
         lambda: (BOUNDS, np.array([[-9e4], [0], [9e4]]), np.triu(np.ones((3, 3))), 1e-4),
     ),
-    "curve_chords": (curve_chords, lambda: (curve(), 3 * MANY, 0.1)),
+    "curve_chords": (curve_chords, lambda: (curve()[:, :, :1], 50 * MANY, 0.1)),
     "motion_shares": (motion_shares, lambda: (*points()[:3], points()[2], np.ones((3, 9)))),
     "curve_phases": (curve_phases, lambda: (curve(), ONE, 1_000_000 * ONE, *LIMITS)),
     "motion_mean": (motion_mean, points),
@@ -196,22 +215,21 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
 @pytest.mark.parametrize("name", LONG)
 def test_what_a_handler_raises_ends_a_long_call(name: str) -> None:
     call, arguments = LONG[name]
-    given, begin = arguments(), time.process_time()
-    with alarm(0.15), pytest.raises(Rung) as caught:
+    given = arguments()
+    with alarm(0.15, at_work(ring)), pytest.raises(Rung):
         call(*given)
-    assert time.process_time() - begin < 2 * (0.15 + SOON)  # on two processors
-    assert any("loading" in str(entry.path) for entry in caught.traceback)  # while the library was at work
+    assert time.process_time() - heard_at[-1] < 2 * SOON  # on two processors
     assert WORLD.first_near(np.zeros((1, 1))) == 1  # and nothing is left of it
 
 
 @pytest.mark.parametrize("name", ["prove", "first_proven", "cheapest_chain"])
 def test_where_a_stop_is_asked_for_what_is_not_proven_is_undecided(name: str) -> None:
-    with StopRequest() as stop, alarm(0.2, lambda *_: signal.raise_signal(signal.SIGINT)):
+    with StopRequest() as stop, alarm(0.2, at_work(lambda *_: signal.raise_signal(signal.SIGINT))):
         stop()
-        begin, (call, arguments) = time.process_time(), LONG[name]
+        call, arguments = LONG[name]
         found = call(*arguments())
         assert stop()
-    assert time.process_time() - begin < 2 * (0.2 + SOON)
+    assert time.process_time() - heard_at[-1] < 2 * SOON
     assert isinstance(found, tuple)
     assert np.asarray(found[0]).tolist() == {"prove": [2, 2], "first_proven": [-1], "cheapest_chain": [0, 1, 2]}[name]
 
