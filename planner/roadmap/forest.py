@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -42,15 +43,18 @@ class Forest:
             return number
         self._left -= 1
         if not self._left:
-            data, width = self._first.tobytes(), len(key)
-            first = reversed(range(len(self._first)))  # of nodes that are the same the first one, as row by row
-            self._index |= {data[k * width : (k + 1) * width]: k for k in first}
+            self._index_first()
             return self._index.get(key)
         for k in np.flatnonzero(self._first[:, 0] == q[0]).tolist():
             if self._first[k].tobytes() == key:
                 self._index[key] = k
                 return k
         return None
+
+    def _index_first(self) -> None:
+        self._left = 0
+        for k, key in enumerate(_keys(self._first)):
+            self._index.setdefault(key, k)  # of nodes that are the same the first one, as row by row
 
     def add_edge(self, a: Floats, b: Floats) -> None:
         i, j = self.add(a), self.add(b)
@@ -61,6 +65,23 @@ class Forest:
         for a, b in itertools.pairwise(path):
             self.add_edge(a, b)
 
+    def add_edges(self, motions: Floats) -> None:
+        """Of many ``motions`` (m, 2, dof), in their order; as :meth:`add_edge` of each."""
+        if not len(motions):
+            return
+        self._index_first()
+        index, found, fresh, ends = self._index, len(self), [], motions.reshape(-1, motions.shape[2])
+        numbers: list[int] = []
+        for row, key in enumerate(_keys(ends)):
+            number = index.get(key)
+            if number is None:
+                number = index[key] = found
+                found += 1
+                fresh.append(row)
+            numbers.append(number)
+        self._added += list(ends[fresh])
+        self._edges += [(i, j) if i < j else (j, i) for i, j in zip(numbers[::2], numbers[1::2], strict=True) if i != j]
+
     def nodes(self) -> Floats:
         parts = [np.array(rows) for rows in (self._first, self._added) if len(rows)]
         return np.concatenate(parts) if parts else self._first
@@ -68,3 +89,8 @@ class Forest:
     def edges(self) -> Ints:
         unique = dict.fromkeys(self._edges)
         return np.array(list(unique), dtype=np.int64).reshape(-1, 2)
+
+
+def _keys(rows: Floats) -> Iterator[bytes]:
+    data, width = rows.tobytes(), rows.nbytes // max(len(rows), 1)
+    return (data[k * width : (k + 1) * width] for k in range(len(rows)))

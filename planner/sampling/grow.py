@@ -157,10 +157,13 @@ def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
     """Add to ``forest`` what proven motions connect to it of ``tree``, which begins with its nodes."""
     if not len(tree.edges):
         return
-    rows, (a, b) = tree.edges.tolist(), np.moveaxis(tree.nodes[tree.edges], 1, 0)
+    motions_of_tree = tree.nodes[tree.edges]
+    a, b = np.moveaxis(motions_of_tree, 1, 0)
     proven = motions.prover.free(a, motions.robot.difference(a, b), motions.room).tolist()
     joined = [True] * len(forest) + [False] * (len(tree.nodes) - len(forest))
-    for (parent, child), is_proven in zip(rows, proven, strict=True):
+    kept = []
+    for row, ((parent, child), is_proven) in enumerate(zip(tree.edges.tolist(), proven, strict=True)):
         if is_proven and joined[parent]:
-            forest.add_edge(tree.nodes[parent], tree.nodes[child])
+            kept.append(row)
             joined[child] = True
+    forest.add_edges(motions_of_tree[kept])

@@ -63,7 +63,7 @@ class TreePlanners:
         self.checked = self.accepted = 0
         self._keeps, self._inside, self._limit = keeps or None, inside, math.inf
         self.on_accept: Callable[[int], None] = lambda accepted: None
-        self._grown: Forest | None = None
+        self._grown: list[bytes] | None = None  # both ends of each motion that was accepted
         self._space, self._check, self._rng, self._progress = space, check, rng, progress
         self._joints, self._wraps = range(len(space.lower)), space.wrap.tolist() if space.wrap.any() else None
         self._ends, self._both = Struct(f"{2 * len(space.lower)}d"), np.empty((2, len(space.lower)))
@@ -104,12 +104,13 @@ class TreePlanners:
         Its nodes are the roots, then those that were added, in that order. RRT adds a node wherever it may move to, so
         the motions that were accepted are the tree: reading it from OMPL takes as long as growing it.
         """
-        grown = Forest(roots)
-        self.accepted, self._grown = 0, grown
+        motions: list[bytes] = []
+        self.accepted, self._grown = 0, motions
         planner = self._planner(og.RRT, self._problem(roots, _Nowhere(self._info)), step)
         planner.setGoalBias(0.0)
         planner.solve(self._until(self.checked + limit, wanted))
-        self._grown = None
+        self._grown, grown = None, Forest(roots)
+        grown.add_edges(np.frombuffer(b"".join(motions)).reshape(-1, *self._both.shape))
         return Tree(grown.nodes(), grown.edges())
 
     @contextmanager
@@ -140,28 +141,22 @@ class TreePlanners:
         if self._progress.stopped:
             return False
         self.checked += 1
-        if self._wraps is None:  # the quickest way into an array
-            end = [b[k] for k in self._joints]
-            if self._inside is not None and not self._inside(end):
-                return False
-            self._ends.pack_into(self._buffer, 0, *[a[k] for k in self._joints], *end)
-            first, second = self._both
-            delta = second - first
-        else:
-            first, second = self._read(a), self._read(b)
-            if self._inside is not None and not self._inside(second.tolist()):
-                return False
-            delta = self._space.difference(first, second)
+        end = self._values(b)
+        if self._inside is not None and not self._inside(end):
+            return False
+        first, second = self._both
+        self._ends.pack_into(self._buffer, 0, *self._values(a), *end)  # the quickest way into an array
+        delta = second - first if self._wraps is None else self._space.difference(first, second)
         if self._keeps is not None:
             if not self._brought(first, second, delta, a, b):
                 return False
-            first, second = self._read(a), self._read(b)
+            self._ends.pack_into(self._buffer, 0, *self._values(a), *self._values(b))
             delta = self._space.difference(first, second)
         free = bool(self._check(first, delta))  # a numpy.bool_ ends in bad_cast
         if free:
             self.accepted += 1
             if self._grown is not None:
-                self._grown.add_edge(first, second)
+                self._grown.append(self._both.tobytes())
             self.on_accept(self.accepted)
         return free
 
@@ -186,10 +181,10 @@ class TreePlanners:
         self._write(state, shorter_way(there, self._space.wrap))
         return True
 
-    def _read(self, state: Any) -> Floats:
+    def _values(self, state: Any) -> list[float]:
         if self._wraps is None:
-            return np.array([state[k] for k in self._joints])
-        return np.array([state[k].value if wraps else state[k][0] for k, wraps in enumerate(self._wraps)])
+            return [state[k] for k in self._joints]
+        return [state[k].value if wraps else state[k][0] for k, wraps in enumerate(self._wraps)]
 
     def _state(self, q: Floats) -> Any:
         state = self._info.allocState()
@@ -206,7 +201,7 @@ class TreePlanners:
                 state[k][0] = value
 
     def _configurations(self, path: Any) -> Floats:
-        return np.array([self._read(path.getState(k)) for k in range(path.getStateCount())])
+        return np.array([self._values(path.getState(k)) for k in range(path.getStateCount())])
 
     def _problem(self, roots: Floats, goal: Any) -> Any:
         problem = ob.ProblemDefinition(self._info)

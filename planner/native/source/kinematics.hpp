@@ -26,36 +26,30 @@ INLINED MatOf<T> as(const Mat& a) {
     return b;
 }
 
-// sin(q) and 1 - cos(q) of joint after joint, at one configuration or with T = Four at four: the same bits.
+INLINED void fill_sines(const double* angles, int count, double* sines, double* versines) {
+    sines_and_versines(angles, count, sines, versines);
+}
+INLINED void fill_sines(const Four* angles, int count, Four* sines, Four* versines) {
+    for (int k = 0; k < count; ++k) sine_and_versine(angles[k], sines[k], versines[k]);
+}
+
+// sin(q) and 1 - cos(q) of joint after joint, at one configuration or with T = Four at four: the same bits. Of several
+// joints at once: one series waits for itself all the time.
 template <class T>
-class JointSines;
-
-template <>
-class JointSines<double> {
+class JointSines {
    public:
-    JointSines(const double* q, int dof) : q_(q), dof_(dof) {}
+    JointSines(const T* q, int dof) : q_(q), dof_(dof) {}
 
-    INLINED void at(int joint, double& sine, double& versine) {
+    INLINED void at(int joint, T& sine, T& versine) {
         const int k = joint % most_angles;
-        if (k == 0) sines_and_versines(q_ + joint, std::min(most_angles, dof_ - joint), sines_, versines_);
+        if (k == 0) fill_sines(q_ + joint, std::min(most_angles, dof_ - joint), sines_, versines_);
         sine = sines_[k], versine = versines_[k];
     }
 
    private:
-    const double* q_;
+    const T* q_;
     int dof_;
-    double sines_[most_angles], versines_[most_angles];
-};
-
-template <>
-class JointSines<Four> {
-   public:
-    JointSines(const Four* q, int) : q_(q) {}
-
-    INLINED void at(int joint, Four& sine, Four& versine) { sine_and_versine(q_[joint], sine, versine); }
-
-   private:
-    const Four* q_;
+    T sines_[most_angles], versines_[most_angles];
 };
 
 INLINED void take_roots(const Four& squares, Four& roots) {
@@ -70,7 +64,8 @@ struct Chain {
     // Frames (dof + 1) of the base and all joints at a configuration, or with T = Four at four.
     template <class T>
     INLINED void place(const T* q, FrameOf<T>* frames) const {
-        frames[0] = FrameOf<T>();
+        for (int k = 0; k < 9; ++k) frames[0].turn.m[k] = T{} + (k % 4 == 0 ? 1.0 : 0.0);
+        frames[0].shift.x = frames[0].shift.y = frames[0].shift.z = T{};
         JointSines<T> sines(q, dof());
         for (int j = 0; j < dof(); ++j) {
             const Joint& joint = joints[j];
@@ -94,7 +89,8 @@ struct Chain {
     // Columns of the Jacobian of a point that joint `last` carries, in world axes: 3 linear rows, then 3 angular ones.
     template <class T>
     INLINED void jacobian(const FrameOf<T>* frames, int last, Vec tool, VecOf<T>* linear, VecOf<T>* angular) const {
-        for (int j = 0; j < dof(); ++j) linear[j] = angular[j] = VecOf<T>();
+        const T none = {};
+        for (int j = 0; j < dof(); ++j) linear[j] = {none, none, none}, angular[j] = {none, none, none};
         const VecOf<T> point = frames[last] * tool;
         for (int j = last; j > 0; j = joints[j - 1].parent) {
             const Joint& joint = joints[j - 1];
@@ -109,21 +105,38 @@ struct Chain {
     }
 };
 
-// The volume of the box that `count` vectors of `size` numbers span, by modified Gram-Schmidt; they are overwritten.
+// Take from N vectors of `size` numbers what they have along a unit vector; the square of the first one's length after
+// that. Each sum waits for itself alone.
+template <int N>
+INLINED void take_away(const Four* unit, int size, Four* vectors, Four& square) {
+    Four along[N] = {};
+    for (int k = 0; k < size; ++k)
+        for (int n = 0; n < N; ++n) along[n] += unit[k] * vectors[n * size + k];
+    square = Four{};
+    for (int k = 0; k < size; ++k) {
+        for (int n = 0; n < N; ++n) vectors[n * size + k] -= along[n] * unit[k];
+        square += vectors[k] * vectors[k];
+    }
+}
+
+// The volume of the box that `count` vectors, at most 6, of `size` numbers span, by modified Gram-Schmidt; they are
+// overwritten.
 INLINED void spanned_volume(Four* vectors, int count, int size, Four& volume) {
+    Four square = {};
+    for (int k = 0; k < size; ++k) square += vectors[k] * vectors[k];
     volume = Four{} + 1.0;
     for (int i = 0; i < count; ++i) {
-        Four *vector = vectors + i * size, square = {};
-        for (int k = 0; k < size; ++k) square += vector[k] * vector[k];
-        Four norm;
+        Four *vector = vectors + i * size, *others = vector + size, norm;
         take_roots(square, norm);
         volume *= norm;
         const Four scale = 1.0 / (norm > 1e-300 ? norm : Four{} + 1e-300);
         for (int k = 0; k < size; ++k) vector[k] *= scale;
-        for (int j = i + 1; j < count; ++j) {
-            Four *other = vectors + j * size, along = {};
-            for (int k = 0; k < size; ++k) along += vector[k] * other[k];
-            for (int k = 0; k < size; ++k) other[k] -= along * vector[k];
+        switch (count - i - 1) {
+            case 5: take_away<5>(vector, size, others, square); break;
+            case 4: take_away<4>(vector, size, others, square); break;
+            case 3: take_away<3>(vector, size, others, square); break;
+            case 2: take_away<2>(vector, size, others, square); break;
+            case 1: take_away<1>(vector, size, others, square); break;
         }
     }
 }
@@ -167,9 +180,10 @@ FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int la
     chain.jacobian(s.frames, last, tool, s.linear, s.angular);
     const bool by_row = rows <= dof;
     for (int j = 0; j < dof; ++j) {
-        const VecOf<Four> l = s.linear[j], a = s.angular[j];
-        const Four column[6] = {l.x, l.y, l.z, a.x, a.y, a.z};
-        for (int r = 0; r < rows; ++r) s.vectors[by_row ? r * dof + j : j * rows + r] = column[r];
+        const VecOf<Four>&l = s.linear[j], &a = s.angular[j];
+        const Four* const column[6] = {&l.x, &l.y, &l.z, &a.x, &a.y, &a.z};
+        for (int r = 0; r < 6; ++r)
+            if (r < rows) s.vectors[by_row ? r * dof + j : j * rows + r] = *column[r];
     }
     Four volume;
     spanned_volume(s.vectors, by_row ? rows : dof, by_row ? dof : rows, volume);
