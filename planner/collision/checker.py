@@ -126,6 +126,13 @@ class CollisionChecker(Protocol):
 
         ``rotation`` (joints + 1, 3, 3), ``position`` (joints + 1, 3). May exceed the truth by :meth:`error`.
         """
+        return self.distances_in(rotation[:, None], position[:, None], np.zeros_like(pairs), pairs)
+
+    def distances_in(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
+        """The same (k,) of ``pairs`` (k,) in configurations ``rows`` (k,).
+
+        ``rotation`` (joints + 1, n, 3, 3), ``position`` (joints + 1, n, 3).
+        """
         ...
 
     def gaps(self, q: Floats, pairs: Ints) -> Floats:

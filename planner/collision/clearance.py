@@ -25,9 +25,7 @@ class Clearance:
 
     def __call__(self, q: Floats, below: float = np.inf) -> Floats:
         rotation, position, bounds = self._bounded(np.atleast_2d(q))
-        return np.array(
-            [self._nearest(bound, rotation[:, k], position[:, k], below) for k, bound in enumerate(bounds)], dtype=float
-        )
+        return self._nearest(bounds, rotation, position, below)
 
     def smallest(self, q: Floats, below: float = np.inf) -> Floats:
         """(n,) the same where it is the smallest of q (n, dof), and less than ``below``; lower bounds elsewhere."""
@@ -36,7 +34,8 @@ class Clearance:
         for k in np.argsort(least, kind="stable").tolist():
             if least[k] >= below:
                 break
-            least[k] = self._nearest(bounds[k], rotation[:, k], position[:, k], below)
+            at = slice(k, k + 1)
+            least[k] = self._nearest(bounds[at], rotation[:, at], position[:, at], below)[0]
             below = min(below, least[k])
         return least
 
@@ -47,11 +46,19 @@ class Clearance:
         bounds[:, self._static] = np.inf
         return rotation, position, bounds
 
-    def _nearest(self, bound: Floats, rotation: Floats, position: Floats, below: float) -> float:
-        """Exact distances in the order of their lower bounds, until no bound can beat the best."""
-        best, near = np.inf, np.flatnonzero(bound < below)
-        for pair in near[np.argsort(bound[near], kind="stable")]:
-            if bound[pair] >= best:
-                return best
-            best = min(best, max(0.0, float(self._checker.distances(rotation, position, np.array([pair]))[0])))
-        return min(best, float(bound[bound >= below].min(initial=np.inf)))
+    def _nearest(self, bounds: Floats, rotation: Floats, position: Floats, below: float) -> Floats:
+        """(n,) exact distances in the order of their lower ``bounds`` (n, pairs), until none can beat the best.
+
+        One pair of every configuration at a time, where the next one can.
+        """
+        best, order = np.full(len(bounds), np.inf), np.argsort(bounds, axis=1, kind="stable")
+        for rank in range(bounds.shape[1]):
+            pairs = order[:, rank]
+            least = bounds[np.arange(len(bounds)), pairs]
+            rows = np.flatnonzero(least < np.minimum(best, below))
+            if not len(rows):
+                break
+            found = self._checker.distances_in(rotation, position, rows, pairs[rows])
+            best[rows] = np.minimum(best[rows], np.maximum(found, 0.0))
+        farther = np.where(bounds >= below, bounds, np.inf).min(axis=1, initial=np.inf)
+        return np.minimum(best, farther)

@@ -104,11 +104,12 @@ class CoalChecker(CollisionChecker):
         """
         return self._broad.phase.touching(self.world, q, _with_error(apart))
 
-    def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
+    def distances_in(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`."""
         self.queries += len(pairs)
-        placed = _Placed(self, rotation, position)
-        return np.array([placed.distance(pair) for pair in pairs.tolist()], dtype=float) - self.world.rounding[pairs]
+        placed = {row: _Placed(self, rotation[:, row], position[:, row]) for row in set(rows.tolist())}
+        each = zip(rows.tolist(), pairs.tolist(), strict=True)
+        return np.array([placed[row].distance(pair) for row, pair in each], dtype=float) - self.world.rounding[pairs]
 
     def error(self, distance: float) -> float:
         return _ERROR

@@ -90,7 +90,7 @@ class FclChecker(CollisionChecker):
                 return int(rows[nearest]), int(pairs[nearest])
         return None
 
-    def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
+    def distances_in(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`: FCL says what touches, planes how far apart.
 
         No distance that FCL reports can be used as it is. Its GJK stops early: 20 mm where 0.7 mm were left between
@@ -98,7 +98,7 @@ class FclChecker(CollisionChecker):
         """
         with self._alone:
             self.queries += len(pairs)
-            return self._gaps(rotation[:, None], position[:, None], np.zeros_like(pairs), pairs)
+            return self._gaps(rotation, position, rows, pairs)
 
     def _gaps(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: float = np.inf) -> Floats:
         gaps = self.bound.close(rotation, position, rows, pairs, enough)

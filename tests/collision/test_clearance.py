@@ -8,6 +8,7 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.collision.clearance import Clearance
+from planner.kinematics.forward import joint_placements
 from planner.models.scene import Scene
 from tests.worlds import checker_of, load, random_q
 
@@ -34,3 +35,19 @@ def test_below_is_where_clearances_are_exact(below: float) -> None:
     np.testing.assert_array_equal(found[near], exact[near])
     assert (found[~near] >= below).all()
     assert (found <= exact).all()
+
+
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_distances_of_many_configurations_are_those_of_each(backend: str) -> None:
+    checker = make_checker(load("ur5"), Scene.load("table"), backend=backend)
+    rotation, position = joint_placements(checker.chain, random_q(load("ur5"), 12))
+    rng, pairs = np.random.default_rng(0), np.flatnonzero(checker.world.moving)
+    rows, asked = rng.integers(0, 12, 40), rng.choice(pairs, 40)
+    each = [
+        checker.distances(rotation[:, r], position[:, r], np.array([p]))[0] for r, p in zip(rows, asked, strict=True)
+    ]
+    np.testing.assert_array_equal(checker.distances_in(rotation, position, rows, asked), each)
+
+
+def test_no_configuration_has_no_clearance() -> None:
+    assert Clearance(checker_of("ur5", "table"))(np.zeros((0, 6))).shape == (0,)

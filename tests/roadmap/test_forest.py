@@ -54,3 +54,18 @@ def test_of_nodes_that_are_the_same_the_first_is_found_early_and_late() -> None:
         forest.add(np.array([k + 2.0, 0.0]))
     assert [forest.add(q), forest.add(-q)] == [0, 1]
     assert np.array([-0.0, 1.0]) not in forest  # a configuration is its bits
+
+
+def test_many_edges_at_once_are_added_as_one_after_the_other() -> None:
+    rng = np.random.default_rng(1)
+    there, motions = rng.integers(0, 4, (40, 2)).astype(float), rng.integers(-1, 5, (300, 2, 2)).astype(float)
+    one, other = Forest(there), Forest(there)
+    for a, b in motions:
+        one.add_edge(a, b)
+    for some in np.split(motions, [0, 7, 100]):
+        other.add_edges(some)
+    np.testing.assert_array_equal(one.nodes(), other.nodes())
+    np.testing.assert_array_equal(one.edges(), other.edges())
+    empty = Forest()
+    empty.add_edges(motions[:1])
+    assert len(empty) == 2

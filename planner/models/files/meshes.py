@@ -26,14 +26,13 @@ _NUMBER = rb"[ \t]++[-+]?+\d++(?:\.\d*+)?+(?:[eE][-+]?\d++)?+"  # possessive: th
 _ONE = rb"[ \t]++[+]?+1(?:\.0*+)?+(?![\d.eE])"  # a weight: by any other Assimp divides
 _VERTEX = rb"v(?:" + _NUMBER + rb"){3}+(?:" + 3 * _NUMBER + rb"|" + _ONE + rb")?+[ \t]*+(?:#.*+)?+\r?$"
 _CORNER = rb"[ \t]++[^\s#]++"
-_SKIPPED = re.compile(  # lines that hold a part of the surface
+_SKIPPED = (  # lines that hold a part of the surface
     rb"^(?:(?!" + _VERTEX + rb")v[ \t].*+"
     rb"|(?!f(?:" + _CORNER + rb"){3})f(?:[ \t].*+)?$"
-    rb"|[ \t]++[vf][ \t].*+|[VF][ \t].*+|(?:call|cstype|curv|curv2|surf|csh|bzp|bsp|cdp|cdc|res)[ \t].*+)",
-    re.MULTILINE,
+    rb"|[ \t]++[vf][ \t].*+|[VF][ \t].*+|(?:call|cstype|curv|curv2|surf|csh|bzp|bsp|cdp|cdc|res)[ \t].*+)"
 )
 _STL_NUMBER = _NUMBER.replace(rb"\d++(?:\.\d*+)?+", rb"(?:\d++(?:\.\d*+)?+|\.\d++)")
-_STL_CORNER = re.compile(rb"^(?![ \t]*+vertex(?:" + _STL_NUMBER + rb"){3}[ \t]*+\r?$)[ \t]*+vertex\b.*+", re.MULTILINE)
+_STL_CORNER = rb"^(?![ \t]*+vertex(?:" + _STL_NUMBER + rb"){3}[ \t]*+\r?$)[ \t]*+vertex\b.*+"
 _LARGEST = 512 << 20  # bytes of a mesh file
 _MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
 
@@ -122,13 +121,13 @@ def obj_fault(content: bytes) -> str | None:
     for an end. Vertices behind one that is skipped would get the numbers of others. By a fourth number, a weight, it
     divides, which of polygons nobody means. Faces have three corners; free forms, and other files, are not read.
     """
-    wrong = _SKIPPED.search(content)
+    wrong = re.search(_SKIPPED, content, re.MULTILINE)  # compiled where it is asked for
     return None if wrong is None else f"has a line {shown(wrong[0].strip().decode(errors='replace'))} that is skipped"
 
 
 def stl_fault(content: bytes) -> str | None:
     """The first corner in the text of an STL file that is not three numbers, of which Assimp takes what it can."""
-    wrong = _STL_CORNER.search(content) if binary_stl(content) is None else None
+    wrong = re.search(_STL_CORNER, content, re.MULTILINE) if binary_stl(content) is None else None
     return None if wrong is None else f"has a line {shown(wrong[0].strip().decode(errors='replace'))} of no 3 numbers"
 
 

@@ -131,13 +131,12 @@ INLINED void spanned_volume(Four* vectors, int count, int size, Four& volume) {
         volume *= norm;
         const Four scale = 1.0 / (norm > 1e-300 ? norm : Four{} + 1e-300);
         for (int k = 0; k < size; ++k) vector[k] *= scale;
-        switch (count - i - 1) {
-            case 5: take_away<5>(vector, size, others, square); break;
-            case 4: take_away<4>(vector, size, others, square); break;
-            case 3: take_away<3>(vector, size, others, square); break;
-            case 2: take_away<2>(vector, size, others, square); break;
-            case 1: take_away<1>(vector, size, others, square); break;
-        }
+        const int left = count - i - 1;
+        if (left == 5) take_away<5>(vector, size, others, square);
+        if (left == 4) take_away<4>(vector, size, others, square);
+        if (left == 3) take_away<3>(vector, size, others, square);
+        if (left == 2) take_away<2>(vector, size, others, square);
+        if (left == 1) take_away<1>(vector, size, others, square);
     }
 }
 
