@@ -5,13 +5,15 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from planner.base.printable import printable
-from planner.base.progress import Progress, Report, StopRequest
+from planner.base.progress import Progress, StopRequest
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bars
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from planner.reproduce.report import Verdict
 
 T = TypeVar("T")
+_QUICK = 1.0  # s: work that is done by then shows no bars
 _OF_TEXT = "\n\t\x7f"  # the last one does nothing, and JSON that is printed may hold it
 
 
@@ -75,9 +78,9 @@ def working() -> Iterator[Progress]:
 
     Yields what the work reports to. Enter it where the work begins, and leave it when all is saved.
     """
-    tasks: dict[str, Any] = {}
-    with StopRequest(drawn=lambda: len(tasks)) as stop, _bars() as bars:
-        yield Progress(_reporter(bars, tasks), stop)
+    stages = _Stages()
+    with StopRequest(drawn=lambda: len(stages.drawn)) as stop, stages:
+        yield Progress(stages.report, stop)
 
 
 def run_into(folder: Path, run: Callable[[Progress], T]) -> T:
@@ -92,8 +95,59 @@ def run_into(folder: Path, run: Callable[[Progress], T]) -> T:
 @contextmanager
 def watching() -> Iterator[Progress]:
     """Work that has nothing to save: progress bars only, Ctrl-C ends it at once."""
-    with _bars() as bars:
-        yield Progress(_reporter(bars, {}))
+    with _Stages() as stages:
+        yield Progress(stages.report)
+
+
+class _Stages:
+    """A progress bar for each stage of work, from when it has lasted for a second: sooner nobody reads one.
+
+    Loading what draws them takes a twentieth of a first plan's process.
+    """
+
+    def __init__(self) -> None:
+        self.drawn: dict[str, Any] = {}  # rich's number of each stage
+        self._alone, self._over = threading.Lock(), False
+        self._known: dict[str, tuple[int, int]] = {}
+        self._bars: Bars | None = None
+        self._due = time.monotonic() + _QUICK
+        self._timer = threading.Timer(_QUICK, self._begin)  # a stage may report nothing for long
+        self._timer.daemon = True
+
+    def __enter__(self) -> Self:
+        self._timer.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._timer.cancel()
+        with self._alone:
+            self._over = True
+            if self._bars is not None:
+                self._bars.stop()
+
+    def report(self, stage: str, done: int, total: int) -> None:
+        """See :class:`planner.base.progress.Progress`."""
+        with self._alone:
+            self._known[stage] = min(done, total), total
+            if self._bars is not None:
+                self._draw(self._bars, stage)
+        if self._bars is None and time.monotonic() >= self._due:
+            self._begin()
+
+    def _begin(self) -> None:
+        bars = _bars()
+        with self._alone, contextlib.suppress(OSError):  # a full disk behind standard error
+            if self._bars is None and not self._over:
+                bars.start()
+                self._bars = bars
+                for stage in self._known:
+                    self._draw(bars, stage)
+
+    def _draw(self, bars: Bars, stage: str) -> None:
+        done, total = self._known[stage]
+        if stage not in self.drawn:
+            self.drawn[stage] = bars.add_task(stage, total=total)
+        bars.update(self.drawn[stage], completed=done, total=total)
 
 
 def _bars() -> Bars:
@@ -104,17 +158,6 @@ def _bars() -> Bars:
     words = TextColumn("{task.description:10}"), BarColumn(), MofNCompleteColumn()
     times = TimeElapsedColumn(), TextColumn("left about"), TimeRemainingColumn()
     return Bars(*words, *times, console=Console(stderr=True))
-
-
-def _reporter(bars: Bars, tasks: dict[str, Any]) -> Report:
-    """Keeps a bar for each stage; ``tasks`` are those drawn by now."""
-
-    def report(stage: str, done: int, total: int) -> None:
-        if stage not in tasks:
-            tasks[stage] = bars.add_task(stage, total=total)
-        bars.update(tasks[stage], completed=min(done, total), total=total)
-
-    return report
 
 
 def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
