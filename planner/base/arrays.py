@@ -50,6 +50,12 @@ def distinct_rows(rows: NDArray[Any]) -> tuple[Ints, Ints]:
     return order[fresh], which
 
 
+def row_bytes(rows: Floats) -> list[bytes]:
+    """Every row (m, k) as its bytes: equal where all of its bits are."""
+    data, width = rows.tobytes(), rows.nbytes // max(len(rows), 1)
+    return [data[k * width : (k + 1) * width] for k in range(len(rows))]
+
+
 def quantile(values: Floats, share: float) -> float:
     """What a ``share`` of the values (n,) lies below, as ``np.quantile`` says it, which loads NumPy's masked arrays."""
     ascending, at = np.sort(values), share * (len(values) - 1)

@@ -6,7 +6,6 @@ import contextlib
 import os
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -110,8 +109,7 @@ class _Stages:
         self._alone, self._over = threading.Lock(), False
         self._known: dict[str, tuple[int, int]] = {}
         self._bars: Bars | None = None
-        self._due = time.monotonic() + _QUICK
-        self._timer = threading.Timer(_QUICK, self._begin)  # a stage may report nothing for long
+        self._timer = threading.Timer(_QUICK, self._begin)
         self._timer.daemon = True
 
     def __enter__(self) -> Self:
@@ -131,13 +129,11 @@ class _Stages:
             self._known[stage] = min(done, total), total
             if self._bars is not None:
                 self._draw(self._bars, stage)
-        if self._bars is None and time.monotonic() >= self._due:
-            self._begin()
 
     def _begin(self) -> None:
         bars = _bars()
         with self._alone, contextlib.suppress(OSError):  # a full disk behind standard error
-            if self._bars is None and not self._over:
+            if not self._over:
                 bars.start()
                 self._bars = bars
                 for stage in self._known:

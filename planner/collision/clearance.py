@@ -52,9 +52,7 @@ class Clearance:
         One pair of every configuration at a time, where the next one can.
         """
         best, order = np.full(len(bounds), np.inf), np.argsort(bounds, axis=1, kind="stable")
-        for rank in range(bounds.shape[1]):
-            pairs = order[:, rank]
-            least = bounds[np.arange(len(bounds)), pairs]
+        for pairs, least in zip(order.T, np.take_along_axis(bounds, order, axis=1).T, strict=True):
             rows = np.flatnonzero(least < np.minimum(best, below))
             if not len(rows):
                 break

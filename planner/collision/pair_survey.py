@@ -200,12 +200,12 @@ class _Proof:
     def _gaps(self, q: Floats, need: Floats) -> Floats:
         """Lower bounds (n,) on the distance, as close as it takes to exceed ``need``; below 0 where the two touch."""
         rotation, position = joint_placements(self._whole.chain, q)
-        only, rows = np.array([self._pair]), np.arange(len(q))
-        gap = self._whole.bound.close(rotation, position, rows, np.full(len(q), self._pair), need + 2 * _ROUNDING)
+        pairs = np.full(len(q), self._pair)
+        gap = self._whole.bound.close(rotation, position, np.arange(len(q)), pairs, need + 2 * _ROUNDING)
         gap -= _ROUNDING
-        for row in rows[gap <= 0]:
-            if self._whole.distances(rotation[:, row], position[:, row], only)[0] <= 0:
-                gap[row] = -1.0
+        near = np.flatnonzero(gap <= 0)
+        touching = self._whole.distances_in(rotation, position, near, pairs[near]) <= 0
+        gap[near[touching]] = -1.0
         return gap
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, row_bytes
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
@@ -33,14 +33,14 @@ class RecordingProver(EdgeProver):
 
     def _note(self, start: Floats, delta: Floats, clearance: Floats, samples: Ints) -> None:
         results = zip(clearance.tolist(), samples.tolist(), strict=True)
-        self._known |= dict(zip(zip(_rows(start), _rows(delta), strict=True), results, strict=True))
+        self._known |= dict(zip(zip(row_bytes(start), row_bytes(delta), strict=True), results, strict=True))
 
     def note_pieces(self, rows: Floats) -> None:
         """The certificate of the motion from the first of ``rows`` (k, dof) to the last holds for every piece of it."""
         whole = self._recall(rows[:1], rows[-1:])[0]
         if whole is not None:
             delta = self.robot.difference(rows[:-1], rows[1:])
-            for key in zip(_rows(rows[:-1]), _rows(delta), strict=True):
+            for key in zip(row_bytes(rows[:-1]), row_bytes(delta), strict=True):
                 self._known.setdefault(key, whole)
 
     def certificates(self, nodes: Floats, edges: Ints) -> tuple[Floats, Ints]:
@@ -62,15 +62,9 @@ class RecordingProver(EdgeProver):
         return np.maximum(clearance, 0.0), samples.astype(np.int64)
 
     def _recall(self, a: Floats, b: Floats) -> list[tuple[float, int] | None]:
-        keys = zip(_rows(a), _rows(self.robot.difference(a, b)), strict=True)
+        keys = zip(row_bytes(a), row_bytes(self.robot.difference(a, b)), strict=True)
         return [self._known.get(key) for key in keys]
 
 
 def _missing(found: list[tuple[float, int] | None]) -> list[int]:
     return [row for row, known in enumerate(found) if known is None]
-
-
-def _rows(array: Floats) -> list[bytes]:
-    """Every row (m, dof) as bytes."""
-    data, width = array.tobytes(), array.itemsize * array.shape[1]
-    return [data[k : k + width] for k in range(0, len(data), width)]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, row_bytes
 
 _FEW = 64  # rows that are looked for one by one; an index of many nodes pays from some hundred on
 
@@ -30,7 +29,9 @@ class Forest:
 
     def add(self, q: Floats) -> int:
         """The number of the node at ``q`` (dof,), which becomes one if it is none."""
-        key = q.tobytes()
+        return self._add(q, q.tobytes())
+
+    def _add(self, q: Floats, key: bytes) -> int:
         number = self._number(q, key)
         if number is None:
             number = self._index[key] = len(self)
@@ -53,11 +54,13 @@ class Forest:
 
     def _index_first(self) -> None:
         self._left = 0
-        for k, key in enumerate(_keys(self._first)):
+        for k, key in enumerate(row_bytes(self._first)):
             self._index.setdefault(key, k)  # of nodes that are the same the first one, as row by row
 
     def add_edge(self, a: Floats, b: Floats) -> None:
-        i, j = self.add(a), self.add(b)
+        self._join(self.add(a), self.add(b))
+
+    def _join(self, i: int, j: int) -> None:
         if i != j:
             self._edges.append((min(i, j), max(i, j)))
 
@@ -67,20 +70,11 @@ class Forest:
 
     def add_edges(self, motions: Floats) -> None:
         """Of many ``motions`` (m, 2, dof), in their order; as :meth:`add_edge` of each."""
-        if not len(motions):
-            return
         self._index_first()
-        index, found, fresh, ends = self._index, len(self), [], motions.reshape(-1, motions.shape[2])
-        numbers: list[int] = []
-        for row, key in enumerate(_keys(ends)):
-            number = index.get(key)
-            if number is None:
-                number = index[key] = found
-                found += 1
-                fresh.append(row)
-            numbers.append(number)
-        self._added += list(ends[fresh])
-        self._edges += [(i, j) if i < j else (j, i) for i, j in zip(numbers[::2], numbers[1::2], strict=True) if i != j]
+        ends = motions.reshape(-1, motions.shape[2])
+        numbers = [self._add(q, key) for q, key in zip(ends, row_bytes(ends), strict=True)]
+        for i, j in zip(numbers[::2], numbers[1::2], strict=True):
+            self._join(i, j)
 
     def nodes(self) -> Floats:
         parts = [np.array(rows) for rows in (self._first, self._added) if len(rows)]
@@ -89,8 +83,3 @@ class Forest:
     def edges(self) -> Ints:
         unique = dict.fromkeys(self._edges)
         return np.array(list(unique), dtype=np.int64).reshape(-1, 2)
-
-
-def _keys(rows: Floats) -> Iterator[bytes]:
-    data, width = rows.tobytes(), rows.nbytes // max(len(rows), 1)
-    return (data[k * width : (k + 1) * width] for k in range(len(rows)))

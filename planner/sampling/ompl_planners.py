@@ -144,14 +144,11 @@ class TreePlanners:
         end = self._values(b)
         if self._inside is not None and not self._inside(end):
             return False
-        first, second = self._both
-        self._ends.pack_into(self._buffer, 0, *self._values(a), *end)  # the quickest way into an array
-        delta = second - first if self._wraps is None else self._space.difference(first, second)
+        (first, second), delta = self._both, self._packed(self._values(a), end)
         if self._keeps is not None:
             if not self._brought(first, second, delta, a, b):
                 return False
-            self._ends.pack_into(self._buffer, 0, *self._values(a), *self._values(b))
-            delta = self._space.difference(first, second)
+            delta = self._packed(self._values(a), self._values(b))
         free = bool(self._check(first, delta))  # a numpy.bool_ ends in bad_cast
         if free:
             self.accepted += 1
@@ -180,6 +177,12 @@ class TreePlanners:
             return False
         self._write(state, shorter_way(there, self._space.wrap))
         return True
+
+    def _packed(self, start: list[float], end: list[float]) -> Floats:
+        """Write both ends of a motion where they are read, the quickest way into an array; what leads there (dof,)."""
+        self._ends.pack_into(self._buffer, 0, *start, *end)
+        first, second = self._both
+        return second - first if self._wraps is None else self._space.difference(first, second)
 
     def _values(self, state: Any) -> list[float]:
         if self._wraps is None:

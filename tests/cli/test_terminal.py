@@ -60,6 +60,7 @@ def test_no_name_in_a_warning_steers_the_terminal() -> None:
 def test_each_stage_has_its_bar(context, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(terminal, "_QUICK", 0.0)
     with context() as progress:
+        wait_for_bars()
         progress("roadmap", 1, 4)
         progress("roadmap", 9, 4)  # never beyond its end
         progress("costs", 2, 3)
@@ -73,8 +74,7 @@ def test_each_stage_has_its_bar(context, capsys: pytest.CaptureFixture[str], mon
 def test_a_stage_that_reports_nothing_more_has_one_too(context, capsys: pytest.CaptureFixture[str]) -> None:
     with context() as progress:
         progress("costs", 1, 3)
-        while any(isinstance(thread, threading.Timer) for thread in threading.enumerate()):
-            time.sleep(0.01)
+        wait_for_bars()
     assert "1/3" in capsys.readouterr().err
 
 
@@ -97,6 +97,11 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(tmp_path: Pa
     with pytest.raises(FileError, match="cannot be written"):
         run_into(tmp_path / "file" / "in", worked.append)
     assert not worked
+
+
+def wait_for_bars() -> None:
+    while any(isinstance(thread, threading.Timer) for thread in threading.enumerate()):
+        time.sleep(0.01)
 
 
 def shown(renderable: object) -> str:

@@ -26,13 +26,6 @@ INLINED MatOf<T> as(const Mat& a) {
     return b;
 }
 
-INLINED void fill_sines(const double* angles, int count, double* sines, double* versines) {
-    sines_and_versines(angles, count, sines, versines);
-}
-INLINED void fill_sines(const Four* angles, int count, Four* sines, Four* versines) {
-    for (int k = 0; k < count; ++k) sine_and_versine(angles[k], sines[k], versines[k]);
-}
-
 // sin(q) and 1 - cos(q) of joint after joint, at one configuration or with T = Four at four: the same bits. Of several
 // joints at once: one series waits for itself all the time.
 template <class T>
@@ -42,7 +35,7 @@ class JointSines {
 
     INLINED void at(int joint, T& sine, T& versine) {
         const int k = joint % most_angles;
-        if (k == 0) fill_sines(q_ + joint, std::min(most_angles, dof_ - joint), sines_, versines_);
+        if (k == 0) sines_and_versines(q_ + joint, std::min(most_angles, dof_ - joint), sines_, versines_);
         sine = sines_[k], versine = versines_[k];
     }
 
@@ -64,6 +57,7 @@ struct Chain {
     // Frames (dof + 1) of the base and all joints at a configuration, or with T = Four at four.
     template <class T>
     INLINED void place(const T* q, FrameOf<T>* frames) const {
+        // the unit frame, written: of a temporary compilers make copies that take a tenth of the whole
         for (int k = 0; k < 9; ++k) frames[0].turn.m[k] = T{} + (k % 4 == 0 ? 1.0 : 0.0);
         frames[0].shift.x = frames[0].shift.y = frames[0].shift.z = T{};
         JointSines<T> sines(q, dof());

@@ -62,4 +62,9 @@ FOR_THIS_PROCESSOR inline void sines_and_versines(const double* angles, int coun
     }
 }
 
+// The same at four configurations each.
+INLINED void sines_and_versines(const Four* angles, int count, Four* sines, Four* versines) {
+    for (int k = 0; k < count; ++k) sine_and_versine(angles[k], sines[k], versines[k]);
+}
+
 }  // namespace planner
