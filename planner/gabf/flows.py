@@ -137,7 +137,7 @@ class PowerFlow(Flow):
     def coefficients(self) -> tuple[float, float, float, float]:
         return self.beta1, self.beta2, *self._floats[2:]
 
-    @property
+    @cached_property
     def total_time(self) -> float:
         """tau from infinity down to 0: pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r with r = (1 - p)/(q - p)."""
         p, q, below, _ = self._floats

@@ -74,11 +74,12 @@ class Legs:
 
     def between(self, query: Query) -> Query:
         """What the free motion has to join."""
-        starts = np.array([leg.free for leg in self.retreats]) if self.retreats else query.starts
-        if not self.approaches:
-            return replace(query, starts=starts)
-        goals = np.array([leg.free for leg in self.approaches])
-        return replace(query, starts=starts, goals=goals, goal_names=("approach",) * len(goals))
+        if self.retreats:
+            query = replace(query, starts=np.array([leg.free for leg in self.retreats]))
+        if self.approaches:
+            goals = np.array([leg.free for leg in self.approaches])
+            query = replace(query, goals=goals, goal_names=("approach",) * len(goals))
+        return query
 
     def attached(self, free: Plan) -> Plan:
         """The plan on its roadmap with the legs, in which starts and goals are what was asked for."""

@@ -100,7 +100,8 @@ def plan_request(
         twice = [name for name in options if name in said]
         if twice:
             raise said_twice(twice[0])
-    return replace(request or PlanRequest(), **options, **said)
+    asked = request or PlanRequest()
+    return replace(asked, **options, **said) if options or said else asked
 
 
 def require_known(options: Collection[str], known: Collection[str], what: str) -> None:

@@ -79,7 +79,7 @@ def unasked(scene: Scene) -> Scene:
 
 def noting(scene: Scene, *notes: Note) -> Scene:
     """The scene with further notes, each once."""
-    return replace(scene, notes=tuple(dict.fromkeys((*scene.notes, *notes))))
+    return replace(scene, notes=tuple(dict.fromkeys((*scene.notes, *notes)))) if notes else scene
 
 
 def notes_on(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> tuple[Note, ...]:

@@ -128,7 +128,6 @@ def _range(values: Floats) -> str:
 
 
 def _with(limits: MotionLimits, kind: str, values: Floats, source: str) -> MotionLimits:
-    _require_usable(limits.joints, values, kind, source)
     return replace(limits, **{kind: frozen(values)}, source={**limits.source, kind: source})
 
 
