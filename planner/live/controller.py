@@ -19,6 +19,7 @@ from planner.base.hashing import content_hash
 from planner.base.progress import Stopwatch
 from planner.base.yamlfile import object_of, validate
 from planner.live.messages import Change, Look, MoveGoal, MoveObstacle, Reload, Request, Save, SetBeta, SetStart, Undo
+from planner.live.reloaded import left_as_opened
 from planner.live.state import Question, Report, State, page_of, report_of, update_of
 from planner.models.files.scene_writer import write_scene
 from planner.models.poses import quaternion_of
@@ -38,13 +39,15 @@ _log = logging.getLogger(__name__)
 class LiveController:
     """One session and the page that changes it; requests wait for each other.
 
-    ``out`` is the file that the page's scene is saved to, ``source`` reads the scene anew. ``token``: who does not know
-    it is not answered, see :func:`planner.view.serve.serve`. Raises :class:`PlannerError` for an unusable question.
+    ``out`` is the file that the page's scene is saved to, ``source`` reads the scene, now and for every reload.
+    ``token``: who does not know it is not answered, see :func:`planner.view.serve.serve`. Raises :class:`PlannerError`
+    for an unusable question.
     """
 
     def __init__(self, session: Session, question: Question, source: Callable[[], Scene], out: Path) -> None:
         self.token = secrets.token_urlsafe(24)
         self._session, self._source, self._out = session, source, out
+        self._opened = source()
         self._alone = threading.Lock()
         clock = Stopwatch()
         with clock("planning"):
@@ -107,7 +110,7 @@ class LiveController:
     def _change(self, change: Change) -> dict[str, Any]:
         clock, before = Stopwatch(), self._state
         with clock("change"):
-            question, edges = self._apply(change)
+            question, edges, told = self._apply(change)
         with clock("planning"):
             if question == before.question:
                 plan = self._session.replan()
@@ -116,7 +119,7 @@ class LiveController:
         plan = replace(plan, replanned=replace(plan.replanned, edges=edges + plan.edges))
         self._past.append(before)
         self._state = State.of(self._session, question, plan)
-        self._report = report_of(change.what, self._state, before, clock.seconds)
+        self._report = report_of(change.what, self._state, before, clock.seconds, told)
         return self._update(before)
 
     def _update(self, before: State) -> dict[str, Any]:
@@ -126,21 +129,22 @@ class LiveController:
         made["live"]["seconds"] |= {name: round(value, 4) for name, value in clock.seconds.items()}
         return made
 
-    def _apply(self, change: Change) -> tuple[Question, Edges]:
-        """The question after a change of the world or of the question, and what the change meant for edges."""
+    def _apply(self, change: Change) -> tuple[Question, Edges, list[tuple[str, str]]]:
+        """The question after a change of it or of the world, what that meant for edges, and what else to tell."""
         question = self._state.question
         match change:
             case MoveObstacle(name=name, position=position, quaternion=quaternion):
-                return question, self._session.move(name, position, quaternion=quaternion).edges
+                return question, self._session.move(name, position, quaternion=quaternion).edges, []
             case MoveGoal(position=position):
-                return replace(question, goal=self._goal_at(position)), Edges()
+                return replace(question, goal=self._goal_at(position)), Edges(), []
             case SetStart(joints=joints):
-                return replace(question, start=joints_text(joints)), Edges()
+                return replace(question, start=joints_text(joints)), Edges(), []
             case SetBeta(beta=beta):
-                return replace(question, beta=beta), Edges()
+                return replace(question, beta=beta), Edges(), []
             case Reload():
-                made = self._put_back(self._source().obstacles)
-                return question, sum((each.edges for each in made), Edges())
+                scene = self._source()
+                edges = sum((each.edges for each in self._put_back(scene.obstacles)), Edges())
+                return question, edges, left_as_opened(self._opened, scene)
 
     def _put_back(self, wanted: tuple[Obstacle, ...]) -> list[WorldChange]:
         """The session's obstacles made those of a scene."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -156,12 +157,15 @@ def field_before(state: State, before: State) -> Floats | None:
     return np.array([known.get(q.tobytes(), np.inf) for q in state.roadmap.nodes])
 
 
-def report_of(what: str, state: State, before: State | None, seconds: dict[str, float]) -> Report:
-    """What a change of the world meant for edges, field and cost."""
+def report_of(
+    what: str, state: State, before: State | None, seconds: dict[str, float], told: Sequence[tuple[str, str]] = ()
+) -> Report:
+    """What a change of the world meant for edges, field and cost, and before that what else is ``told`` of it."""
     done = state.plan.replanned
     edges = done.edges
     proofs = state.snapshot.now.live.proofs
     rows = [
+        *told,
         ("proven again", f"{edges.proven} edges"),
         ("to be proven before use", f"{int(proofs.open.sum())} of {len(proofs.known)} edges"),
         ("lost, regained", f"{edges.removed}, {edges.regained} edges"),

@@ -176,6 +176,42 @@ def test_reload_puts_everything_back(controller: LiveController, tmp_path: Path)
     assert "obstacles" in ask(controller, do="reload")["error"]
 
 
+_MOVING = "{name: cart, type: sphere, radius: 0.05, motion: [{t: 0, position: [2, 2, 0]}, {t: 1, position: [3, 2, 0]}]}"
+
+
+@pytest.mark.parametrize(
+    ("edit", "left"),
+    [
+        (("0.8", "0.7"), "states"),
+        (("states:", "robots: {planar_2r: {base: {position: [0, 0, 1]}}}\nstates:"), "how robots are set up"),
+        (("obstacles:", f"obstacles:\n  - {_MOVING}"), "obstacles that move"),
+        (("states:", "allowed: [[post, forearm]]\nstates:"), "what may touch"),
+        (("states:", 'keep: ["box:-2,-2,-2,2,2,2"]\nstates:'), "what motions keep"),
+        (("0.75, 0, 0", "0.75, 0.1, 0"), None),
+        (("name: post", "name: pole"), None),
+    ],
+)
+def test_a_reload_tells_what_it_leaves(tmp_path: Path, edit: tuple[str, str], left: str | None) -> None:
+    controller = make_controller(tmp_path)
+    (tmp_path / "scene.yaml").write_text(SCENE.replace(*edit))
+    report = dict(ask(controller, do="reload")["live"]["report"])
+    told = None if left is None else f"{left}: open the live view again for that"
+    assert report.get("changed too, and left") == told
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    assert "changed too, and left" not in dict(ask(controller, do="reload")["live"]["report"])
+
+
+def test_a_reload_tells_what_is_passed_over(tmp_path: Path) -> None:
+    """Of MoveIt's messages, fields are; those that were when the page opened were told then."""
+    message = "{name: tray, world: {collision_objects: [%s]}, robot_state: {joint_state: {name: [j1], %s}}}"
+    controller = make_controller(tmp_path)
+    (tmp_path / "scene.yaml").write_text(message % ("", "position: [0.1], effort: [3.0]"))
+    report = dict(ask(controller, do="reload")["live"]["report"])
+    assert "effort" in report["noted"]
+    assert "states" in report["changed too, and left"]
+    assert "robot_state" in report["changed too, and left"]
+
+
 @pytest.mark.parametrize(("more", "seen"), [("radius: 0.06", True), ("speed_limit: 0.5", False)])
 def test_a_reload_takes_all_that_was_changed_of_the_last_obstacle(tmp_path: Path, more: str, seen: bool) -> None:
     """Neither names nor their order change; what moves by itself looks the same."""
