@@ -329,8 +329,8 @@ class EdgeProver:
     def _note(self, start: Floats, delta: Floats, clearance: Floats, samples: Ints) -> None:
         """What was found of the free motions from ``start`` by ``delta`` (m, dof); nothing is kept."""
 
-    def note_pieces(self, rows: Floats) -> None:
-        """That ``rows`` (k, dof) cut a motion, which was proven as a whole, into pieces; nothing is kept."""
+    def note_pieces(self, path: Floats, rows: Floats, parts: Ints) -> None:
+        """That ``rows`` (k, dof) cut the proven motions of a ``path`` (m + 1, dof) into ``parts`` (m,); not kept."""
 
     def prove_curves(self, coefficients: Floats, room: float = PROOF, contacts: bool = True) -> Proofs:
         """Verdicts on polynomial pieces q(s) = sum_k c_k s^k, s in [0, 1]; ``coefficients`` (m, degree + 1, dof).

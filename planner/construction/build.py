@@ -57,8 +57,23 @@ def build_roadmap(
     require_nodes(nodes)
     require_seed(seed)
     _require_shares(min_manipulability, density, refined)
-    starts, goals = _ends(start, goal, checker)
-    prover, growth = RecordingProver(checker, progress), replace(growth or GrowthSettings(), floor=min_manipulability)
+    growth = replace(growth or GrowthSettings(), floor=min_manipulability)
+    return roadmap_between(checker, *_ends(start, goal, checker), nodes, seed, growth, density, refined, progress)
+
+
+def roadmap_between(
+    checker: CollisionChecker,
+    starts: Floats,
+    goals: Floats,
+    nodes: int,
+    seed: int,
+    growth: GrowthSettings,
+    density: float = DENSITY,
+    refined: float = REFINED,
+    progress: Progress = QUIET,
+) -> Roadmap:
+    """As :func:`build_roadmap`, between ``starts`` (s, dof) and ``goals`` (g, dof) that are known to be free."""
+    prover = RecordingProver(checker, progress)
     # a tree that is grown in two parts shows one bar
     whole = progress.renamed(lambda stage, done, total: progress(stage, done, nodes if stage == ROADMAP else total))
 

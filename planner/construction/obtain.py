@@ -11,6 +11,7 @@ from planner.roadmap.node_checks import with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, kept_part
 from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.setup.open import Query
+from planner.setup.resolve import brought_within
 
 _log = logging.getLogger(__name__)
 
@@ -23,19 +24,14 @@ def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUI
     Raises :class:`PlannerError` for a file of another world.
     """
     if request.roadmap is None:
-        from planner.construction.build import DENSITY, build_roadmap  # with all that grows roadmaps, and OMPL
+        from planner.construction.build import DENSITY, roadmap_between  # with all that grows roadmaps, and OMPL
+        from planner.sampling.growth_settings import GrowthSettings
 
-        return build_roadmap(
-            query.robot,
-            query.checker,
-            query.starts,
-            query.goals,
-            _FEWEST_NODES if path_only else request.nodes,
-            request.seed,
-            progress,
-            request.min_manipulability,
-            0.0 if path_only else DENSITY,
-        )
+        robot = query.robot
+        starts, goals = (robot.normalise(brought_within(robot, ends)) for ends in (query.starts, query.goals))
+        growth = GrowthSettings(floor=request.min_manipulability)
+        nodes, density = (_FEWEST_NODES, 0.0) if path_only else (request.nodes, DENSITY)
+        return roadmap_between(query.checker, starts, goals, nodes, request.seed, growth, density, progress=progress)
     roadmap = load_roadmap(request.roadmap)
     if request.nodes not in (PAPER_NODES, len(roadmap.nodes)):
         _log.warning(

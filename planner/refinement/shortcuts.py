@@ -42,20 +42,23 @@ def straight_paths(motions: Motions, starts: Floats, goals: Floats, longest: flo
     return paths
 
 
-def in_pieces(prover: EdgeProver, ends: Floats, longest: float) -> Floats:
-    """A path (k, dof) of pieces no longer than ``longest`` (rad) of the proven motion between ``ends`` (2, dof)."""
-    rows = subdivided(prover.robot, ends, longest)
-    prover.note_pieces(rows)
+def in_pieces(prover: EdgeProver, path: Floats, longest: float) -> Floats:
+    """A path (k, dof) of proven motions in pieces no longer than ``longest`` (rad): they are proven as the motions are.
+
+    Each has its motion's certificate.
+    """
+    rows, parts = subdivided(prover.robot, path, longest)
+    prover.note_pieces(path, rows, parts)
     return rows
 
 
-def subdivided(robot: Robot, path: Floats, longest: float) -> Floats:
-    """The path (k, dof) with no motion longer than ``longest`` (rad): a piece of a proven motion is proven."""
+def subdivided(robot: Robot, path: Floats, longest: float) -> tuple[Floats, Ints]:
+    """The path (k, dof) with no motion longer than ``longest`` (rad), and into how many parts (m,) each was cut."""
     delta = robot.difference(path[:-1], path[1:])
     parts = parts_told_by_ends(robot, delta, longest)
     rows = robot.normalise(cut(path, parts, delta))
-    rows[np.cumsum([0, *parts])] = path
-    return rows
+    rows[so_far(parts)] = path
+    return rows, parts
 
 
 def parts_told_by_ends(robot: Robot, delta: Floats, longest: float) -> Ints:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, row_bytes
@@ -35,13 +37,12 @@ class RecordingProver(EdgeProver):
         results = zip(clearance.tolist(), samples.tolist(), strict=True)
         self._known |= dict(zip(zip(row_bytes(start), row_bytes(delta), strict=True), results, strict=True))
 
-    def note_pieces(self, rows: Floats) -> None:
-        """The certificate of the motion from the first of ``rows`` (k, dof) to the last holds for every piece of it."""
-        whole = self._recall(rows[:1], rows[-1:])[0]
-        if whole is not None:
-            delta = self.robot.difference(rows[:-1], rows[1:])
-            for key in zip(row_bytes(rows[:-1]), row_bytes(delta), strict=True):
-                self._known.setdefault(key, whole)
+    def note_pieces(self, path: Floats, rows: Floats, parts: Ints) -> None:
+        """The certificate of each motion of the path holds for every piece of it, see :class:`EdgeProver`."""
+        whole = self._recall(path[:-1], path[1:])
+        for key, motion in zip(self._keys(rows[:-1], rows[1:]), np.repeat(np.arange(len(parts)), parts), strict=True):
+            if (known := whole[motion]) is not None:
+                self._known.setdefault(key, known)
 
     def certificates(self, nodes: Floats, edges: Ints) -> tuple[Floats, Ints]:
         """Clearance (m,) metres beyond the margin, never negative, and samples (m,) of proven ``edges`` (m, 2).
@@ -62,8 +63,10 @@ class RecordingProver(EdgeProver):
         return np.maximum(clearance, 0.0), samples.astype(np.int64)
 
     def _recall(self, a: Floats, b: Floats) -> list[tuple[float, int] | None]:
-        keys = zip(row_bytes(a), row_bytes(self.robot.difference(a, b)), strict=True)
-        return [self._known.get(key) for key in keys]
+        return [self._known.get(key) for key in self._keys(a, b)]
+
+    def _keys(self, a: Floats, b: Floats) -> Iterator[tuple[bytes, bytes]]:
+        return zip(row_bytes(a), row_bytes(self.robot.difference(a, b)), strict=True)
 
 
 def _missing(found: list[tuple[float, int] | None]) -> list[int]:

@@ -19,7 +19,7 @@ from planner.kinematics.manipulability import measured_tool
 from planner.native.tree_search import SearchSpace, tree_path
 from planner.objective.motion_cost import MotionCost
 from planner.refinement.refine import PathRefiner
-from planner.refinement.shortcuts import straight_paths, subdivided
+from planner.refinement.shortcuts import in_pieces, straight_paths
 from planner.roadmap.straight_motions import Motions
 from planner.sampling.informed_set import InformedSet
 from planner.sampling.joint_space import JointSpace
@@ -119,7 +119,7 @@ class FirstPathSearch:
     def _finished(self, path: Floats) -> Floats:
         """A proven path after shortcuts, in pieces."""
         self._progress(FIRST_PATH, self._settings.motions, self._settings.motions)
-        return subdivided(self._robot, self._shorten(path), self._settings.range)
+        return in_pieces(self._motions.prover, self._shorten(path), self._settings.range)
 
     def _search(
         self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
@@ -199,7 +199,7 @@ class FirstPathSearch:
         path = roomy.shortest_way(path)
         shorter = robot.normalise(refiner.partial_shortcuts(robot.unwound(path)))
         shorter[[0, -1]] = path[[0, -1]]  # to the last bit: they are nodes already
-        return roomy.shortest_way(subdivided(robot, shorter, longest))
+        return roomy.shortest_way(in_pieces(prover, shorter, longest))
 
 
 def shorter_path(

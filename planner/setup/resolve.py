@@ -242,8 +242,7 @@ def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionCh
     robot = checker.robot
     for role, values in rows:
         check_limits(robot, joint_values(values, robot, role), role)
-    values = np.array([values for _, values in rows]).reshape(-1, robot.dof)
-    values = np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
+    values = brought_within(robot, np.array([values for _, values in rows]).reshape(-1, robot.dof))
     _require_kept([(role, q) for (role, _), q in zip(rows, values, strict=True)], checker)
     found = checker.first_contact(values) if len(values) else None
     if found is not None:
@@ -252,6 +251,11 @@ def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionCh
             f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.", touching(role, contact)
         )
     return frozen(robot.normalise(values))
+
+
+def brought_within(robot: Robot, values: Floats) -> Floats:
+    """Joint values (n, dof), those beyond a limit brought to it."""
+    return np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
 
 
 def _require_kept(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> None:

@@ -81,7 +81,7 @@ def test_pieces_of_a_path_that_wraps():
     robot = load("kinova")
     first = np.where(robot.continuous, 3.0, robot.home)
     last = np.where(robot.continuous, -3.0, robot.home)
-    path = subdivided(robot, np.array([first, last]), 0.1)
+    path, _ = subdivided(robot, np.array([first, last]), 0.1)
     np.testing.assert_array_equal(path[[0, -1]], [first, last])
     steps = np.linalg.norm(robot.difference(path[:-1], path[1:]), axis=1)
     np.testing.assert_allclose(steps.sum(), np.linalg.norm(robot.difference(first, last)))
@@ -118,7 +118,7 @@ def test_the_way_is_the_cheapest_of_all_that_is_proven(beta):
 def test_half_a_turn_is_cut_however_long_pieces_may_be():
     robot = load("kinova")
     ends = np.array([robot.home, robot.normalise(robot.home + np.pi * np.eye(6)[0])])
-    rows = subdivided(robot, ends, 10.0)
-    assert len(rows) == 3
+    rows, parts = subdivided(robot, ends, 10.0)
+    assert (len(rows), parts.tolist()) == (3, [2])
     assert robot.told_by_ends(robot.difference(rows[:-1], rows[1:])).all()
     np.testing.assert_array_equal(rows[[0, 2]], ends)

@@ -95,6 +95,22 @@ def test_pieces_have_the_certificate_of_the_motion_that_they_are_of(proven, monk
             assert world.nearest_along(rows[i], rows[j] - rows[i], 0.02, 0.01) >= promised - 1e-6
 
 
+def test_each_piece_of_a_path_has_the_certificate_of_its_own_motion(proven):
+    q, edges, *_ = proven
+    prover = RecordingProver(make_post())
+    a, b = q[edges.T]
+    there, back = prover.prove(a, b - a), prover.prove(b, a - b)
+    for first, last, one, other in zip(a, b, there.clearance, back.clearance, strict=True):
+        rows = in_pieces(prover, np.array([first, last, first]), 0.3)
+        number = np.arange(len(rows) - 1)
+        found, looked = prover.certificates(rows, np.column_stack([number, number + 1]))
+        half = len(number) // 2
+        np.testing.assert_array_equal(rows[half], last)
+        assert (found[:half] == max(one, 0.0)).all()
+        assert (found[half:] == max(other, 0.0)).all()
+        assert (looked > 0).all()
+
+
 def test_nothing_is_noted_of_pieces_of_what_was_not_proven():
     prover = RecordingProver(make_post())
     across = np.array([[-1.0, 0.0], [1.0, 0.0]])  # straight through the post
