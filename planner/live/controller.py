@@ -39,15 +39,13 @@ _log = logging.getLogger(__name__)
 class LiveController:
     """One session and the page that changes it; requests wait for each other.
 
-    ``out`` is the file that the page's scene is saved to, ``source`` reads the scene, now and for every reload.
-    ``token``: who does not know it is not answered, see :func:`planner.view.serve.serve`. Raises :class:`PlannerError`
-    for an unusable question.
+    ``out`` is the file that the page's scene is saved to, ``source`` reads the scene anew. ``token``: who does not know
+    it is not answered, see :func:`planner.view.serve.serve`. Raises :class:`PlannerError` for an unusable question.
     """
 
     def __init__(self, session: Session, question: Question, source: Callable[[], Scene], out: Path) -> None:
         self.token = secrets.token_urlsafe(24)
         self._session, self._source, self._out = session, source, out
-        self._opened = source()
         self._alone = threading.Lock()
         clock = Stopwatch()
         with clock("planning"):
@@ -142,9 +140,9 @@ class LiveController:
             case SetBeta(beta=beta):
                 return replace(question, beta=beta), Edges(), []
             case Reload():
-                scene = self._source()
+                opened, scene = self._session.scene, self._source()
                 edges = sum((each.edges for each in self._put_back(scene.obstacles)), Edges())
-                return question, edges, left_as_opened(self._opened, scene)
+                return question, edges, left_as_opened(opened, scene)
 
     def _put_back(self, wanted: tuple[Obstacle, ...]) -> list[WorldChange]:
         """The session's obstacles made those of a scene."""

@@ -13,7 +13,7 @@ from planner.models.scene import Scene
 
 
 def left_as_opened(opened: Scene, now: Scene) -> list[tuple[str, str]]:
-    """Rows of a report on what a file says now besides its obstacles, and did not say when it was opened."""
+    """Rows of a report on what a file says ``now`` besides its obstacles that the scene of a session does not."""
     before, after = _besides(opened), _besides(now)
     changed = [what for what in after if not _same(before[what], after[what])]
     rows = [("changed too, and left", f"{choices(changed)}: open the live view again for that")] if changed else []
