@@ -145,7 +145,7 @@ def _scaled(limits: MotionLimits, kind: str, scale: float, asked: float | None, 
 
 
 def _of_robot(robot: Robot) -> MotionLimits:
-    unknown = ~((robot.velocity > 0) & np.isfinite(robot.velocity))  # of an MJCF Pinocchio says infinite
+    unknown = ~((robot.velocity > 0) & np.isfinite(robot.velocity))
     velocity, says = np.where(unknown, ASSUMED_VELOCITY, robot.velocity), "URDF"
     if unknown.any():
         of = "" if unknown.all() else f" for {choices(np.array(robot.joints)[unknown])}"

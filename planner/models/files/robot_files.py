@@ -212,11 +212,6 @@ class RobotFiles:
     def notes(self) -> tuple[Note, ...]:
         """What the files say that is not followed."""
         srdf, found = self.srdf, [*self.description.notes]
-        if passed := self.description.passed_over:
-            text = (
-                f"MJCF {self.description.path}: {choices(passed)} are not followed: home and pairs that need no check "
-            )
-            found.append(Note(f"{text}belong in a robot.yaml ('planner robot-yaml'), the rest in a scene."))
         if srdf is not None and srdf.unchecked:
             text = f"SRDF {srdf.path} leaves {choices(srdf.unchecked)} unchecked (disable_default_collisions): against "
             found.append(Note(f"{text}links that is followed, against obstacles they are checked all the same."))
@@ -301,7 +296,7 @@ def _of_description(name: str) -> RobotFile:
 
 def _known_tool(model: pin.Model, tool: str | None) -> str:
     if tool is None:
-        tips = urdf.leaf_links(model)
+        tips = urdf.tips_of(model)
         if len(tips) != 1:
             raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
         return tips[0]

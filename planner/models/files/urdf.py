@@ -20,11 +20,12 @@ from planner.base.records import dataclass
 from planner.base.resources import robots_folder
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, shown
-from planner.models.files import mjcf
 from planner.models.files.meshes import reason
+from planner.models.files.mjcf import Sites, convert_mjcf
 from planner.models.files.urdf_rules import ends, require_sane_urdf
 from planner.models.files.xacro import read_root
 from planner.models.poses import se3
+from planner.models.shapes import Mesh
 
 MJCF = "mujoco"  # the root element of MJCF files
 _LINK = " (link)"
@@ -53,7 +54,8 @@ class Description:
     bare: frozenset[str] = frozenset()  # links with visual and without collision geometry
     links: frozenset[str] = frozenset()
     joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
-    passed_over: tuple[str, ...] = ()  # elements of an MJCF that are not followed
+    meshes: Mapping[str, Mesh] = field(default_factory=dict)  # of an MJCF, by their names in ``xml``
+    sites: Sites = field(default_factory=dict)  # of an MJCF
     notes: tuple[Note, ...] = ()
 
     @cached_property
@@ -67,16 +69,10 @@ class Description:
     def mesh_names(self) -> dict[str, list[str]]:
         """The meshes that it names, for collision and for visual geometry."""
         root = ET.fromstring(self.xml)
-        if root.tag == MJCF:
-            return dict.fromkeys(("collision", "visual"), mjcf.mesh_files_of(root))
         return {
             kind: sorted({mesh.get("filename", "") for element in root.iter(kind) for mesh in element.iter("mesh")})
             for kind in ("collision", "visual")
         }
-
-    @property
-    def is_mjcf(self) -> bool:
-        return self.xml.startswith(f"<{MJCF}")
 
     def following(self, frame: str, planned: Iterable[str], held: Collection[str]) -> str | None:
         """A joint that moves ``frame``, a link or fixed joint, as it mimics one of the ``planned``; None without one.
@@ -85,6 +81,7 @@ class Description:
         """
         moving = self.moving(planned, held) - {*planned}
         above = {child: (joint, parent) for joint, (parent, child) in self.joints.items()}
+        frame = self.sites[frame][0] if frame in self.sites else frame
         link = frame if frame in self.links else self.joints.get(frame, ("", ""))[1]
         while moving and link in above:
             joint, link = above[link]
@@ -122,8 +119,9 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
     (they vanish otherwise), so the version is raised.
     """
     root = read_root(path, "URDF", arguments)
+    meshes, sites, foreign = {}, {}, ()
     if root.tag == MJCF:
-        return _of_mjcf(path, root)
+        root, meshes, sites, foreign = convert_mjcf(path, root.get("model") or path.stem)
     if root.tag != "robot":
         raise RobotError(
             f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot> (run xacro first)."
@@ -131,7 +129,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
     require_sane_urdf(root, path)
     root.set("version", "1.1")
     links, joints = root.findall("link"), root.findall("joint")
-    notes = tuple(_notes(joints))
+    notes = (*foreign, *_notes(joints))
     for joint in joints:
         _keep_soft_limits(joint)
     continuous = frozenset(_make_revolute(joint) for joint in joints if joint.get("type") == "continuous")
@@ -147,6 +145,8 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
         bare=frozenset(link.get("name", "") for link in bare),
         links=frozenset(link.get("name", "") for link in links),
         joints={joint.get("name", ""): ends(joint) for joint in joints},
+        meshes=meshes,
+        sites=sites,
         notes=notes,
     )
 
@@ -173,22 +173,6 @@ def _notes(joints: Sequence[ET.Element]) -> Iterator[Note]:
         if endless:
             text = f"{what} of {choices(endless)} are not followed, as in MoveIt: these joints are continuous."
             yield Note(text, grave=False)
-
-
-def _of_mjcf(path: Path, root: ET.Element) -> Description:
-    mjcf.require_readable(root, path)
-    model, turning = mjcf.model_of(path)
-    return Description(
-        path=path,
-        name=root.get("model") or path.stem,
-        xml=ET.tostring(root, encoding="unicode"),
-        continuous=turning,
-        collision_elements=0,
-        bare=mjcf.bare_links(path),
-        links=frozenset(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY),
-        joints=mjcf.ends_of(model),
-        passed_over=tuple(mjcf.passed_over(root)),
-    )
 
 
 def _mimics(joints: Iterable[ET.Element]) -> Iterator[Mimic]:
@@ -232,17 +216,19 @@ def build_model(description: Description) -> pin.Model:
     printed = Silenced()
     try:
         with printed:
-            model = None if description.is_mjcf else pin.buildModelFromXML(description.xml)
+            model = pin.buildModelFromXML(description.xml)
     except (ValueError, RuntimeError) as error:
         said = printed.complaint() or reason(error)
         raise RobotError(f"URDF {description.path} cannot be built: {said}; mend the file.") from None
-    model = mjcf.model_of(description.path)[0] if model is None else model
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         if joint.nv != 1 or joint.nq != 1:
             raise RobotError(
                 f"joint '{name}' of {description.path} has {joint.nv} degrees of freedom: "
                 "only revolute, continuous and prismatic joints are supported."
             )
+    for name, (link, place) in description.sites.items():
+        holder = model.frames[on := frame_id(model, link)]
+        model.addFrame(pin.Frame(name, holder.parentJoint, on, holder.placement * place, pin.FrameType.OP_FRAME))
     return model
 
 
@@ -343,10 +329,12 @@ def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> 
             item.placement = base * item.placement
 
 
-def leaf_links(model: pin.Model) -> list[str]:
-    """Names of the body frames that nothing hangs on: the candidates for a tool."""
-    parents = {frame.parentFrame for frame in model.frames}
-    return [f.name for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
+def tips_of(model: pin.Model) -> list[str]:
+    """The candidates for a tool: links that no joint hangs on, each replaced by its site where it has exactly one."""
+    parents = {frame.parentFrame for frame in model.frames if frame.type != pin.FrameType.OP_FRAME}
+    links = [k for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
+    sites = [[f.name for f in model.frames if f.parentFrame == k and f.type == pin.FrameType.OP_FRAME] for k in links]
+    return [own[0] if len(own) == 1 else model.frames[k].name for k, own in zip(links, sites, strict=True)]
 
 
 def frame_id(model: pin.Model, name: str) -> int:

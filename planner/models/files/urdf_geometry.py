@@ -15,8 +15,8 @@ from planner.base.errors import RobotError, choices
 from planner.base.files import is_file
 from planner.base.records import dataclass
 from planner.base.silenced import Silenced
-from planner.models.files import mjcf
 from planner.models.files.meshes import MeshFault, link_mesh, mesh_loader, reason, require_readable_mesh, shape_of
+from planner.models.files.thinned import thinned
 from planner.models.files.urdf import Description
 from planner.models.shapes import Body, Mesh, Shape
 
@@ -41,19 +41,14 @@ class Geometry:
 def read_geometry(description: Description, model: pin.Model, kind: Kind) -> Geometry:
     """The geometry of one ``kind``; meshes that collide are read by us, large ones thinned: none to Pinocchio."""
     read: dict[tuple[Path, str], Mesh] = {}
-    xml, meshes = description.xml, {}
-    if kind == "collision" and not description.is_mjcf:
-        xml, meshes = _without_meshes(description, read)
+    xml, meshes = _without_meshes(description, kind, read)
     for file in mesh_files(description, kind):
         if file not in {path for path, _ in read}:
             require_readable_mesh(file)
     printed, loader = Silenced(), mesh_loader()
     try:
         with printed:
-            if description.is_mjcf:
-                geometry = mjcf.geometry_of(description.path, model, _KINDS[kind])
-            else:
-                geometry = pin.buildGeomFromUrdfString(model, xml, _KINDS[kind], None, description.package_dirs, loader)
+            geometry = pin.buildGeomFromUrdfString(model, xml, _KINDS[kind], None, description.package_dirs, loader)
     except (ValueError, RuntimeError) as error:
         raise RobotError(
             f"a mesh of {description.path} cannot be loaded ({reason(error)}): put it beside the URDF "
@@ -74,23 +69,29 @@ def read_geometry(description: Description, model: pin.Model, kind: Kind) -> Geo
     return Geometry(geometry, links, meshes)
 
 
-def _without_meshes(description: Description, read: dict[tuple[Path, str], Mesh]) -> tuple[str, dict[str, Mesh]]:
-    """The URDF with a ball in place of every mesh that collides, and these meshes by their names in Pinocchio.
+def _without_meshes(
+    description: Description, kind: Kind, read: dict[tuple[Path, str], Mesh]
+) -> tuple[str, dict[str, Mesh]]:
+    """The URDF with a ball in place of meshes of a ``kind``, and these by their names in Pinocchio.
 
-    ``read`` takes every mesh by its file and scale.
+    Files of visual meshes are left to Pinocchio; ``read`` takes every other mesh by its file and scale.
     """
     root, found = ET.fromstring(description.xml), {}
     for link in root.iterfind("link"):
-        for number, collision in enumerate(link.iterfind("collision")):
-            geometry, mesh = collision.find("geometry"), collision.find("geometry/mesh")
+        for number, element in enumerate(link.iterfind(kind)):
+            geometry, mesh = element.find("geometry"), element.find("geometry/mesh")
             if geometry is None or mesh is None:
                 continue
-            file, scale = next(_places(description, mesh.get("filename", "")), None), mesh.get("scale", "1 1 1")
-            if file is None or file.suffix.lower() not in _ONE_FILE:
+            name, scale = mesh.get("filename", ""), mesh.get("scale", "1 1 1")
+            own, file = description.meshes.get(name), next(_places(description, name), None)
+            if own is not None:
+                found[f"{link.get('name')}_{number}"] = thinned(own) if kind == "collision" else own
+            elif kind == "collision" and file is not None and file.suffix.lower() in _ONE_FILE:
+                if (file, scale) not in read:
+                    read[file, scale] = link_mesh(file, np.array(scale.split(), dtype=float))
+                found[f"{link.get('name')}_{number}"] = read[file, scale]
+            else:
                 continue
-            if (file, scale) not in read:
-                read[file, scale] = link_mesh(file, np.array(scale.split(), dtype=float))
-            found[f"{link.get('name')}_{number}"] = read[file, scale]
             geometry.remove(mesh)
             ET.SubElement(geometry, "sphere", radius="1")
     return (ET.tostring(root, encoding="unicode") if found else description.xml), found

@@ -7,13 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from planner.base.errors import PlannerError
 from planner.base.words import number
 from planner.base.yamlfile import parse_yaml
-from planner.kinematics.forward import tool_positions
 from planner.models.files.meshes import obj_fault, stl_fault
 from planner.models.files.moveit.messages import PoseMessage
 from planner.models.files.moveit.scene_text import scene_text
@@ -26,7 +24,6 @@ from planner.paths.file import read_joint_path
 from planner.problem.request import LimitsRequest
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.messages import points_of
-from tests.models.files.test_mjcf import arm
 from tests.refusals import refusal_of
 from tests.worlds import joint_xml, link_xml, load
 
@@ -181,62 +178,6 @@ def test_numbers_of_yaml_are_those_of_its_version_1_2(text: str, value: object) 
     found = parse_yaml(f"x: {text}", "here")["x"]
     assert found == value
     assert type(found) is type(value)
-
-
-# MJCF
-
-
-def turned(folder: Path, how: str, compiler: str = 'angle="radian"') -> np.ndarray:
-    path = arm(folder)
-    text = path.read_text().replace('<body name="fore" pos="0 0 0.3">', f'<body name="fore" pos="0 0 0.3" {how}>')
-    path.write_text(text.replace('<compiler angle="radian"/>', f"<compiler {compiler}/>"))
-    return tool_positions(Robot.load(str(path), tool="tip"), np.zeros((1, 2)))[0]
-
-
-def placed(rotation: np.ndarray) -> np.ndarray:
-    return np.array([0, 0, 0.4]) + rotation @ [0, 0, 0.2]
-
-
-def test_an_axis_of_any_length_turns_alike(tmp_path: Path) -> None:
-    expected = placed(pin.AngleAxis(0.7, np.array([0.6, 0.8, 0.0])).matrix())
-    for axis in ("0.6 0.8 0", "3 4 0"):
-        np.testing.assert_allclose(turned(tmp_path, f'axisangle="{axis} 0.7"'), expected, atol=1e-12)
-    assert "no direction" in refusal_of(lambda: turned(tmp_path, 'axisangle="0 0 0 0.7"'))
-
-
-@pytest.mark.parametrize("order", ["xyz", "XYZ", "zyx", "ZYX", "zXy", "Zyz"])
-@pytest.mark.parametrize("unit", [1.0, np.pi / 180])
-def test_euler_angles_about_axes_that_move_and_that_stand(tmp_path: Path, order: str, unit: float) -> None:
-    """MuJoCo turns from behind about axes that move (small letters), from before about those that stand."""
-    angles, rotation = np.array([0.3, -0.5, 0.7]), np.eye(3)
-    for angle, axis in zip(angles, order, strict=True):
-        step = pin.AngleAxis(angle, np.eye(3)["xyz".index(axis.lower())]).matrix()
-        rotation = rotation @ step if axis.islower() else step @ rotation
-    how = f'euler="{" ".join(map(repr, (angles / unit).tolist()))}"'
-    compiler = f'angle="{"radian" if unit == 1.0 else "degree"}" eulerseq="{order}"'
-    np.testing.assert_allclose(turned(tmp_path, how, compiler), placed(rotation), atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("extra", "after", "words"),
-    [
-        ("", '<compiler meshdir="."/>', "several compiler elements"),
-        ("", "<compilr/>", "unknown element 'compilr'"),
-        ('<geom type="box" size=".1 .1 .1" mesh="m"/>', "", "fitted to mesh 'm'"),
-        ('<geom type="sphere" size=".1" poss="0 0 1"/>', "", "unknown 'poss' (did you mean 'pos'?)"),
-        ('<geom type="sphere" size=".1" eular="0 0 1"/>', "", "unknown 'eular' (did you mean 'euler'?)"),
-    ],
-)
-def test_what_mujoco_reads_otherwise_is_refused(tmp_path: Path, extra: str, after: str, words: str) -> None:
-    assert words in refusal_of(lambda: Robot.load(str(arm(tmp_path, extra, after)), tool="tip"))
-
-
-def test_deformables_and_bare_bodies_are_noted(tmp_path: Path) -> None:
-    seen = '<body name="shell"><geom type="sphere" size=".1" contype="0" conaffinity="0"/></body>'
-    robot = Robot.load(str(arm(tmp_path, seen, '<deformable><flex name="f"/></deformable>')), tool="tip")
-    assert "deformable" in robot.notes[0].text
-    assert robot.source.bare == {"shell"}
-    assert "assumed: the URDF gives none" in MotionLimits.of(robot).source["velocity"]
 
 
 # meshes, scenes and paths

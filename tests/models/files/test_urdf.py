@@ -205,7 +205,7 @@ def test_chain_joints_are_those_between_base_and_frame(urdf_file):
     inside += joint_xml("j1", "a", "b") + joint_xml("j2", "b", "c") + joint_xml("side", "b", "d")
     robot = Robot.load(urdf_file(inside), tool="c")
     assert robot.joints == ("j1", "j2")
-    assert urdf.leaf_links(urdf.build_model(robot.source)) == ["c", "d"]
+    assert urdf.tips_of(urdf.build_model(robot.source)) == ["c", "d"]
 
 
 def test_frames_prefer_links_over_joints_of_the_same_name(urdf_file):
