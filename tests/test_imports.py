@@ -66,7 +66,7 @@ DOORS = {
     "yaml": {"planner.base.yamlfile"},
     "distributed": {"planner.base.cluster"},
     "robot_descriptions": {"planner.models.files.descriptions"},
-    "xacrodoc": {"planner.models.files.xacro"},
+    "xacro": {"planner.models.files.xacro"},
     "toppra": {"benchmarks.motion.toppra_law"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli") or name.endswith("commands")},
 }
