@@ -6,7 +6,7 @@ import contextlib
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -140,12 +140,13 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
 
 def _find_meshes(root: ET.Element, path: Path) -> None:
     """Give meshes that the URDF names by a package their paths; where the package is not found the name stays."""
+    find = cache(find_package)
     for mesh in root.iter("mesh"):
         kind, _, place = mesh.get("filename", "").partition("://")
         name, _, inside = place.lstrip("/").partition("/")  # talos writes package:///
         if kind in ("package", "model"):
             with contextlib.suppress(LookupError):
-                mesh.set("filename", f"file://{find_package(name, path) / inside}")
+                mesh.set("filename", f"file://{find(name, path) / inside}")
 
 
 def _notes(joints: Sequence[ET.Element]) -> Iterator[Note]:
