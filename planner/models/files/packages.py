@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from planner.base.errors import RobotError
+from planner.base.files import is_folder
 from planner.base.resources import robots_folder
 from planner.base.yamlfile import shown
 
@@ -25,7 +26,7 @@ def find_package(name: str, *files: Path) -> Path:
     shared = [*(prefix / "share" for prefix in prefixes), robots_folder(), example_robot_data().parent]
     for folders, inside in ((around, ""), (near, "*/"), (ros, "*/"), (ros, "**/"), (shared, "*/")):
         for folder in folders:
-            if inside and (folder / name).is_dir():
+            if inside and is_folder(folder / name):
                 return folder / name
             for file in sorted(folder.glob(f"{inside}package.xml")):
                 if _name_in(file) == name:
