@@ -67,7 +67,7 @@ DOORS = {
     "distributed": {"planner.base.cluster"},
     "robot_descriptions": {"planner.models.files.descriptions"},
     "mujoco": {"planner.models.files.mjcf"},
-    "xacrodoc": {"planner.models.files.xacro"},
+    "xacro": {"planner.models.files.xacro"},
     "toppra": {"benchmarks.motion.toppra_law"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli") or name.endswith("commands")},
 }

@@ -269,6 +269,7 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
     "KnownMotion.speeds_at": lambda: {"t": np.array([0.5]), "shape": SPHERE},
     "MotionLimits.of": lambda: {"robot": robot(), "request": None},
     "MotionLimits.given": lambda: {"kind": "jerk"},
+    "MotionLimits.text": lambda: {"robot": robot()},
     "MotionLimits.times": lambda: {"share": 0.5},
     "MovingObstacle.standing": lambda: {"t": 0.5},
     "Objective.at": lambda: {"beta": 0.5},

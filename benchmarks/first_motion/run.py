@@ -74,7 +74,8 @@ def bench_first_motion(
     require_left_to_problems(plain)
     if not seconds > 0:
         raise OptionError("give a time above 0 s.")
-    limits = MotionLimits.of(Robot.load(str(plain.robot)), motion).text()
+    robot = Robot.load(str(plain.robot))
+    limits = MotionLimits.of(robot, motion).text(robot)
     methods = {OURS: "", WHOLE: "", OMPL: "", **pythons}
     runs = [
         _Run(problem, method, python, problem.asked(plain), motion, limits, seconds)

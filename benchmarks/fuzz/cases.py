@@ -24,8 +24,8 @@ from planner.base.resources import robots_folder, scenes_folder
 from planner.base.yamlfile import parse_yaml
 from planner.collision import make_checker
 from planner.construction.build import build_roadmap
+from planner.models.files.packages import example_robot_data
 from planner.models.files.srdf import read_srdf
-from planner.models.files.urdf import example_robot_data
 from planner.models.scene import Scene
 from planner.roadmap.roadmap import DTYPES
 from planner.roadmap.storage import save_roadmap

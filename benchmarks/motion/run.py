@@ -37,7 +37,8 @@ def bench_motion(
     require_left_to_problems(plain)
     if not isinstance(plain.robot, str):
         raise OptionError("give the robot by its name or its URDF.")
-    limits = MotionLimits.of(Robot.load(plain.robot), motion).text()
+    robot = Robot.load(plain.robot)
+    limits = MotionLimits.of(robot, motion).text(robot)
     asked = {"robot": plain.robot, "collision": plain.collision, "nodes": plain.nodes, "limits": limits}
     asked |= {"seed": plain.seed, "software": software()}
     return run_bench(

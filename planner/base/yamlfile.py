@@ -52,15 +52,21 @@ class Strict(pydantic.BaseModel):
 def read_text(path: Path, what: str) -> str:
     """The text of ``path``, or a :class:`FileError` that names ``what`` was wanted."""
     try:
+        return read_bytes(path, what).decode("utf-8")
+    except UnicodeDecodeError:
+        raise FileError(f"{what} {path} cannot be read: it is not UTF-8 text; give a readable text file.") from None
+
+
+def read_bytes(path: Path, what: str) -> bytes:
+    """The content of ``path``, or a :class:`FileError` that names ``what`` was wanted."""
+    try:
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)  # a device may have no end
         if len(content) > _LARGEST:
             raise FileError(f"{what} {path} is larger than {_LARGEST >> 20} MiB: give a smaller file.")
-        return content.decode("utf-8")
+        return content
     except FileNotFoundError:
         raise FileError(f"{what} {path} not found: check the path.") from None
-    except UnicodeDecodeError:
-        raise FileError(f"{what} {path} cannot be read: it is not UTF-8 text; give a readable text file.") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError(f"{what} {path} cannot be read: {reason}; give a readable text file.") from None

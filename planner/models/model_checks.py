@@ -14,7 +14,7 @@ from planner.base.errors import RobotError, choices
 from planner.base.notes import Note
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.models.shapes import Mesh
+from planner.models.shapes import Mesh, Shape, extremes
 from planner.models.solids import is_watertight
 
 _log = logging.getLogger(__name__)
@@ -26,6 +26,7 @@ _TOO_SMALL = 1e-4  # of the arm's length
 _SHOWN = 3  # pairs of links in a note
 _OCTOMAP = "<octomap>"  # as MoveIt's matrices name one that is not there
 _SHORTEST = 1e-3  # m: of an arm without length nothing can be said
+_SHORT = 0.5  # m: a shorter arm, as a hand is, may well stand in a hall
 
 
 def require_bodies(robot: Robot) -> None:
@@ -40,7 +41,7 @@ def require_bodies(robot: Robot) -> None:
 def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
     """What is doubtful about a robot and a scene, and what of their files was passed over."""
     arm = _length(robot)
-    models = (*_of_robot(robot, arm), *_of_obstacles(scene, arm))
+    models = (*_of_robot(robot), *_of_obstacles(scene, arm), *_far_away(robot, scene, arm))
     return (*models, *robot.notes, *scene.notes, *_strangers(robot, scene), *_permissions(robot, scene))
 
 
@@ -51,7 +52,7 @@ def tell(robot: Robot, scene: Scene, given: Robot | None = None) -> None:
     """
     known: set[Note] = set()
     if given is not None and given in _told:
-        known = {*_of_robot(given, _length(given)), *given.notes}
+        known = {*_of_robot(given), *given.notes}
     elif given is not None:
         _told.add(given)
     for note in notes(robot, scene):
@@ -60,27 +61,19 @@ def tell(robot: Robot, scene: Scene, given: Robot | None = None) -> None:
 
 
 @lru_cache(maxsize=16)
-def _of_robot(robot: Robot, arm: float) -> tuple[Note, ...]:
+def _of_robot(robot: Robot) -> tuple[Note, ...]:
     """Kept, as every scene asks for the same robot's."""
-    return tuple(_of_links(robot, arm))
+    return tuple(_of_links(robot))
 
 
-def _of_links(robot: Robot, arm: float) -> Iterator[Note]:
-    """Links that are seen and move, and that nothing can touch; meshes in millimetres, thinned, or not closed."""
-    moving = {frame.name for frame in robot.model.frames if frame.parentJoint != 0}
-    if bare := sorted(robot.source.bare & moving):
+def _of_links(robot: Robot) -> Iterator[Note]:
+    """Links that are seen and that nothing can touch; meshes that are thinned, or not closed."""
+    if bare := sorted(robot.source.bare):
         yield Note(
             f"robot '{robot.name}' has visual but no collision geometry on {choices(bare)}: contacts of these links "
             "are not seen; add <collision> elements to the URDF."
         )
     meshes = [(body.link, body.shape) for body in robot.bodies if isinstance(body.shape, Mesh)]
-    for link, mesh in meshes:
-        size = _size(mesh)
-        if arm > _SHORTEST and size > _TOO_LARGE * arm:
-            yield Note(
-                f"a mesh of link '{link}' is {size:.3g} m across, and the arm is {arm:.3g} m long: if it is "
-                'in millimetres, give <mesh scale="0.001 0.001 0.001">.'
-            )
     if thin := {link: mesh.radius for link, mesh in meshes if mesh.radius}:
         text = f"meshes of {choices(thin)} are thinned to fewer triangles: what comes within "
         yield Note(f"{text}{1000 * max(thin.values()):.1f} mm of these counts as a contact.", grave=False)
@@ -89,15 +82,13 @@ def _of_links(robot: Robot, arm: float) -> Iterator[Note]:
 
 
 def _of_obstacles(scene: Scene, arm: float) -> Iterator[Note]:
-    """Meshes in other units than they should be, or not closed; and what moves, which only what has times can see."""
+    """Meshes that are far too small, or not closed; and what moves, which only what has times can see."""
     for item in scene.obstacles:
         if not isinstance(item.shape, Mesh):
             continue
         size = _size(item.shape)
-        across = f"mesh '{item.name}' is {size:.3g} m across, and the arm is {arm:.3g} m long"
-        if arm > _SHORTEST and size > _TOO_LARGE * arm:
-            yield Note(f"{across}: if it is in millimetres, give it 'scale: 0.001'.")
-        elif arm > _SHORTEST and size < _TOO_SMALL * arm:
+        if arm > _SHORTEST and size < _TOO_SMALL * arm:
+            across = f"mesh '{item.name}' is {size:.3g} m across, and the arm is {arm:.3g} m long"
             yield Note(f"{across}: if it is in metres, take its 'scale' away.")
         if not is_watertight(item.shape):
             yield Note(
@@ -110,6 +101,18 @@ def _of_obstacles(scene: Scene, arm: float) -> Iterator[Note]:
     if scene.limited:
         text = "may leave their places: a trajectory's proof says until when nothing can touch."
         yield Note(f"{choices(item.name for item in scene.limited)} {text}", grave=False)
+
+
+def _far_away(robot: Robot, scene: Scene, arm: float) -> Iterator[Note]:
+    """Shapes that reach so far from the robot's base, or from the joint that moves them, that units are in doubt."""
+    base = robot.base[:3, 3]
+    placed = [(item.name, item.shape, item.placement[:3, 3] - base) for item in scene.obstacles]
+    placed += [(item.name, item.shape, item.motion.poses[0, :3, 3] - base) for item in scene.moving]
+    placed += [(b.link, b.shape, b.placement[:3, 3] - (b.joint == 0) * base) for b in robot.bodies]
+    reach = {name: float(np.linalg.norm(at)) + _size(shape) for name, shape, at in placed}
+    if far := {name: metres for name, metres in reach.items() if metres > _TOO_LARGE * max(arm, _SHORT)}:
+        text = f"{choices(far)} would reach {max(far.values()):.0f} m far, and the arm is {arm:.3g} m long: if their "
+        yield Note(f"{text}numbers are in millimetres, give metres, and scale meshes by 0.001.")
 
 
 def _strangers(robot: Robot, scene: Scene) -> Iterator[Note]:
@@ -165,7 +168,8 @@ def _length(robot: Robot) -> float:
     return float(sum(map(np.linalg.norm, [*steps, model.frames[robot.tool_id].placement.translation])))
 
 
-@lru_cache(maxsize=1024)  # of meshes that stay from one scene to the next
-def _size(mesh: Mesh) -> float:
-    """The longest side (m) of the box around the triangles, along the mesh's own axes."""
-    return float(np.ptp(mesh.vertices[mesh.triangles].reshape(-1, 3), axis=0).max())
+@lru_cache(maxsize=1024)  # of shapes that stay from one scene to the next
+def _size(shape: Shape) -> float:
+    """The longest side (m) of the box around a shape, along its own axes."""
+    points = shape.vertices[shape.triangles].reshape(-1, 3) if isinstance(shape, Mesh) else np.array(extremes(shape))
+    return float(np.ptp(points, axis=0).max())

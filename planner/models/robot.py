@@ -53,7 +53,7 @@ class Robot:
     joints: tuple[str, ...]
     lower: Floats  # (dof,)
     upper: Floats  # (dof,)
-    velocity: Floats  # (dof,) rad/s, 0 where the URDF says nothing
+    velocity: Floats  # (dof,) rad/s, m/s where it slides, 0 where the URDF says nothing
     continuous: Bools  # (dof,)
     tool: str
     home: Floats  # (dof,)

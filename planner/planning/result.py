@@ -348,7 +348,7 @@ def record_of(plan: Plan) -> PlanRecord:
         conditioning=None if plan.conditioning is None else plan.conditioning.to_dict(),
         path_length=_length(plan),
         clearance=plan.nearest,
-        trajectory=motion_record(plan.trajectory),
+        trajectory=motion_record(plan.trajectory, plan.robot),
         kept=_kept(plan),
         in_time=_in_time(plan),
         roadmap=RoadmapRecord(**plan.roadmap.record(plan.edges_removed)),
@@ -400,11 +400,11 @@ def _length(plan: Plan) -> LengthRecord | None:
     return LengthRecord(joint=plan.measures.joint_length, workspace=plan.measures.workspace_length)
 
 
-def motion_record(made: Trajectory | None) -> MotionRecord | None:
+def motion_record(made: Trajectory | None, robot: Robot) -> MotionRecord | None:
     """What there is to be written of a motion."""
     if made is None:
         return None
-    limits = "" if made.limits is None else made.limits.text()
+    limits = "" if made.limits is None else made.limits.text(robot)
     known = {key: made.proof[key] for key in _CORNERS if key in made.proof}
     floor = made.proof.get("floor")
     return MotionRecord(law=made.law, duration=made.duration, limits=limits, **known, proven=made.proven, floor=floor)

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from planner.collision.pair_survey import Reason, Survey
+from planner.models.files.packages import example_robot_data
 from planner.models.files.robot_files import RobotFiles, Source
-from planner.models.files.urdf import example_robot_data
 from planner.models.robot import Robot
 
 _DISABLED = (Reason.ADJACENT, Reason.ALWAYS, Reason.APART)

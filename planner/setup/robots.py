@@ -22,6 +22,7 @@ from planner.base.errors import OptionError
 from planner.base.notes import Note
 from planner.base.places import Place
 from planner.base.records import dataclass
+from planner.models.files.packages import PATHS
 from planner.models.files.robot_files import JointChoice, RobotFiles, read_robot, robot_file
 from planner.models.files.urdf_geometry import mesh_files
 from planner.models.poses import pose
@@ -104,7 +105,7 @@ def files_of(name: str, srdf: Place | None) -> RobotFiles:
 
     Or where they may include others that nobody has named, as a xacro and an MJCF do.
     """
-    key = name, srdf, os.environ.get("ROS_PACKAGE_PATH")
+    key = name, srdf, *map(os.environ.get, PATHS)
     with _alone:
         known = _read.pop(key, None)
     if known is None or not known.is_current:

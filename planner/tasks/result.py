@@ -123,7 +123,7 @@ class TaskPlan:
             cost=self.cost,
             segments=self._segments(),
             events=list(self.events),
-            trajectory=motion_record(self.trajectory),
+            trajectory=motion_record(self.trajectory, self.robot),
             roadmap=None if self.roadmap is None else RoadmapRecord(**self.roadmap.record()),
             modes=None
             if net is None

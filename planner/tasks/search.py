@@ -84,6 +84,7 @@ class LazySearch:
             arcs = whole.arcs_along(gabf.cheapest_path(field, np.array([self.network.start])))
             if not len(arcs) or progress.stopped or self._holds(arcs):
                 break
+        progress("modes", rounds, rounds)
         if len(arcs) and not progress.stopped:
             self.fields[beta] = x[: self._lasting]
         return Found(field, arcs, rounds, len(refused))

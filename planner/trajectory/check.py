@@ -138,7 +138,7 @@ def _require_within_reason(trajectory: Trajectory) -> None:
         k = int(hull.argmax())
         raise FileError(
             f"between {trajectory.times[k]:g} and {trajectory.times[k + 1]:g} s the trajectory swings as far as "
-            f"{hull[k]:.3g} rad: mend its positions or velocities."
+            f"{hull[k]:.3g}: mend its positions or velocities."
         )
 
 

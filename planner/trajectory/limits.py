@@ -13,7 +13,7 @@ from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.records import dataclass
-from planner.base.yamlfile import Number, Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import Number, Strict, nearest, parse_yaml, read_text, validate
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, require_scale
 
@@ -103,11 +103,14 @@ class MotionLimits:
         """The limits as ``trajectory.json`` has them."""
         return {kind: getattr(self, kind).tolist() for kind in KINDS} | {"source": dict(self.source)}
 
-    def text(self) -> str:
-        """The limits in words, as they stand beside every duration."""
-        return "; ".join(
-            f"{kind} up to {_range(getattr(self, kind))} rad{UNITS[kind]} ({self.source[kind]})" for kind in KINDS
-        )
+    def text(self, robot: Robot | None = None) -> str:
+        """The limits in words, as they stand beside every duration: the ``robot`` says which joints slide (m)."""
+        units = {"rad (m)": slice(None)} if robot is None else {"rad": ~robot.prismatic, "m": robot.prismatic}
+        said = {
+            kind: [f"{_range(row[of])} {unit}{UNITS[kind]}" for unit, of in units.items() if row[of].size]
+            for kind, row in zip(KINDS, self.rows, strict=True)
+        }
+        return "; ".join(f"{kind} up to {' and '.join(said[kind])} ({self.source[kind]})" for kind in KINDS)
 
 
 def own_limits(limits: MotionLimits | None, robot: Robot) -> MotionLimits:
@@ -300,12 +303,15 @@ def _with_file(limits: MotionLimits, path: Place, robot: Robot) -> tuple[MotionL
         raise FileError(f"{where} has no key 'joint_limits': give a MoveIt joint_limits.yaml.")
     file = validate(_LimitsFile, data, where)
     missing = [joint for joint in limits.joints if joint not in file.joint_limits]
-    if missing:
-        raise LimitError(f"{where} has no joint '{missing[0]}'; it has {choices(file.joint_limits)}: add it.")
+    unknown = [joint for joint in file.joint_limits if joint not in robot.source.joints]
+    if misspelt := [joint for joint in missing if len(missing) == len(limits.joints) or nearest(joint, unknown)]:
+        raise LimitError(f"{where} has no joint '{misspelt[0]}'; it has {choices(file.joint_limits)}: add it.")
+    file = file.model_copy(update={"joint_limits": dict.fromkeys(missing, _JointLimit()) | file.joint_limits})
     _require_positions_within(file, robot, where)
     spans = zip(robot.joints, robot.lower, robot.upper, strict=True)
     passed = {what: None for joint, *span in spans for what in file.joint_limits[joint].passed_over(*span)}
     told = f" (of it {choices(passed)} are passed over)" if passed else ""
+    told += f" (it names no {choices(missing)})" if missing else ""
     for kind in KINDS:
         found = [file.joint_limits[joint].value(kind) for joint in limits.joints]
         if any(value is not None for value in found):

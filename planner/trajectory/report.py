@@ -51,7 +51,7 @@ def verdict_sentence(report: TrajectoryReport) -> str:
 def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
     """The report as the terminal's table has it."""
     size = counted(len(report.points.times), "point")
-    rows = [("limits", report.limits.text())]
+    rows = [("limits", report.limits.text(report.checker.robot))]
     if report.fault:
         return [("trajectory", size), ("times", report.fault), *rows]
     if report.trajectory is None or report.proof is None:

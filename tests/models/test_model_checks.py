@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from planner.base.errors import RobotError, StateError
+from planner.base.resources import published_scene_names, scene_names
 from planner.models.model_checks import notes
 from planner.models.poses import pose
 from planner.models.robot import Robot
@@ -39,10 +41,13 @@ def test_links_that_are_seen_and_cannot_be_touched() -> None:
     assert "no collision geometry on link01, link05" in text
 
 
-def test_only_moving_links_need_geometry(urdf_file: Callable[..., str]) -> None:
-    still = link_xml("a").replace("</link>", SEEN)
-    inside = still + link_xml("b", '<sphere radius="0.1"/>') + joint_xml("j", "a", "b")
-    assert grave(Robot.load(urdf_file(inside)), Scene.load("empty")) == []
+def test_links_that_stand_still_need_geometry_as_well(urdf_file: Callable[..., str]) -> None:
+    still = "".join(link_xml(name).replace("</link>", SEEN) for name in ("world", "pedestal"))
+    inside = still + joint_xml("weld", "world", "pedestal", "fixed") + link_xml("unseen")
+    inside += link_xml("b", '<sphere radius="0.1"/>') + joint_xml("j", "pedestal", "b")
+    inside += joint_xml("weld2", "world", "unseen", "fixed")
+    (text,) = grave(Robot.load(urdf_file(inside), tool="b"), Scene.load("empty"))
+    assert "no collision geometry on pedestal, world:" in text
 
 
 def test_a_robot_that_nothing_can_touch_is_refused(urdf_file: Callable[..., str]) -> None:
@@ -57,19 +62,74 @@ def test_a_robot_that_nothing_can_touch_is_refused(urdf_file: Callable[..., str]
     ("mesh", "parts"),
     [
         (box(0.3), []),
-        (box(300.0), ["300 m across, and the arm is 0.9 m long: if it is in millimetres, give it 'scale: 0.001'"]),
+        (box(300.0), ["thing0 would reach 303 m far, and the arm is 0.9 m long: if their numbers are in mill"]),
         (box(1e-5), ["take its 'scale' away"]),
         (OPEN, ["is not closed"]),
-        (Mesh(1000 * OPEN.vertices, OPEN.triangles), ["scale: 0.001", "is not closed"]),
+        (Mesh(1000 * OPEN.vertices, OPEN.triangles), ["is not closed", "scale meshes by 0.001"]),
     ],
     ids=["sound", "millimetres", "metres scaled down", "open", "both"],
 )
 def test_meshes_of_a_scene(mesh: Mesh, parts: list[str]) -> None:
-    found = grave(load("planar_2r"), scene_of((mesh, pose([0, 0, 1000.0]))))
+    found = grave(load("planar_2r"), scene_of((mesh, pose([0, 0, 3.0]))))
     assert len(found) == len(parts)
     for text, part in zip(found, parts, strict=True):
         assert part in text
-        assert "'thing0'" in text
+        assert "thing0" in text
+
+
+SHAPES = {
+    "box": {"size": [0.4, 0.3, 0.05]},
+    "sphere": {"radius": 0.03},
+    "cylinder": {"radius": 0.03, "length": 0.6},
+    "capsule": {"radius": 0.03, "length": 0.6},
+}
+
+
+def scene_file(folder: Path, kind: str, unit: float, base: float = 0.0) -> Scene:
+    """A shape beside a Panda at x = ``base``, one in its hand and one that passes by, in ``unit`` per metre."""
+    shape = {"type": kind} | {key: (unit * np.array(value)).tolist() for key, value in SHAPES[kind].items()}
+    at = [base + unit * 0.4, unit * -0.2, unit * 0.3]
+    held = {"name": "held", "link": "panda_hand", "position": [0.0, 0.0, unit * 0.1], **shape}
+    way = [{"t": 0.0, "position": at}, {"t": 1.0, "position": at}]
+    obstacles = [{"name": "still", "position": at, **shape}, {"name": "passing", "motion": way, **shape}]
+    base_of = {"panda": {"base": {"position": [base, 0.0, 0.0]}}}
+    path = folder / "scene.yaml"
+    path.write_text(yaml.safe_dump({"obstacles": obstacles, "carried": [held], "robots": base_of}))
+    return Scene.load(path)
+
+
+def doubted(name: str, scene: Scene) -> list[str]:
+    """The notes on units of a robot as it stands in the scene, in millimetres or not."""
+    return [text for text in grave(open_world(WorldRequest(name, scene)).robot, scene) if "millimetres" in text]
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_shapes_in_millimetres(kind: str, tmp_path: Path) -> None:
+    """The sphere of 30 mm is small even in metres: its place gives it away. A cell far from the origin is no doubt."""
+    (text,) = doubted("panda", scene_file(tmp_path, kind, 1000.0))
+    assert text.startswith("still, passing, held would reach")
+    assert text.endswith("in millimetres, give metres, and scale meshes by 0.001.")
+    assert doubted("panda", scene_file(tmp_path, kind, 1.0)) == []
+    assert doubted("panda", scene_file(tmp_path, kind, 1.0, base=800.0)) == []
+
+
+@pytest.mark.parametrize(("unit", "names"), [(1.0, []), (1000.0, ["crate, rod would reach"])])
+def test_a_planning_scene_in_millimetres(tmp_path: Path, unit: float, names: list[str]) -> None:
+    sizes, place = ([unit * value for value in values] for values in ([0.1, 0.2, 0.3], [0.1, 0.5, 0.2]))
+    box = {"type": "box", "dimensions": sizes}
+    crate = {"id": "crate", "primitives": [box], "primitive_poses": [{"position": place}]}
+    rod = {"link_name": "panda_hand", "object": {**crate, "id": "rod", "header": {"frame_id": "panda_hand"}}}
+    message = {"world": {"collision_objects": [crate]}, "robot_state": {"attached_collision_objects": [rod]}}
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(message))
+    found = doubted("panda", Scene.load(tmp_path / "scene.yaml"))
+    assert len(found) == len(names)
+    assert all(name in text for name, text in zip(names, found, strict=True))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_no_built_in_scene_is_doubted(name: str) -> None:
+    for scene in (*scene_names(), *published_scene_names()):
+        assert not [note for note in notes(load(name), Scene.load(scene)) if "millimetres" in note.text]
 
 
 def test_a_link_in_millimetres(tmp_path: Path, urdf_file: Callable[..., str]) -> None:
@@ -79,8 +139,7 @@ def test_a_link_in_millimetres(tmp_path: Path, urdf_file: Callable[..., str]) ->
     links = link_xml("a") + link_xml("b", '<mesh filename="link.obj"/>') + link_xml("tip")
     robot = Robot.load(urdf_file(links + joint_xml("j", "a", "b") + joint_xml("k", "b", "tip", xyz="0.5 0 0")))
     (text,) = grave(robot, Scene.load("empty"))
-    assert "link 'b' is 100 m across" in text
-    assert 'scale="0.001 0.001 0.001"' in text
+    assert "b would reach 100 m far, and the arm is 0.5 m long: if their numbers are in millimetres" in text
 
 
 def test_doubts_are_told_once_a_query(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

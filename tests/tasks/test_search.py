@@ -120,6 +120,14 @@ def test_another_start_is_answered_on_what_is_known(brute) -> None:
     assert found.cost.total == pytest.approx(dijkstra(network, cost, proven_eagerly(more)), rel=1e-9)
 
 
+def test_the_progress_of_the_search_ends_at_its_total(brute) -> None:
+    seen = []
+    brute[0].plan(progress=Progress(lambda stage, done, total: seen.append((stage, done, total))))
+    last = {stage: (done, total) for stage, done, total in seen}
+    assert "modes" in last
+    assert all(done == total for done, total in last.values())
+
+
 @pytest.mark.parametrize("number", [3, 17, 70])
 def test_arcs_of_another_start_are_numbered_as_its_network_has_them(brute, number: int) -> None:
     """A refused arc is taken out by its number: of an order of their own others went, and the search never ended."""

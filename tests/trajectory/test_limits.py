@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from planner.base.errors import OptionError, PlannerError
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, TimingRequest
 from planner.trajectory.limits import KINDS, MotionLimits
-from tests.worlds import ROBOTS, load
+from tests.worlds import ROBOTS, joint_xml, link_xml, load
 
 ARM = load("planar_2r")
 A, B = ARM.joints
@@ -71,6 +72,32 @@ joint_limits:
     assert whole.velocity.tolist() == [1.5, 1.0]
 
 
+def test_joints_that_a_moveit_file_does_not_name_keep_their_own_limits(tmp_path: Path) -> None:
+    file = file_of(tmp_path, f"joint_limits: {{{B}: {{max_velocity: 0.5, max_effort: 1}}}}")
+    limits = MotionLimits.of(ARM, LimitsRequest(limits=file))
+    assert limits.velocity.tolist() == [ARM.velocity[0], 0.5]
+    np.testing.assert_array_equal(limits.acceleration, MotionLimits.of(ARM).acceleration)
+    told = f"joint_limits.yaml (of it efforts are passed over) (it names no {A}), the rest URDF"
+    assert limits.source["velocity"] == told
+
+
+def test_limits_of_joints_that_slide_are_in_metres(urdf_file: Callable[..., str]) -> None:
+    chain = joint_xml("rail", "a", "b", "prismatic") + joint_xml("turn", "b", "c").replace(
+        'velocity="1"', 'velocity="2"'
+    )
+    robot = Robot.load(urdf_file(link_xml("a") + link_xml("b") + link_xml("c", '<sphere radius="0.1"/>') + chain))
+    text = MotionLimits.of(robot).text(robot)
+    assert text.startswith("velocity up to 2 rad/s and 1 m/s (URDF); acceleration up to 5 rad/s² and 5 m/s² (assumed")
+    alone = Robot.load(
+        urdf_file(
+            link_xml("a") + link_xml("b", '<sphere radius="0.1"/>') + chain.partition("</joint>")[0] + "</joint>",
+            "rail",
+        )
+    )
+    assert "rad" not in MotionLimits.of(alone).text(alone)
+    assert "1 to 2 rad (m)/s" in MotionLimits.of(robot).text()
+
+
 def test_what_does_not_narrow_positions_is_no_matter_and_braking_counts(tmp_path: Path) -> None:
     text = f"""
 joint_limits:
@@ -100,7 +127,8 @@ BAD_OPTIONS = [
 ]
 BAD_FILES = [
     ("joint_limits: {}", f"has no joint '{A}'"),
-    (f"joint_limits: {{{A}: {{max_velocity: 1}}}}", f"has no joint '{B}'"),
+    ("joint_limits: {finger: {max_velocity: 1}}", f"has no joint '{A}'"),
+    (f"joint_limits: {{{A}: {{max_velocity: 1}}, {B}_: {{}}}}", f"has no joint '{B}'"),
     (f"joint_limits: {{{A}: {{max_velocity: 9}}, {B}: {{}}}}", "beyond the URDF's 2"),
     (f"joint_limits: {{{A}: {{max_velocity: .nan}}, {B}: {{}}}}", "should be a finite number"),
     (f"joint_limits: {{{A}: {{max_acceleration: -3}}, {B}: {{}}}}", "acceleration limit -3"),

@@ -20,6 +20,7 @@ from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
 from planner.models.files import urdf
 from planner.models.files.descriptions import described, is_description
+from planner.models.files.packages import example_robot_data
 from planner.models.files.srdf import (
     Srdf,
     group_joints,
@@ -45,7 +46,7 @@ class Source(Strict):
     args: dict[str, str] = pydantic.Field(default_factory=dict)  # of a xacro file
 
     def path(self, folder: Path) -> Path:
-        return (urdf.example_robot_data() / "robots" if self.package else folder) / self.file
+        return (example_robot_data() / "robots" if self.package else folder) / self.file
 
 
 class MotionFile(Strict):
@@ -215,6 +216,9 @@ class RobotFiles:
         if srdf is not None and srdf.unchecked:
             text = f"SRDF {srdf.path} leaves {choices(srdf.unchecked)} unchecked (disable_default_collisions): against "
             found.append(Note(f"{text}links that is followed, against obstacles they are checked all the same."))
+        if srdf is not None and srdf.passive_in_groups:
+            text = f"SRDF {srdf.path} names {choices(srdf.passive_in_groups)} as passive_joint inside a group: such "
+            found.append(Note(f"{text}joints are passive in every group and are not planned.", grave=False))
         if srdf is not None and srdf.base_moves:
             text = f"SRDF {srdf.path} has a virtual_joint that moves the base, which stands here: give it a base."
             found.append(Note(text, grave=False))

@@ -34,7 +34,8 @@ _OPTIONAL = {
 }
 _HARMLESS = ("end_effector", "link_sphere_approximation", "joint_property")  # no path depends on them
 _INNER = {
-    "group": {"joint": ("name",), "link": ("name",), "group": ("name",), "chain": ("base_link", "tip_link")},
+    "group": {"chain": ("base_link", "tip_link")}
+    | dict.fromkeys(("joint", "link", "group", "passive_joint"), ("name",)),
     "group_state": {"joint": ("name", "value")},
 }
 _BASES = ("fixed", "planar", "floating")  # types of virtual_joint
@@ -76,6 +77,7 @@ class Srdf:
     groups: Mapping[str, Group] = field(default_factory=dict)
     states: tuple[GroupState, ...] = ()
     passive: frozenset[str] = frozenset()
+    passive_in_groups: tuple[str, ...] = ()  # of these joints, those that a group names so, which MoveIt passes over
     unchecked: tuple[str, ...] = ()
     enabled: frozenset[frozenset[str]] = frozenset()
     world_frame: str = ""
@@ -118,7 +120,8 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
         disabled=_pairs(root, "disable_collisions"),
         groups={group.name: group for group in groups},
         states=tuple(_state(item, path) for item in root.findall("group_state")),
-        passive=frozenset(item.get("name", "") for item in root.findall("passive_joint")),
+        passive=frozenset(item.get("name", "") for item in root.iter("passive_joint")),
+        passive_in_groups=tuple(item.get("name", "") for item in root.iterfind("group/passive_joint")),
         unchecked=tuple(item.get("link", "") for item in root.findall("disable_default_collisions")),
         enabled=_pairs(root, "enable_collisions"),
         world_frame="" if virtual is None else virtual.get("parent_frame", ""),

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import os
+import contextlib
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
@@ -17,11 +16,11 @@ from planner.base.arrays import Floats
 from planner.base.errors import RobotError, choices
 from planner.base.notes import Note
 from planner.base.records import dataclass
-from planner.base.resources import robots_folder
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, shown
 from planner.models.files.meshes import reason
 from planner.models.files.mjcf import Sites, convert_mjcf
+from planner.models.files.packages import find_package
 from planner.models.files.urdf_rules import ends, require_sane_urdf
 from planner.models.files.xacro import read_root
 from planner.models.poses import se3
@@ -60,10 +59,8 @@ class Description:
 
     @cached_property
     def package_dirs(self) -> list[str]:
-        """Folders that may hold the packages of its meshes."""
-        above = [str(folder) for folder in self.path.resolve().parents][:4]
-        ros = [part for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
-        return [*above, *ros, str(robots_folder()), str(example_robot_data().parent)]
+        """Folders that the files of its meshes may be relative to."""
+        return [str(folder) for folder in self.path.resolve().parents][:4]
 
     @cached_property
     def mesh_names(self) -> dict[str, list[str]]:
@@ -101,17 +98,6 @@ class Description:
         return self.joints[joint][1]
 
 
-@cache
-def example_robot_data() -> Path:
-    """The folder of example-robot-data's files; its wheel holds no Python module to ask."""
-    installed = importlib.metadata.distribution("example-robot-data")
-    record = installed.read_text("RECORD") or ""  # a line for each of a thousand files: the path comes first
-    for path in (line.partition(",")[0] for line in record.splitlines()):
-        if path.endswith("/package.xml"):
-            return Path(str(installed.locate_file(path))).resolve().parent
-    raise RobotError("example-robot-data is installed without its data: reinstall it with pip.")
-
-
 def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> Description:
     """The URDF at ``path``; continuous joints become revolute ones of one turn, so that every joint is one angle.
 
@@ -128,6 +114,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
         )
     require_sane_urdf(root, path)
     root.set("version", "1.1")
+    _find_meshes(root, path)
     links, joints = root.findall("link"), root.findall("joint")
     notes = (*foreign, *_notes(joints))
     for joint in joints:
@@ -149,6 +136,17 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
         sites=sites,
         notes=notes,
     )
+
+
+def _find_meshes(root: ET.Element, path: Path) -> None:
+    """Give meshes that the URDF names by a package their paths; where the package is not found the name stays."""
+    find = cache(find_package)
+    for mesh in root.iter("mesh"):
+        kind, _, place = mesh.get("filename", "").partition("://")
+        name, _, inside = place.lstrip("/").partition("/")  # talos writes package:///
+        if kind in ("package", "model"):
+            with contextlib.suppress(LookupError):
+                mesh.set("filename", f"file://{find(name, path) / inside}")
 
 
 def _notes(joints: Sequence[ET.Element]) -> Iterator[Note]:
@@ -224,7 +222,8 @@ def build_model(description: Description) -> pin.Model:
         if joint.nv != 1 or joint.nq != 1:
             raise RobotError(
                 f"joint '{name}' of {description.path} has {joint.nv} degrees of freedom: "
-                "only revolute, continuous and prismatic joints are supported."
+                "only revolute, continuous and prismatic joints are supported. Make it fixed, where --base places the "
+                "robot, or give each degree of freedom a joint of its own."
             )
     for name, (link, place) in description.sites.items():
         holder = model.frames[on := frame_id(model, link)]

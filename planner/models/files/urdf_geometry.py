@@ -51,8 +51,8 @@ def read_geometry(description: Description, model: pin.Model, kind: Kind) -> Geo
             geometry = pin.buildGeomFromUrdfString(model, xml, _KINDS[kind], None, description.package_dirs, loader)
     except (ValueError, RuntimeError) as error:
         raise RobotError(
-            f"a mesh of {description.path} cannot be loaded ({reason(error)}): put it beside the URDF "
-            "or set ROS_PACKAGE_PATH."
+            f"a mesh of {description.path} cannot be loaded ({reason(error)}): put the file where the URDF names it, "
+            "or name the folder of its package in ROS_PACKAGE_PATH."
         ) from None
     if kind == "collision" and geometry.ngeoms < description.collision_elements:
         because = f" ({said})" if (said := printed.complaint()) else ""
@@ -107,8 +107,6 @@ def mesh_files(description: Description, *kinds: Kind) -> Iterator[Path]:
 def _places(description: Description, name: str) -> Iterator[Path]:
     """The files that a mesh of this ``name`` may be in."""
     place = name.removeprefix("file://")
-    if place.startswith(("package://", "model://")):
-        place = place.partition("://")[2].lstrip("/")  # talos writes package:///
     found = (Path(folder) / place for folder in description.package_dirs)
     return (path for path in found if is_file(path))
 

@@ -1,4 +1,4 @@
-"""The door to xacrodoc: URDF and SRDF that are written as xacro, expanded. An extra: other files need none of it.
+"""The door to xacro: URDF and SRDF that are written as xacro, expanded. An extra: other files need none of it.
 
 As in ROS, a xacro file holds expressions that are evaluated, and names other files: expand those that you trust.
 """
@@ -7,34 +7,43 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from planner.base.errors import InstallationError, RobotError, choices
-from planner.base.yamlfile import nearest, read_text, shown
+from planner.base.process_lock import PROCESS
+from planner.base.yamlfile import nearest, read_bytes, shown
+from planner.models.files.packages import find_package
 
 _XACRO = "/xacro}"  # ends the names of its namespace, http://www.ros.org/wiki/xacro and others
 
 
-def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> str:
-    """The text of an XML file, expanded with ``arguments`` where it ends in .xacro.
+def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> bytes:
+    """The content of an XML file, expanded with ``arguments`` where it ends in .xacro.
 
-    Raises :class:`RobotError` where it cannot be expanded, :class:`InstallationError` without xacrodoc.
+    Raises :class:`RobotError` where it cannot be expanded, :class:`InstallationError` without xacro.
     """
+    content = read_bytes(path, what)
     if path.suffix.lower() != ".xacro":
         if arguments:
             raise RobotError(f"{what} {path} is no xacro, and would not look at args: call it {path.name}.xacro.")
-        return read_text(path, what)
-    read_text(path, what)  # whether it is there, and not too long
+        return content
     try:
-        import xacrodoc  # pyright: ignore[reportMissingImports]  # an extra
+        import xacro  # pyright: ignore[reportMissingImports]  # an extra
+        from xacro import substitution_args  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InstallationError(
-            f"{path} is xacro, which needs the Python package xacrodoc: run pip install 'gabf-planner[xacro]', or "
-            "expand it to a URDF first."
+            f"{path} needs the Python package xacro: pip install 'gabf-planner[xacro]', or expand it to a URDF first."
         ) from None
     given = _Arguments(arguments or {})
     try:
-        text = xacrodoc.XacroDoc.from_file(str(path), subargs=given).to_urdf_string(pretty=False)
+        with PROCESS:  # xacro keeps the files that it is in as a global list
+            # itself it asks an installed ROS 2 for packages, knows no folder, and reads in the encoding of the locale
+            substitution_args._eval_find = lambda name: str(find_package(name, *map(Path, reversed(xacro.filestack))))
+            substitution_args._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
+            xacro.__dict__["open"] = partial(open, mode="rb")
+            document: Any = xacro.process_file(str(path.absolute()), mappings=given)
     except Exception as error:  # whatever an expression in the file raises
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise RobotError(
@@ -46,7 +55,7 @@ def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) 
             f"xacro file {path} has no argument {shown(unknown[0])}{nearest(unknown[0], given.asked)}; it has "
             f"{choices(sorted(given.asked))}: mend the args."
         )
-    return text
+    return document.toxml("utf-8")
 
 
 class _Arguments(dict[str, str]):
@@ -70,9 +79,10 @@ def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None)
 
     :class:`RobotError` where it is not well-formed, or holds xacro that is not expanded.
     """
+    content = read_xml(path, what, arguments)
     try:
-        root = ET.fromstring(read_xml(path, what, arguments))
-    except ET.ParseError as error:
+        root = ET.fromstring(content)
+    except (ET.ParseError, ValueError, LookupError) as error:  # the latter two of encodings
         raise RobotError(f"{what} {path} is not well-formed XML ({error}): mend the file.") from None
     if any(_XACRO in str(element.tag) for element in root.iter()):
         raise RobotError(f"{what} {path} holds elements of xacro, which nobody would read: call it {path.name}.xacro.")

@@ -247,7 +247,7 @@ def test_args_for_what_is_no_xacro_are_refused(tmp_path: Path, urdf_file: Callab
 
 
 def test_args_that_a_xacro_does_not_have_are_refused(tmp_path: Path, urdf_file: Callable[..., str]) -> None:
-    pytest.importorskip("xacrodoc")
+    pytest.importorskip("xacro")
     urdf = Path(urdf_file("".join(map(link_xml, "ab")) + joint_xml("j", "a", "b")))
     declared = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="arm"><xacro:arg name="prefix"'
     text = urdf.read_text()

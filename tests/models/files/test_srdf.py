@@ -188,6 +188,18 @@ def test_a_passive_joint_is_not_planned_and_elements_of_others_are_noted(arm: Pa
     ]
 
 
+def test_a_passive_joint_inside_a_group_is_read_noted_and_not_planned(arm: Path) -> None:
+    """So do the SRDFs of Franka's arms and MoveIt's own panda.srdf."""
+    more = '<passive_joint name="lift"/><joint name="elbow"/></group>'
+    (arm / "arm.srdf").write_text(SRDF.replace('<joint name="elbow"/><joint name="lift"/>', more.partition("<j")[0]))
+    assert load(arm).joints == ("shoulder", "elbow")
+    (arm / "arm.srdf").write_text(SRDF.replace('<joint name="weld"/></group>', more, 1))
+    robot = load(arm, group="by_joints")
+    assert robot.joints == ("elbow",)
+    (note,) = robot.notes
+    assert "names lift as passive_joint inside a group" in note.text
+
+
 def test_attributes_of_others_are_noted(arm: Path) -> None:
     lines = '<disable_collisions link1="base" link2="fore" within="0.1" reason="Never"/>'
     lines += '<group_state name="s" group="arm"><joint name="elbow" value="1" gear="2"/></group_state>'

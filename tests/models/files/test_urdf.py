@@ -9,6 +9,7 @@ import pytest
 
 from planner.base.errors import FileError, RobotError
 from planner.models.files import urdf
+from planner.models.files.packages import example_robot_data
 from planner.models.files.srdf import read_srdf
 from planner.models.robot import Robot
 from planner.models.shapes import Capsule, Cylinder, Mesh
@@ -117,12 +118,12 @@ REFUSED = {
     "floating": (
         f'<robot name="x">{A}{B}{joint_xml("free", "a", "b", "floating")}</robot>',
         RobotError,
-        ["'free'", "6 degrees of freedom", "revolute"],
+        ["'free'", "6 degrees of freedom", "revolute", "Make it fixed, where --base places"],
     ),
     "planar": (
         f'<robot name="x">{A}{B}{joint_xml("slab", "a", "b", "planar")}</robot>',
         RobotError,
-        ["'slab'", "degrees of freedom"],
+        ["'slab'", "degrees of freedom", "or give each degree of freedom a joint of its own"],
     ),
     "unknown geometry": (
         f'<robot name="x">{A}{link_xml("b", "<cone radius=&quot;1&quot;/>".replace("&quot;", chr(34)))}'
@@ -174,7 +175,7 @@ def test_a_missing_file_and_a_binary_one(tmp_path):
         Robot.load(str(tmp_path / "nowhere.urdf"))
     path = tmp_path / "binary.urdf"
     path.write_bytes(b"\xff\xfe\x00\x81")
-    with pytest.raises(FileError, match="not UTF-8"):
+    with pytest.raises(RobotError, match="not well-formed XML"):
         Robot.load(str(path))
 
 
@@ -214,8 +215,8 @@ def test_frames_prefer_links_over_joints_of_the_same_name(urdf_file):
 
 
 def test_example_robot_data_is_found():
-    assert (urdf.example_robot_data() / "robots").is_dir()
-    assert isinstance(urdf.example_robot_data(), Path)
+    assert (example_robot_data() / "robots").is_dir()
+    assert isinstance(example_robot_data(), Path)
 
 
 def test_soft_limits_are_limits(urdf_file):
