@@ -31,7 +31,7 @@ _NINE_PLACES = dict(
 
 
 def nine_node_graph(network: gabf.Network, found: gabf.Structure) -> Figure:
-    """Fig. (example1): an arc i -> j where node i reads node j, its weight beside it, true-parent arcs drawn thick.
+    """Fig. (example1): an arc i -> j where node i reads node j, labelled with its weight, true-parent arcs drawn thick.
 
     Sources have a double ring; x* stands under each node's number.
     """

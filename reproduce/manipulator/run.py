@@ -1,4 +1,4 @@
-"""``python -m reproduce manipulator``: section 4.2 on many roadmaps, its numbers beside ours."""
+"""``python -m reproduce manipulator``: section 4.2 on many roadmaps, with the paper's numbers."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def manipulator_figures(query: Query, shown: SeedStudy, cases: Sequence[SeedStud
 
 
 def _row(label: str, cases: Sequence[SeedStudy]) -> Row:
-    """One path's medians over the seeds beside the paper's printed costs (no unit); w in m^3."""
+    """One path's medians over the seeds, with the paper's printed costs (no unit); w in m^3."""
     printed = {label_of(beta): costs for beta, costs in PAPER_COSTS.items()}.get(label, (None, None))
     paths = [case.ways[label] for case in cases]
     median = {short: float(np.median([getattr(path, name) for path in paths])) for name, short in _COLUMNS.items()}

@@ -2,10 +2,12 @@
 
 import inspect
 
+import planner
 from planner.view import figures as figure
 
 
 def test_every_name_is_a_function_with_a_docstring_of_its_own() -> None:
+    assert planner.figures is figure
     assert sorted(figure.__all__) == figure.__all__
     for name in figure.__all__:
         function = getattr(figure, name)
