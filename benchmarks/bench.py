@@ -16,7 +16,7 @@ from planner.batch.results import Results, ResultsFile, measure_missing
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.processes import source
 from planner.processes.parallel import Measure
-from planner.reproduce.report import Verdict
+from reproduce.verdict import Verdict
 
 C = TypeVar("C")
 R = TypeVar("R")

@@ -109,11 +109,13 @@ def commands(program: str = "planner") -> list[tuple[str, ...]]:
 
 
 def help_text(*words: str, program: str = "planner") -> str:
-    """What ``PROGRAM WORDS --help`` prints; the program is ``planner`` or ``python -m benchmarks``."""
+    """What ``PROGRAM WORDS --help`` prints; the program is ``planner`` or ``python -m`` and a package next to it."""
     from benchmarks import commands as benchmarks
     from planner.cli import app
+    from reproduce import commands as reproduce
 
-    run = {"planner": app.run, "python -m benchmarks": benchmarks.run}[program]
+    programs = {"planner": app, "python -m benchmarks": benchmarks, "python -m reproduce": reproduce}
+    run = programs[program].run
     out = io.StringIO()
     terminal = {"COLUMNS": _WIDTH, "NO_COLOR": "1", "TERM": "dumb"}
     with mock.patch.dict(os.environ, terminal), contextlib.redirect_stdout(out), contextlib.suppress(SystemExit):

@@ -1,4 +1,3 @@
-from . import figures as figures
 from . import gabf as gabf
 from .base.errors import PlannerError as PlannerError
 from .base.errors import Reason as Reason
@@ -59,4 +58,5 @@ from .trajectory.export import export as export
 from .trajectory.limits import MotionLimits as MotionLimits
 from .trajectory.timing import time_path as time_path
 from .trajectory.trajectory import Trajectory as Trajectory
+from .view import figures as figures
 from .view.notebook import show as show

@@ -16,6 +16,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.planning.result import Plan
 from planner.roadmap.roadmap import Roadmap
+from reproduce.__main__ import main as reproduce_main
 from tests.batch.posts import write_problem
 from tests.command_line import Run, assert_remedies_are_options
 from tests.worlds import (
@@ -88,7 +89,7 @@ def urdf_file(tmp_path: Path) -> Callable[..., str]:
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
     """Run a command line in this process: (exit code, standard output, standard error)."""
-    programs = {"planner": cli.main, "benchmarks": benchmarks_main}
+    programs = {"planner": cli.main, "benchmarks": benchmarks_main, "reproduce": reproduce_main}
 
     def call(*arguments: str, program: str = "planner") -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", [program, *arguments])

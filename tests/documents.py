@@ -11,9 +11,9 @@ import pytest
 from tests.command_line import Run
 
 ROOT = Path(__file__).resolve().parents[1]
-SLOW = ("reproduce",)  # minutes each, and they have their own tests, as the benchmarks
-GROUPS = ("roadmap", "reproduce")
-_BENCHMARKS = "python -m benchmarks "
+GROUPS = ("roadmap",)
+_PROGRAMS = ("planner ", "benchmarks ", "reproduce ")
+_BESIDE = ("python -m benchmarks ", "python -m reproduce ")
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -22,10 +22,10 @@ def blocks(text: str, language: str) -> list[str]:
 
 
 def commands(lines: list[str]) -> list[list[str]]:
-    """The words of every line that is a command of the planner, or of the benchmarks, which then is the first word."""
+    """The words of every command of the planner, and of the programs next to it with their name as the first word."""
     stripped = [line.strip() for line in lines]
-    named = [line.removeprefix("python -m ") if line.startswith(_BENCHMARKS) else line for line in stripped]
-    return [shlex.split(line.split("#")[0]) for line in named if line.startswith(("planner ", "benchmarks "))]
+    named = [line.removeprefix("python -m ") if line.startswith(_BESIDE) else line for line in stripped]
+    return [shlex.split(line.split("#")[0]) for line in named if line.startswith(_PROGRAMS)]
 
 
 def assert_options_are_known(words: list[str], run: Run) -> None:
@@ -45,7 +45,7 @@ def assert_they_run(all_words: list[list[str]], run: Run, folder: Path, monkeypa
         monkeypatch.setattr(server, lambda page, *_, **__: served.append(str(page)[:80]))
     monkeypatch.chdir(folder)
     for words in all_words:
-        if words[0] == "planner" and words[1] not in SLOW:
+        if words[0] == "planner":
             served.clear()
             code, out, err = run(*_quicker(words)[1:])
             assert code == 0, (words, err)

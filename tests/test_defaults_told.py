@@ -12,7 +12,6 @@ import pytest
 from planner import gabf
 from planner.gabf.laws import SingularityFree
 from planner.problem.request import PlanRequest, WorkersRequest
-from planner.reproduce.learning.robot import RobotSettings
 from planner.sampling.grow import join_settings
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.session import Session
@@ -37,10 +36,6 @@ TOLD: list[tuple[str, str, float | str]] = [
         PlanRequest(roadmap="x").rounds,
     ),
     ("planner/problem/request.py", r"Tasks at once: (\S+) where left out", int(WorkersRequest().serial)),
-    ("planner/cli/reproduce.py", r"number of roadmaps, (\S+) where left out", RobotSettings("x").roadmaps),
-    ("planner/cli/reproduce.py", r"nodes of each roadmap, (\S+) where left out", RobotSettings("x").nodes),
-    ("planner/cli/reproduce.py", r"executed on each roadmap, (\S+) where left out", RobotSettings("x").executions),
-    ("planner/cli/reproduce.py", r'the scene, "(\S+)" where left out', str(RobotSettings("x").scene)),
     ("planner/cli/sweep.py", r"--front may make, (\S+) where left out", MAX_LABELS),
     ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.rounds),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),

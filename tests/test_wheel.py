@@ -40,6 +40,7 @@ def test_the_wheel_holds_the_data(wheel: Path) -> None:
         "planner/view/page.js",
     ):
         assert name in names
+    assert not any(name.startswith(("reproduce/", "benchmarks/", "tests/")) for name in names)
 
 
 def test_the_source_distribution_can_be_built_from(tmp_path: Path) -> None:
@@ -49,7 +50,18 @@ def test_the_source_distribution_can_be_built_from(tmp_path: Path) -> None:
         names = {name.partition("/")[2] for name in archive.getnames()}
     inside = (ROOT / "planner" / "native" / "source").rglob("*.?pp")
     sources = {str(path.relative_to(ROOT)) for path in inside}
-    assert sources | {"hatch_build.py", "LICENSE", "LICENSES.md", "CITATION.cff", "robots/iiwa14/iiwa14.urdf"} <= names
+    assert (
+        sources
+        | {
+            "hatch_build.py",
+            "LICENSE",
+            "LICENSES.md",
+            "CITATION.cff",
+            "robots/iiwa14/iiwa14.urdf",
+            "reproduce/commands.py",
+        }
+        <= names
+    )
     assert not any(name.endswith((".so", ".pyc")) for name in names), "compiled where it is installed"
 
 

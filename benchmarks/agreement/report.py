@@ -11,7 +11,7 @@ from benchmarks.agreement.check_speed import ROUNDS
 from benchmarks.agreement.contact_band import band
 from benchmarks.bench import aim_lines, closing_lines
 from planner.base.tables import markdown_table, median
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 
 @dataclass(frozen=True)

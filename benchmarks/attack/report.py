@@ -10,7 +10,7 @@ from benchmarks.attack.claims import ROUNDING
 from benchmarks.bench import aim_lines, closing_lines
 from planner.base.tables import markdown_table
 from planner.collision import BACKENDS
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 
 @dataclass(frozen=True)

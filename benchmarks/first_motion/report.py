@@ -10,7 +10,7 @@ from typing import Any
 from benchmarks.bench import aim_lines, closing_lines
 from planner.base.tables import markdown_table, median, percentile
 from planner.batch.outcomes import SOLVED
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 OURS, WHOLE, OMPL, ROBOPLAN = "planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal", "roboplan"
 OTHERS = (ROBOPLAN, "pyroboplan", "hpp")

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.bench import aim_lines, closing_lines, growth_exponent
 from planner.base.tables import markdown_table
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.bench import aim_lines, closing_lines
 from planner.base.tables import markdown_table, median
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 SHARE_OF_STOPPING, OVER_TOPPRA, SECONDS = 0.60, 1.05, 0.15
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.bench import aim_lines, closing_lines
 from planner.base.tables import markdown_table, median, percentile
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 _AIMS = {1000: 1.0, 5000: 0.3}  # %: the gap that is aimed at for planar_2r, by the number of nodes
 

@@ -10,7 +10,7 @@ from benchmarks.bench import aim_lines, closing_lines
 from benchmarks.plan.rows import Row, by_settings, of_outcome
 from planner.base.tables import markdown_table, median, percentile
 from planner.batch.outcomes import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 GOAL_SECONDS = 10.0
 _HEADER = ["scene type", "runs", "refused", "solved", "of those tried", "in 10 s", "timed out", "no path", "crashed"]

@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.bench import aim_lines, closing_lines
 from planner.base.tables import markdown_table
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 _COUNTS = ("proven", "both", "only_ours", "only_ours_touching", "only_theirs", "only_theirs_touching")
 

@@ -9,7 +9,7 @@ from typing import Any
 from benchmarks.bench import aim_lines, closing_lines
 from planner.base.tables import markdown_table, median
 from planner.batch.outcomes import SOLVED
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 BASE = "RRTConnect"
 

@@ -9,7 +9,7 @@ from typing import Any
 from benchmarks.bench import aim_lines, closing_lines
 from benchmarks.replan.changes import KINDS
 from planner.base.tables import markdown_table, median, percentile
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 _MANY = 1000  # changes from which on the memory of a session is told
 SIMULATED = "simulated"  # the kind of a row that is no change

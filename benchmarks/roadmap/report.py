@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.bench import aim_lines, closing_lines, growth_exponent
 from planner.base.tables import markdown_table
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 OURS = "gabf-planner"
 OMPL, OMPL_PLAIN, PYROBOPLAN = "OMPL PRM, our checker", "OMPL PRM, plain coal", "pyroboplan PRM"

@@ -10,7 +10,7 @@ from benchmarks.bench import aim_lines, closing_lines
 from benchmarks.tables.published import GCS, GCS_TASKS, MBM, MISSING, PUBLISHED, SOURCES, Published
 from planner.base.tables import markdown_table, median
 from planner.batch.outcomes import SOLVED
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 
 @dataclass(frozen=True)

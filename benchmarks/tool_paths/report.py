@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from benchmarks.bench import aim_lines, closing_lines
 from planner.base.tables import markdown_table, median, percentile
-from planner.reproduce.report import Verdict, tally
+from reproduce.verdict import Verdict, tally
 
 _FIRST, _AGAIN = 1.0, 0.05  # s that are aimed at for a raster of 200 points
 _BESIDE = ("position", "angle", "contacts", "w_min", "duration")

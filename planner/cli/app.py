@@ -27,7 +27,6 @@ COMMANDS = {  # each is what has its name in this module; in the order of the he
     "scenes": "planner.cli.catalogue",
     "robot-yaml": "planner.cli.robot_yaml",
     "roadmap": "planner.cli.roadmap",
-    "reproduce": "planner.cli.reproduce",
 }
 
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from rich.progress import Progress as Bars
     from rich.table import Table
 
-    from planner.reproduce.report import Verdict
-
 T = TypeVar("T")
 _QUICK = 1.0  # s: work that is done by then shows no bars
 _OF_TEXT = "\n\t\x7f"  # the last one does nothing, and JSON that is printed may hold it
@@ -166,14 +164,4 @@ def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
     table = Table(*map(_cell, columns))
     for line in lines:
         table.add_row(*map(_cell, line))
-    return table
-
-
-def verdict_table(verdicts: Sequence[Verdict]) -> Table:
-    """Verdicts on the paper's sentences as the terminal shows them."""
-    from rich.table import Table
-
-    table = Table("the paper says", "confirmed", "note", show_lines=True)
-    for verdict in verdicts:
-        table.add_row(*map(_cell, (verdict.sentence, f"{verdict.confirmed} of {verdict.of}", verdict.note)))
     return table

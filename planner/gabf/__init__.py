@@ -7,7 +7,7 @@
 Needs NumPy, and SciPy for :class:`RungeKutta45` only, loaded when that runs. Nothing here knows of robots.
 """
 
-from planner.gabf import examples
+from planner.gabf import examples, learning
 from planner.gabf.assumptions import Premises, overestimate
 from planner.gabf.bounds import T_star_corrected, T_star_printed, T_star_sharp
 from planner.gabf.certificates import Assumption, Certificate, certify
@@ -72,6 +72,7 @@ __all__ = [
     "examples",
     "extract_path",
     "heal",
+    "learning",
     "max_error",
     "named_law",
     "oracle",

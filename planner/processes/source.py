@@ -10,7 +10,7 @@ from pathlib import Path
 from planner.base.versions import versions
 
 _PACKAGE = Path(__file__).resolve().parents[1]
-_SILENT = ("cli", "view", "figures", "reproduce")  # whose source decides nothing that a row holds
+_SILENT = ("cli", "view")  # whose source decides nothing that a row holds
 
 
 def software(*more: Path) -> str:

@@ -19,10 +19,6 @@ REQUESTS = (PlanRequest, TimingRequest, LiveRequest)
 OWN_MEANING = {  # of options that a request has too, by command
     "robot_yaml": "a file is written for a robot alone: its tool, group and joints are those of no scene",
     "extend": "nodes are how many more, and a seed left out follows from the roadmap",
-    "example": "one report, nothing random",
-    "laws": "the seed of random graphs",
-    "manipulator": "the paper's roadmaps, without anything else that a plan has",
-    "learning": "left out, there is no robot",
     "gabf": "networks, no robots: the seed alone",
     "optimum": "numbers of nodes",
     "misses": "a seed of obstacles",

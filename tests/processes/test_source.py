@@ -11,7 +11,7 @@ from planner.processes import source
 from planner.processes.source import software, source_hash
 
 MEASURED = ("planning.py", "gabf/solve.py", "native/source/ik.cpp", "native/source/ik.hpp", "batch/results.py")
-SHOWN = ("cli/plan.py", "view/page.py", "figures/space.py", "reproduce/laws/run.py")
+SHOWN = ("cli/plan.py", "view/page.py", "view/figures/space.py")
 NO_SOURCE = ("view/page.js", "gabf/solve.pyc", "README.md")
 
 

@@ -1,4 +1,4 @@
-"""``planner reproduce example``: the facts of the nine-node graph, and verdicts that can say no."""
+"""``python -m reproduce example``: the facts of the nine-node graph, and verdicts that can say no."""
 
 from __future__ import annotations
 
@@ -9,25 +9,23 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base.errors import OptionError
-from planner.reproduce.example import example_verdicts, optimal_paths, run_example
-from planner.reproduce.report import Report, write_report
+from reproduce.example import CLAIMS, Example, run_example
+from reproduce.report import Report, judge, write_report
 
 
 @pytest.fixture(scope="module")
 def report() -> Report:
-    return run_example()
+    return run_example(3)
 
 
-def test_the_seed_is_kept() -> None:
-    assert run_example(3).config == {"seed": 3}
-    with pytest.raises(OptionError, match="seed"):
-        run_example(-1)
+def of(network: gabf.Network) -> Example:
+    return Example(network, gabf.structure(network))
 
 
 def test_every_sentence_is_confirmed(report: Report) -> None:
     assert len(report.verdicts) >= 10
     assert [verdict.sentence for verdict in report.verdicts if not verdict.holds] == []
+    assert report.config == {"seed": 3}
 
 
 def test_the_table_says_what_the_text_says(report: Report) -> None:
@@ -47,25 +45,22 @@ def test_each_law_is_run_from_the_starts_that_it_allows(report: Report) -> None:
 
 
 def test_optimal_paths_of_node_6() -> None:
-    network = gabf.examples.nine_node()
-    assert optimal_paths(network, gabf.structure(network), 6) == [(6, 8, 9), (6, 9)]
+    assert of(gabf.examples.nine_node()).paths(6) == {(6, 8, 9), (6, 9)}
 
 
 def test_a_doctored_graph_is_not_confirmed() -> None:
     network = gabf.examples.nine_node()
     weight = network.weight.copy()
     weight[network.arcs_between(3, 1)] = 1.5  # node 4 reads node 2 at a higher price
-    doctored = replace(network, weight=weight)
-    verdicts = {v.sentence: v for v in example_verdicts(doctored, gabf.structure(doctored))}
+    verdicts = {verdict.sentence: verdict for verdict in judge(CLAIMS, [of(replace(network, weight=weight))])}
     assert not verdicts["P(4) = {2, 3}."].holds
     assert not verdicts["x_4* = 7 is achievable via paths 4 -> 2 -> 1 or 4 -> 3 -> 1."].holds
     assert verdicts["6 is in F_2 but not in F_1."].holds
 
 
 def test_a_flat_graph_is_judged_and_not_confirmed() -> None:
-    network = gabf.examples.nine_node()
-    all_sources = replace(network, sources=np.arange(9), source_values=np.ones(9))
-    verdicts = example_verdicts(all_sources, gabf.structure(all_sources))
+    all_sources = replace(gabf.examples.nine_node(), sources=np.arange(9), source_values=np.ones(9))
+    verdicts = judge(CLAIMS, [of(all_sources)])
     assert not any(v.holds for v in verdicts if "F_2" in v.sentence or "D(G)" in v.sentence)
 
 

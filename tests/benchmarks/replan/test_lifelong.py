@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.replan.lifelong import repair_field
 from planner import gabf
-from planner.reproduce.random_graphs import draw_graph
+from reproduce.laws.graphs import draw_graph
 
 
 @pytest.mark.parametrize("seed", range(5))

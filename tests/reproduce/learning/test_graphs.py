@@ -1,13 +1,17 @@
-"""The grid graphs of Section 4.3."""
+"""The grid graphs of Section 4.3, and training in turn."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from planner.reproduce.learning.graphs import GOAL, OFFSET, RANGE, START, GridGraph
-from planner.reproduce.learning.threshold import second_cost
-from tests.reproduce.learning.test_threshold import grid
+from planner.gabf.learning import ErrorDriven, planning_stage, untrained
+from reproduce.learning.graphs import GOAL, OFFSET, RANGE, START, GridGraph, draw_grid
+from reproduce.learning.study import learn_in_turn
+
+
+def grid(seed: int) -> GridGraph:
+    return draw_grid(np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -33,32 +37,17 @@ def test_the_shortest_path_is_the_one_that_floyd_and_warshall_find(seed: int) ->
     np.fill_diagonal(length, 0.0)
     for k in range(36):
         length = np.minimum(length, length[:, k : k + 1] + length[k])
-    assert graph.shortest_length == pytest.approx(length[START, GOAL], rel=1e-12)
     assert (graph.shortest[0], graph.shortest[-1]) == (START, GOAL)
-    assert graph.weights(graph.shortest).sum() == pytest.approx(graph.shortest_length, rel=1e-12)
+    assert graph.length(graph.shortest) == pytest.approx(length[START, GOAL], rel=1e-12)
+    assert graph.d[graph.network.arcs_along(graph.shortest)].sum() == pytest.approx(length[START, GOAL], rel=1e-12)
 
 
-def test_the_second_path_is_the_second_of_all_paths() -> None:
-    graph = grid(3)
-    # all paths up to 6 % longer than the shortest, by depth-first search that gives up where none is left
-    left = np.array([dijkstra_from(graph, node) for node in range(36)])
-    limit, found = 1.06 * graph.shortest_length, []
-
-    def walk(node: int, been: tuple[int, ...], length: float) -> None:
-        if node == GOAL:
-            found.append(length)
-            return
-        for arc in range(int(graph.network.indptr[node]), int(graph.network.indptr[node + 1])):
-            head = int(graph.network.indices[arc])
-            if head not in been and length + graph.d[arc] + left[head] <= limit:
-                walk(head, (*been, head), length + float(graph.d[arc]))
-
-    walk(START, (START,), 0.0)
-    assert len(found) >= 2
-    assert sorted(found)[:2] == pytest.approx([graph.shortest_length, second_cost(graph, graph.d)], rel=1e-12)
-
-
-def dijkstra_from(graph: GridGraph, node: int) -> float:
-    from planner.reproduce.learning.graphs import distances
-
-    return float(distances(graph.network, graph.d)[node])
+def test_in_turn_each_arc_sees_the_changes_of_the_ones_before_it() -> None:
+    position = np.array([[0.0, 0.0], [0.1, 0.0], [0.3, 0.0]])
+    arcs = np.array([[0, 1], [1, 0], [1, 2], [2, 1]])
+    network, d = untrained(arcs[:, 0], arcs[:, 1], np.array([0]), 3), np.array([0.1, 0.1, 0.2, 0.2])
+    rule = ErrorDriven(alpha=0.8, beta=1.0)
+    last = learn_in_turn(planning_stage(network), rule, GridGraph(position, network, d, 0), 1, np.arange(4))[-1]
+    w10 = 0.5 + 0.8 * 0.5 * (0.9 - 0.5)  # a_0 = 1, a_1 = 0.5
+    w12 = 0.5 + 0.8 * w10 * (0.5 * w10) * (0.8 - 0.5)  # now a_1 = w10, a_2 = 0.5 w10
+    assert last.wbar[1:] == pytest.approx([w10, w12, w12])

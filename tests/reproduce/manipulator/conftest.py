@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import pytest
 
-from planner.reproduce.manipulator.case import SeedStudy, study_seed
-from planner.reproduce.manipulator.run import run_manipulator
-from planner.reproduce.report import Report
-from planner.setup.open import Query, make_query
-from tests.reproduce.manipulator.small import SMALL
+from planner.problem.request import SweepRequest
+from planner.setup.open import Query
+from reproduce.manipulator.case import SeedStudy, query_of, study_seed
+from reproduce.manipulator.run import run_manipulator
+from reproduce.report import Report
+
+SMALL = SweepRequest(nodes=80, seed=1)
 
 
 @pytest.fixture(scope="session")
 def query() -> Query:
-    return make_query(SMALL, near_start=False)
+    return query_of(SMALL)
 
 
 @pytest.fixture(scope="session")
-def case(query: Query) -> SeedStudy:
-    found = study_seed(query, SMALL)
-    assert found is not None
+def case() -> SeedStudy:
+    found = study_seed(0, SMALL)
     assert found.ways
     return found
 
 
 @pytest.fixture(scope="session")
 def small() -> Report:
-    return run_manipulator(2, SMALL.nodes, "coal", seed=1)
+    return run_manipulator(2, SMALL.nodes, seed=1)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.kinematics.forward import tool_positions
-from planner.reproduce.manipulator.geometry import kinks, mean_distance, sampled_tool_path, shared_segments, turning
+from reproduce.manipulator.case import shared_segments
+from reproduce.manipulator.geometry import kinks, mean_distance, sampled_tool_path, turning
 from tests.worlds import load, random_q
 
 

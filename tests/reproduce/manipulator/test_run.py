@@ -1,80 +1,32 @@
-"""``planner reproduce manipulator``: the geometry of paths, the verdicts on doctored cases, and a small whole run."""
+"""``python -m reproduce manipulator``: a small whole run, and which paths go into which figure."""
 
 from __future__ import annotations
 
-import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.reproduce.manipulator import run as experiment
-from planner.reproduce.manipulator.case import (
-    BETAS,
-    RRT,
-    SHORTENED,
-    MeasuredPath,
-    SeedStudy,
-    SolveFacts,
-    label_of,
-)
-from planner.reproduce.manipulator.run import LABELS, run_manipulator, shown_case
-from planner.reproduce.manipulator.verdicts import PAPER_COSTS
-from planner.reproduce.report import Report, write_report
 from planner.setup.open import Query
-from tests.reproduce.manipulator.small import SMALL
-
-
-def way(label: str, q: float, lift: float, costs: tuple[float, float], **more: Any) -> MeasuredPath:
-    path = np.array([[0.0], [q], [q + 1], [9.0]])
-    tool = np.linspace([0, 0, lift], [1, 0, lift], 20)
-    plain: dict[str, Any] = {"w_min": 0.1, "w_mean": 0.2, "joint_length": 1.0, "workspace_length": 1.0, "turning": 2.0}
-    plain |= {"kinks": np.radians([50.0, 60.0]), "tool": tool, "contact": None}
-    return MeasuredPath(label, path, path, *costs, **plain | more)
-
-
-def ideal(seed: int = 0) -> SeedStudy:
-    """A case on which every sentence of the paper is true."""
-    ways = {}
-    for beta in BETAS:
-        red = beta < 0.4
-        shape = {"workspace_length": 1.05, "turning": 3.0, "joint_length": 1.1} if red else {}
-        ways[label_of(beta)] = way(label_of(beta), 1.0 if red else 3.0, 0.5 if red else 0.1, PAPER_COSTS[beta], **shape)
-    ways[RRT] = way(RRT, 5.0, 0.0, (1.2, 47.0), turning=4.0)
-    ways[SHORTENED] = way(SHORTENED, 7.0, 0.05, (1.1, 46.2), turning=1.0)
-    roadmap: Any = SimpleNamespace(nodes=np.zeros((1012, 7)), edges=np.zeros((2029, 2)))
-    fields = tuple(SolveFacts(beta, 1.0, 0.0, 0.01, 1.0) for beta in BETAS)
-    return SeedStudy(seed, roadmap, fields, ways)
-
-
-def changed(label: str, **changes: Any) -> SeedStudy:
-    """The ideal case with one way changed."""
-    case = ideal(1)
-    return replace(case, ways=case.ways | {label: replace(case.ways[label], **changes)})
-
-
-ZERO, THIRD, HALF, MOST, ONE = map(label_of, BETAS)
-OTHER = np.array([[0.0], [4.5], [6.5], [9.0]])
-RED_Q, BLUE_Q = ideal().ways[ZERO].q, ideal().ways[ONE].q
+from reproduce.manipulator import run as experiment
+from reproduce.manipulator.case import LABELS, SeedStudy
+from reproduce.manipulator.run import manipulator_figures, run_manipulator, shown_case
+from reproduce.report import Report, write_report
+from tests.reproduce.manipulator.conftest import SMALL
+from tests.reproduce.manipulator.test_claims import BLUE_Q, HALF, OTHER, changed, ideal
+from tests.view.figures.panels import lines
 
 
 def test_the_drawn_case_is_one_that_falls_as_the_papers_does() -> None:
-    odd, same = (
-        changed(HALF, nodes=OTHER),
-        replace(ideal(), ways={k: replace(w, nodes=BLUE_Q) for k, w in ideal().ways.items()}),
-    )
+    odd, good = changed(HALF, nodes=OTHER), ideal()
+    same = replace(good, ways={label: replace(way, nodes=BLUE_Q) for label, way in good.ways.items()})
     assert shown_case([same, odd, ideal(7)]).seed == 7
     assert shown_case([same, odd]) is odd
     assert shown_case([same]) is same
-
-
-# a small whole run
 
 
 def test_a_small_run_is_whole_and_written(small: Report, tmp_path: Path) -> None:
@@ -97,31 +49,30 @@ def test_a_seed_does_not_depend_on_how_many_are_asked_for(small: Report, case: S
     rows = {row["path"]: row for row in small.more["paths"] if row["seed"] == 1}
     assert set(rows) == set(case.ways)
     for label, measured in case.ways.items():
-        assert rows[label]["q"] == measured.q.tolist()
+        np.testing.assert_array_equal(rows[label]["q"], measured.q)
 
 
-def test_a_stop_keeps_whole_seeds(monkeypatch: pytest.MonkeyPatch, case: SeedStudy, tmp_path: Path) -> None:
-    given = itertools.chain([case], itertools.repeat(None))
-    monkeypatch.setattr(experiment, "study_seed", lambda *_, **__: next(given))
-    heard: list[tuple[str, int, int]] = []
-    report = run_manipulator(5, SMALL.nodes, "coal", progress=Progress(lambda *word: heard.append(word)))
+def test_a_stop_keeps_whole_seeds_or_leaves_an_empty_report(tmp_path: Path) -> None:
+    heard: list[int] = []
+    progress = Progress(lambda _, done, total: heard.append(done), lambda: len(heard) > 1)
+    report = run_manipulator(5, SMALL.nodes, progress=progress)
     assert not report.complete
-    assert heard == [("seeds", 0, 5), ("seeds", 1, 5)]
+    assert heard == [0, 1]
     assert len(report.more["roadmaps"]) == 1
-    assert "manipulator_costs.png" in report.figures
+    nothing = run_manipulator(1, SMALL.nodes, progress=Progress(stop=lambda: True))
+    assert (nothing.complete, nothing.table, nothing.figures) == (False, (), {})
+    write_report(nothing, tmp_path)
 
 
-def test_a_stop_before_the_first_seed_leaves_an_empty_report(query: Query, tmp_path: Path) -> None:
-    report = run_manipulator(1, SMALL.nodes, "coal", progress=Progress(stop=lambda: True))
-    assert not report.complete
-    assert report.table == ()
-    assert report.figures == {}
-    write_report(report, tmp_path)
+def test_one_curve_per_group_and_costs_of_every_seed(case: SeedStudy, query: Query) -> None:
+    profiles = manipulator_figures(query, case, [case, case])["manipulator_profiles.png"]
+    labels = [text.get_text() for text in profiles.legends[0].get_texts()]
+    assert labels == [*("β = " + ", ".join(f"{beta:g}" for beta in group) for group in case.groups), "RRT"]
+    costs = manipulator_figures(query, case, [case, case])["manipulator_costs.png"].axes[0]
+    assert lines(costs)["GABF, median"][1].tolist() == [case.way(b).manipulability_cost for b in experiment.BETAS]
 
 
-@pytest.mark.parametrize(
-    ("seeds", "nodes", "strands", "word"), [(0, 80, 0, "seeds"), (1, 1, 0, "nodes"), (1, 80, 1.5, "strands")]
-)
-def test_numbers_out_of_range_are_refused(seeds: int, nodes: int, strands: float, word: str) -> None:
+@pytest.mark.parametrize(("seeds", "nodes", "word"), [(0, 80, "seeds"), (1, 1, "nodes")])
+def test_numbers_out_of_range_are_refused(seeds: int, nodes: int, word: str) -> None:
     with pytest.raises(OptionError, match=word):
-        run_manipulator(seeds, nodes, strands=strands)
+        run_manipulator(seeds, nodes)

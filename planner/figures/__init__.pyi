@@ -1,1 +1,0 @@
-from . import figure as figure

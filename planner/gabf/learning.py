@@ -1,0 +1,204 @@
+"""Learning-based path planning, section 4.3: GABF settles x on the current weights, then x trains the weights.
+
+network = gabf.learning.untrained(tails, heads, sources, n)
+stages = gabf.learning.learn(network, gabf.learning.ErrorDriven(), distances, iterations=6)
+path = stages[-1].path(start)
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import AssumptionError, OptionError
+from planner.gabf.kernels import Multiplicative
+from planner.gabf.laws import Law
+from planner.gabf.network import Network
+from planner.gabf.path import extract_path
+from planner.gabf.result import CostToGo
+from planner.gabf.solve import solve
+
+FIRST_WEIGHT = 0.5
+"""The paper's initial value of every wbar_ij."""
+
+FIRST_STATE = 0.0
+"""x_i(0) of the first planning stage: below every x_i*, so it needs no knowledge of the graph."""
+
+
+@dataclass(frozen=True)
+class LearningRule(ABC):
+    """How one training iteration changes the weights wbar_ij of eq. (wb), each by quantities at its two ends.
+
+    ``alpha`` is the learning rate, ``beta`` weighs the distance in the reward 1 - beta d_ij. Raises OptionError unless
+    both are positive and finite.
+    """
+
+    alpha: float
+    beta: float
+    name: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        for name, value in (("alpha", self.alpha), ("beta", self.beta)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise OptionError(f"the learning rule's {name} must be a positive number, got {value}.")
+
+    @property
+    @abstractmethod
+    def label(self) -> str:
+        """Name and parameters."""
+
+    @abstractmethod
+    def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
+        """The weights (k,) in (0, 1) after one iteration, from the activities 1 - x at both ends and the distances d.
+
+        All arrays are (k,), one entry per arc.
+        """
+
+
+@dataclass(frozen=True)
+class Hebbian(LearningRule):
+    """Delta wbar_ij = alpha (1 - x_i)(1 - x_j) R with R = 1 - beta d_ij: the paper's rule, as printed.
+
+    R is positive for every d < 1 / beta, so weights only grow. Without ``floor`` and ``ceiling``, which bound them
+    here, they leave (0, 1) and eq. (wb) is no longer progressive. A larger ``alpha`` brings them to the ceiling sooner,
+    a ``beta`` above 1 / d drives long arcs to the floor. For weights that approach 1 - w_ij / K use
+    :class:`ErrorDriven`.
+    """
+
+    alpha: float = 0.2
+    beta: float = 3.0
+    floor: float = 0.01
+    ceiling: float = 0.99
+    name: ClassVar[str] = "hebbian"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < self.floor < self.ceiling < 1.0:
+            raise OptionError(
+                f"floor and ceiling must satisfy 0 < floor < ceiling < 1, got {self.floor, self.ceiling}."
+            )
+
+    @property
+    def label(self) -> str:
+        return f"Hebbian, alpha = {self.alpha:g}, beta = {self.beta:g}"
+
+    def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
+        """See :class:`LearningRule`."""
+        return np.clip(self.unbounded(wbar, activity_i, activity_j, d), self.floor, self.ceiling)
+
+    def unbounded(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
+        """The weights (k,) by the printed rule alone, which may leave (0, 1)."""
+        return wbar + self.alpha * activity_i * activity_j * (1.0 - self.beta * d)
+
+
+@dataclass(frozen=True)
+class ErrorDriven(LearningRule):
+    """Delta wbar_ij = g (1 - beta d_ij - wbar_ij), g = min(1, alpha (1 - x_i)(1 - x_j)).
+
+    The third factor is an error: the weight predicts the reward 1 - beta d_ij of the paper's rule. This is the rule of
+    the article that the paper takes its own from (Kusmierz, Isomura, Toyoizumi: Learning with three factors: modulating
+    Hebbian plasticity with errors, 2017). Its fixed point is the 1 - w_ij / K that the weights approximate according to
+    the paper, with K = 1 / beta. A smaller ``beta`` distinguishes paths of more equal length; a larger ``alpha`` learns
+    further from the source per iteration.
+
+    Raises AssumptionError where beta d_ij is not in (0, 1): eq. (wb) allows no weight for such an arc.
+    """
+
+    alpha: float = 5.0
+    beta: float = 1e-3
+    name: ClassVar[str] = "error_driven"
+
+    @property
+    def label(self) -> str:
+        return f"error-driven, alpha = {self.alpha:g}, beta = {self.beta:g}"
+
+    def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
+        """See :class:`LearningRule`."""
+        target = self.target(d)
+        gain = np.clip(self.alpha * activity_i * activity_j, 0.0, 1.0)
+        moved = wbar + gain * (target - wbar)
+        # With 0 <= gain <= 1 the result is a mean of wbar and target, which both lie in (0, 1). Rounding can carry it
+        # past the nearer one by one unit in the last place, to 1.0 at worst, so it is clipped to the two.
+        return np.clip(moved, np.minimum(wbar, target), np.maximum(wbar, target))
+
+    def target(self, d: Floats) -> Floats:
+        """1 - beta d_ij (k,), the fixed point of the weights."""
+        target = 1.0 - self.beta * np.asarray(d, dtype=np.float64)
+        bad = np.flatnonzero(~((target > 0.0) & (target < 1.0)))
+        if bad.size:
+            raise AssumptionError(
+                f"an arc of length {d[bad[0]]:g} has the reward {target[bad[0]]:g}, but eq. (wb) needs a weight in "
+                f"(0, 1): choose beta below 1 / (longest distance), and distances above {1e-16 / self.beta:.1g}"
+            )
+        return target
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A planning stage: the network with the weights wbar_ij, and the field that GABF settled on them.
+
+    ``iteration`` counts the training iterations before it. Where every weight is in (0, 1), as after each learning
+    rule, eq. (wb) is progressive on the states of a run: x stays in [x_low, x_high] with x_high < 1, because
+    f(a) = 1 - (1 - a) wbar < 1 for a < 1, and there f(a) - a = (1 - a)(1 - wbar) >= (1 - x_high)(1 - max wbar) > 0.
+    ``field.premises`` holds these numbers.
+    """
+
+    iteration: int
+    network: Network
+    field: CostToGo
+
+    @property
+    def wbar(self) -> Floats:
+        """(n_arcs,) the weights."""
+        return self.network.weight
+
+    @property
+    def activity(self) -> Floats:
+        """(n,) 1 - x_i: the largest product of weights along a path to a source; 0 where there is no path."""
+        x = self.field.x
+        return np.where(np.isfinite(x), 1.0 - x, 0.0)
+
+    def path(self, start: int) -> Ints:
+        """Nodes from ``start`` to a source along minimising neighbours."""
+        return extract_path(self.network, self.field, start)
+
+
+def untrained(tails: Ints, heads: Ints, sources: Ints, n_nodes: int, wbar: float = FIRST_WEIGHT) -> Network:
+    """The network of eq. (wb) before learning, of arcs (tails[k], heads[k]): every weight ``wbar`` in (0, 1).
+
+    On paths of more than 50 arcs of weight 0.5 x rounds to 1 and a planning stage raises AssumptionError: begin with
+    weights nearer 1 there.
+    """
+    return Network.from_arcs(tails, heads, np.full(len(heads), wbar), sources, n_nodes, kernel=Multiplicative())
+
+
+def planning_stage(
+    network: Network, x0: Floats | float = FIRST_STATE, law: Law | None = None, iteration: int = 0
+) -> Stage:
+    """Settle x by GABF from ``x0``, under the singularity-free law unless another is given."""
+    return Stage(iteration, network, solve(network, law=law, x0=x0))
+
+
+def next_stage(stage: Stage, rule: LearningRule, d: Floats) -> Stage:
+    """Train all arcs of distances ``d`` (n_arcs,) at once and settle x again, warm from the current x.
+
+    Each arc changes by the activities at its own two ends.
+    """
+    network, activity = stage.network, stage.activity
+    weight = rule.updated(network.weight, activity[network.tails], activity[network.indices], d)
+    return planning_stage(replace(network, weight=weight), stage.field.x, stage.field.law, stage.iteration + 1)
+
+
+def learn(
+    network: Network, rule: LearningRule, d: Floats, iterations: int, law: Law | None = None
+) -> tuple[Stage, ...]:
+    """The ``iterations`` + 1 planning stages before and after each training iteration; ``d`` (n_arcs,) distances."""
+    stages = [planning_stage(network, law=law)]
+    for _ in range(iterations):
+        stages.append(next_stage(stages[-1], rule, d))
+    return tuple(stages)

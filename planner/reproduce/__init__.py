@@ -1,1 +1,0 @@
-"""The simulations of the paper, with a verdict on each of its sentences (``planner reproduce``)."""

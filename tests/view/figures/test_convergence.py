@@ -1,0 +1,84 @@
+"""Convergence of the dynamics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.base.errors import OptionError
+from planner.view import figures
+from tests.view.figures.panels import data, lines, require_labels
+
+
+@pytest.fixture(scope="module")
+def laws() -> dict[str, gabf.CostToGo]:
+    """Two laws on the nine-node example, with their trajectories."""
+    network = gabf.examples.nine_node()
+    chosen = {"nominal": gabf.Nominal(), "singularity-free": gabf.SingularityFree(T=2.0)}
+    return {name: gabf.solve(network, law=law, save=gabf.EverySteps(1)) for name, law in chosen.items()}
+
+
+def test_convergence_shows_the_trajectory_with_its_deadline(laws: dict[str, gabf.CostToGo]) -> None:
+    nodes = np.array([2, 5])
+    figure = figures.convergence(laws, nodes)
+    require_labels(figure)
+    nominal, free = figure.axes
+    course = laws["nominal"].history
+    assert course is not None
+    assert len(nominal.get_lines()) == 3  # two nodes, settled; this law has no T_p
+    assert np.array_equal(data(nominal.get_lines()[0])[1], course.x[:, 2])
+    shown = lines(free)
+    assert shown["$T_p$"][0].tolist() == [2.0, 2.0]
+    assert shown["every node settled"][0][0] == laws["singularity-free"].settling_time
+    assert data(free.get_lines()[1])[0, -1] == 2.0  # at rest until T_p
+    assert data(free.get_lines()[1])[1, -1] == laws["singularity-free"].x[5]
+
+
+def test_convergence_chooses_nodes_over_the_whole_range(laws: dict[str, gabf.CostToGo]) -> None:
+    (panel,) = figures.convergence({"nominal": laws["nominal"]}, unit="km").axes
+    ends = [data(line)[1, -1] for line in panel.get_lines()[:-1]]
+    assert sorted(ends) == pytest.approx(sorted(laws["nominal"].x))
+    assert "(km)" in panel.get_ylabel()
+
+
+def test_error_decay_is_the_distance_from_the_optimum(laws: dict[str, gabf.CostToGo]) -> None:
+    figure = figures.error_decay(laws)
+    require_labels(figure)
+    (axes,) = figure.axes
+    shown = lines(axes)
+    assert set(shown) == {"nominal", "singularity-free", "$T_p = 2$ s"}
+    course = laws["nominal"].history
+    assert course is not None
+    assert np.array_equal(shown["nominal"][0], course.t)
+    error = np.abs(course.x - laws["singularity-free"].x).max(axis=1)  # the other law's answer, no oracle's
+    assert shown["nominal"][1] == pytest.approx(np.maximum(error, 1e-10), rel=1e-6)
+    assert axes.get_xlim() == (0.0, 3.0)
+
+
+@pytest.mark.parametrize("draw", [figures.convergence, figures.error_decay])
+def test_without_a_history_there_is_nothing_to_draw(draw: Any, laws: dict[str, gabf.CostToGo]) -> None:
+    with pytest.raises(OptionError, match=r"save=gabf.EverySteps"):
+        draw({"bare": replace(laws["nominal"], history=None)})
+
+
+T = np.linspace(0.0, 2.0, 5)
+HISTORY = (T, np.array([3.0, 1.0, 0.1, 0.0, 0.0]), np.array([-4.0, -2.0, -1.0, 0.0, 0.0]))
+
+
+def test_a_nodes_error_and_input_stand_beside_each_other() -> None:
+    figure = figures.node_histories([("h = 1", {"one": HISTORY, "two": HISTORY}), ("h = 2", {"one": HISTORY})], 3, 4.0)
+    parts: Any = figure.subfigs
+    assert len(parts) == 2
+    errors, sizes, inputs = parts[0].axes
+    shown = lines(errors)
+    assert set(shown) == {"one", "two"}
+    np.testing.assert_array_equal(shown["one"], [[*T, 4.0], [3.0, 1.0, 0.1, 0.0, 0.0, 0.0]])
+    assert data(sizes.get_lines()[0])[1].min() == 1e-10, "zero has no place on a log axis"
+    assert data(inputs.get_lines()[0])[1, 0] == -4.0
+    assert "x_{3}" in errors.get_ylabel()
+    assert "(km/s)" in inputs.get_ylabel()
+    assert errors.get_xlim()[1] <= 4.0
