@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -15,7 +15,6 @@ import pinocchio as pin
 from planner.base.arrays import Floats
 from planner.base.errors import RobotError, choices
 from planner.base.notes import Note
-from planner.base.records import dataclass
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, shown
 from planner.models.files.meshes import reason
