@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from planner.base.kinds import kinds_of
 
 import planner
 from planner import gabf
 from planner.base.errors import PlannerError
-from planner.base.kinds import kinds_of
 from planner.models.files.robot_files import JointChoice
 from planner.tasks.file import Move
 from planner.tradeoff.sweep import Tradeoff

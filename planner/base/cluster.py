@@ -8,11 +8,11 @@ import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from planner.base.errors import FileError, InstallationError, OptionError, PlannerError
 from planner.base.progress import Progress
-from planner.base.records import dataclass
 
 _SECONDS = 10.0  # to reach the scheduler within
 

@@ -5,11 +5,9 @@ A message is one sentence built from the data: what is wrong, where, and the rem
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from numbers import Real
 from typing import Any, ClassVar
-
-from planner.base.records import dataclass
 
 _LONGEST_NAME, _MOST_NAMES = 200, 50  # characters, names: a sentence stays one
 

@@ -10,12 +10,10 @@ from contextlib import contextmanager
 from types import FrameType, TracebackType
 
 from planner.base.interrupts import leave, stop_requests, tell_at_once
-from planner.base.kinds import checks_kinds
 
 Report = Callable[[str, int, int], None]
 
 
-@checks_kinds
 class Progress:
     """What long work reports to, and asks whether it is to stop.
 

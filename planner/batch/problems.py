@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import FileError
 from planner.base.hashing import content_hash
-from planner.base.records import dataclass
 from planner.base.yamlfile import repeated
 from planner.batch.options import plain_options
 from planner.problem.request import PlanRequest

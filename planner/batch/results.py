@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import NoneType
 from typing import Any, Generic, TypeVar, get_args, get_type_hints
@@ -13,7 +13,6 @@ from typing import Any, Generic, TypeVar, get_args, get_type_hints
 from planner.base.errors import FileError
 from planner.base.files import write_whole
 from planner.base.progress import Progress
-from planner.base.records import dataclass
 from planner.problem.request import SERIAL, WorkersRequest
 from planner.processes.parallel import Measure, measured_cases
 

@@ -6,7 +6,7 @@ import json
 import tempfile
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -15,7 +15,6 @@ import pydantic
 from planner.base.errors import OptionError
 from planner.base.files import is_file, make_folder, write_json, write_whole
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.base.tables import markdown_table, median
 from planner.batch.outcomes import CRASHED, SOLVED, TIMED_OUT
 from planner.batch.results import Results, to_csv

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from planner.base.errors import OptionError
 from planner.base.files import is_file, make_folder
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.base.tables import markdown_table
 from planner.batch.results import Results, ResultsFile, measure_missing
 from planner.batch.tasks import request_hash

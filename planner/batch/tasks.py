@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -15,7 +15,6 @@ import pydantic
 
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.files import is_file, is_folder
-from planner.base.records import dataclass
 from planner.base.yamlfile import Strict, nearest, parse_yaml, read_text, repeated, validate
 from planner.batch.options import plain_options
 from planner.batch.problems import find_problems

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.files import write_whole
 from planner.base.places import Place, place
-from planner.base.records import dataclass
 from planner.certificate import verify_proof as checker
 from planner.certificate.geometry import Arrays, Cuts, geometry_of, moving_pairs, with_dents, words_of
 from planner.certificate.witnesses import Search

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
@@ -13,7 +14,6 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import StateError
-from planner.base.records import dataclass
 from planner.certificate.verify_proof import EXEMPT, FORMAT, PROVEN, Shape
 from planner.collision.hulls import hull_corners, hull_of
 from planner.collision.world import World

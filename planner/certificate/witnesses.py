@@ -6,12 +6,12 @@ written is what will be accepted.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.base.records import dataclass
 from planner.certificate import verify_proof as checker
 from planner.certificate.geometry import Arrays, middles_of, shapes_of
 from planner.kinematics.forward import Chain, joint_placements

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from planner.base.errors import OptionError, choices
-from planner.base.kinds import checks_kinds
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import worked_out
 from planner.collision.world import World
@@ -20,7 +19,6 @@ from planner.problem.request import require_margin
 BACKENDS = ("fcl", "coal")
 
 
-@checks_kinds
 def make_checker(
     robot: Robot,
     scene: Scene,

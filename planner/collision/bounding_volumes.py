@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.records import dataclass
 from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol, Self
 
@@ -11,7 +11,6 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, rows
 from planner.base.errors import StateError
 from planner.base.polynomials import evaluate
-from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
 from planner.collision.bounds import ClearanceBound
 from planner.collision.containment import Inside

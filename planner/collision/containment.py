@@ -8,12 +8,12 @@ a motion along which no surfaces touch.
 from __future__ import annotations
 
 import copy
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, so_far
-from planner.base.records import dataclass
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.models.shapes import Body, Mesh, Shape

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from typing import NamedTuple, TypeVar
 
@@ -19,7 +19,6 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, numbers, plain_numbers
 from planner.base.errors import ArrayError
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker, configurations

@@ -8,12 +8,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, so_far
 from planner.base.products import product
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker, StatesOn
 from planner.collision.world import Contact, World
 from planner.native.walk import walk

@@ -11,6 +11,7 @@ from __future__ import annotations
 import heapq
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -18,7 +19,6 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.collision.checker import APART, CollisionChecker
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs
 from planner.collision.world import World

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.records import dataclass
 from planner.constraints.keeps import Keeps
 from planner.kinematics.reach import Reach, pair_reach
 from planner.models.robot import Robot

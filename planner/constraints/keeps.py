@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,7 +12,6 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import RobotError, StateError, choices
-from planner.base.records import dataclass
 from planner.base.yamlfile import nearest
 from planner.constraints.pieces import Piece, pieces_of
 from planner.kinematics.forward import Chain

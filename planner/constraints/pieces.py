@@ -10,11 +10,11 @@ up to pi / 2 is linear in M.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.records import dataclass
 from planner.models.poses import pose
 from planner.problem.conditions import (
     Condition,

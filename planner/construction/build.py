@@ -9,7 +9,6 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, numbers, plain_numbers
 from planner.base.errors import OptionError, StateError
-from planner.base.kinds import checks_kinds
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.models.robot import Robot
@@ -31,7 +30,6 @@ DENSITY = PAPER_EDGES / PAPER_NODES  # edges per node
 REFINED = 0.1  # share of the nodes
 
 
-@checks_kinds
 def build_roadmap(
     robot: Robot,
     checker: CollisionChecker,

@@ -9,14 +9,13 @@ refined, and as the effort grows the cheapest one converges to the optimum.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.base import polylines
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.construction.enlarge import enlarged

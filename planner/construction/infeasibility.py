@@ -10,12 +10,12 @@ from __future__ import annotations
 import heapq
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.collision.edge_prover import EdgeProver
 from planner.problem.reasons import BudgetSpent, Gap, KeptTooNarrow, NoWay, Separated

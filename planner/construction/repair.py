@@ -8,7 +8,7 @@ enough clearance, and by a new proof elsewhere.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import FileError, choices
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker, is_free, keeping
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact, World

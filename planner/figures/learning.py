@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from planner.base.arrays import Floats, Ints
-from planner.base.records import dataclass
 from planner.figures.strokes import DASHES, MARKS, SHADES, labelled, single
 
 _LOOKS: tuple[dict[str, Any], ...] = tuple(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import AssumptionError
-from planner.base.records import dataclass
 
 UserFunction = Callable[[Ints, Floats, Floats], Floats]
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, plain_numbers
 from planner.base.errors import AssumptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce
 
@@ -27,7 +27,6 @@ class Premises:
     sampled: bool
 
 
-@checks_kinds
 def overestimate(net: Network) -> Floats:
     """(n,) a strict overestimate of x*, as assumption (over) asks; +inf at nodes that reach no source.
 

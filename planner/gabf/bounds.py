@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.kinds import checks_kinds
 from planner.gabf.clock import PrescribedClock
 from planner.gabf.flows import PowerFlow
 from planner.gabf.laws import FixedTime, SingularityFree
@@ -90,7 +89,6 @@ def input_bounds(clock: PrescribedClock, log_M: float, L: float, e_start: Floats
     return np.broadcast_to(-pull, floor.shape), L * pull - floor
 
 
-@checks_kinds
 def T_star_printed(law: FixedTime | SingularityFree) -> float:
     """T_* as eq. (fixtime) prints it, in tau: m2/(beta1 (m1 - m2)) + p1/(beta2 (p2 - p1)).
 
@@ -100,7 +98,6 @@ def T_star_printed(law: FixedTime | SingularityFree) -> float:
     return m2 / (law.beta1 * (m1 - m2)) + p1 / (law.beta2 * (p2 - p1))
 
 
-@checks_kinds
 def T_star_corrected(law: FixedTime | SingularityFree) -> float:
     """The bound that eq. (fixtime) means, in tau: m2/(beta2 (m1 - m2)) + p2/(beta1 (p2 - p1)).
 
@@ -111,7 +108,6 @@ def T_star_corrected(law: FixedTime | SingularityFree) -> float:
     return m2 / (law.beta2 * (m1 - m2)) + p2 / (law.beta1 * (p2 - p1))
 
 
-@checks_kinds
 def T_star_sharp(law: FixedTime | SingularityFree) -> float:
     """The supremum itself, in tau: the time of s' = -(beta1 s^p + beta2 s^q) from infinity to 0.
 

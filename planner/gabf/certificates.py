@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf import bounds
 from planner.gabf.clock import PrescribedClock
 from planner.gabf.laws import FixedTime, Law, SingularityFree
@@ -130,7 +128,6 @@ class Facts:
         return (*self.base, strict)
 
 
-@checks_kinds
 def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None = None) -> list[Certificate]:
     """Every bound of the paper, and ours, whose assumptions this run meets.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 
 Reading: TypeAlias = float | Floats
 """One reading of a clock, or an array of them."""

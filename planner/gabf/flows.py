@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeFlow
 
 

@@ -7,6 +7,7 @@ So states that a change may have left too low are first raised to an overestimat
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -14,8 +15,6 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import AssumptionError, OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
@@ -60,7 +59,6 @@ class Healing:
         return max_error(self.cost_to_go, oracle(self.cost_to_go.network))
 
 
-@checks_kinds
 def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0, **options: Any) -> Healing:
     """The field of ``net`` from the states ``x`` (n,) that another network left behind, see :func:`raised_start`.
 
@@ -88,7 +86,6 @@ def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0
     )
 
 
-@checks_kinds
 def raised_start(net: Network, x: Floats) -> Floats:
     """(n,) overestimates of x* that keep ``x`` (n,) wherever a chain of arcs to a source bears it; +inf as in x*.
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import AssumptionError, OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.base.shares import require_share, traded_off
 from planner.gabf.arcmaps import AffineArcs, ArcMap, FunctionArcs, UserFunction
 
@@ -71,7 +70,6 @@ class Additive(Kernel):
         return AffineArcs(None, net.weight)
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class TradeOff(Kernel):
     """f_i(x_j, w_ij) = x_j + (1 - beta) omega(j) + beta w_ij, eq. (finew).
@@ -91,7 +89,6 @@ class TradeOff(Kernel):
         return AffineArcs(None, traded_off(self.beta, omega[net.indices], net.weight))
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class EdgeIntegral(TradeOff):
     """f_i(x_j, w_ij) = x_j + (1 - beta) c_ij + beta w_ij, with c_ij the manipulability cost integrated along the edge.
@@ -105,7 +102,6 @@ class EdgeIntegral(TradeOff):
         return AffineArcs(None, traded_off(self.beta, cost, net.weight))
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Multiplicative(Kernel):
     """f_i(x_j, w_ij) = 1 - (1 - x_j) wbar_ij, eq. (wb), on a < 1, with wbar_ij in (0, 1).
@@ -155,7 +151,6 @@ class NodeDependent(Kernel):
         return AffineArcs(np.where(even, 2.0, 1.0), np.where(even, length, 2.0 * length))
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class UserKernel(Kernel):
     """Any f(i, a, b), vectorised: three arrays over arcs (reading node, x_j, weight) to one.

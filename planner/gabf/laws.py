@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
@@ -11,8 +12,6 @@ import numpy as np
 
 from planner.base.arrays import Floats, plain_numbers
 from planner.base.errors import ArrayError, OptionError, choices
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.clock import PrescribedClock, Reading, UniformClock
 from planner.gabf.flows import Flow, LinearFlow, PowerFlow
 
@@ -88,7 +87,6 @@ class _OfTwoPowers(Law):
             )
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Nominal(Law):
     """dx_i/dt = -eta xhat_i, eq. (protocol): exponential convergence from strict overestimates.
@@ -111,7 +109,6 @@ class Nominal(Law):
         return LinearFlow()
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class PrescribedTime(_OfPrescribedTime):
     """dx_i/dt = -etabar(t) xhat_i, eq. (prespecified), with etabar of eq. (ebar): x = x* at T_p whatever the start.
@@ -136,7 +133,6 @@ class PrescribedTime(_OfPrescribedTime):
         return LinearFlow()
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class FixedTime(_OfTwoPowers):
     """dx_i/dt = -eta (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (singularity): finite time from any start.
@@ -163,7 +159,6 @@ class FixedTime(_OfTwoPowers):
         return UniformClock(self.eta)
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class SingularityFree(_OfPrescribedTime, _OfTwoPowers):
     """dx_i/dt = -etabar(t) (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (fully): settled before T_p, any start.
@@ -189,7 +184,6 @@ class SingularityFree(_OfPrescribedTime, _OfTwoPowers):
         self._require_powers()
 
 
-@checks_kinds
 def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
     """u_i = dx_i/dt at clock reading ``tau``, for the disequilibria ``xhat`` of eq. (xhat), any shape.
 
@@ -207,7 +201,6 @@ def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
     return np.copysign(size, -rate)
 
 
-@checks_kinds
 def named_law(name: str, T: float = 4.0) -> Law:
     """The law called ``name``, with the paper's parameters; those without a prescribed time ignore ``T`` (s).
 

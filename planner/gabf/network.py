@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,13 +11,10 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, plain_numbers, ranges, so_far
 from planner.base.errors import AssumptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Network:
     """G = (V, E) with weights, sources and a kernel; an arc (i, j) means that node i reads node j, as in the paper.

@@ -11,7 +11,6 @@ import numpy as np
 
 from planner.base.errors import FileError, PlannerError
 from planner.base.files import whole_file
-from planner.base.kinds import checks_kinds
 from planner.base.npz import DAMAGE, array_header, require_sane_sizes
 from planner.base.places import Place, place
 from planner.gabf.kernels import Kernel
@@ -26,7 +25,6 @@ _MAP_FROM = 4096  # bytes; smaller arrays are read
 _SLACK = 64 << 20  # bytes
 
 
-@checks_kinds
 def write_network(network: Network, path: Place) -> None:
     """Write the arrays of ``network``, uncompressed and aligned, whole or not at all; its kernel is not kept.
 
@@ -41,7 +39,6 @@ def write_network(network: Network, path: Place) -> None:
                 _write_member(archive, file, f"{name}.npy", array)
 
 
-@checks_kinds
 def read_network(path: Place, kernel: Kernel) -> Network:
     """The network in ``path`` under ``kernel``, its arrays mapped read-only into memory where they are not compressed.
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from planner.base.arrays import Floats, plain_numbers
 from planner.base.errors import AssumptionError
-from planner.base.kinds import checks_kinds
 from planner.gabf.arcmaps import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce
@@ -16,7 +15,6 @@ from planner.gabf.result import CostToGo
 from planner.native.graphs import cheapest_costs
 
 
-@checks_kinds
 def oracle(net: Network) -> Floats:
     """x* (n,) by generalized Dijkstra with a heap, for any increasing progressive kernel; +inf where unreachable.
 
@@ -76,7 +74,6 @@ def _refuse(problem: Problem, i: int, j: int) -> None:
     )
 
 
-@checks_kinds
 def bellman_operator(net: Network, x: Floats) -> Floats:
     """T'x (n,) of eq. (bellman-gabf): sources keep their values, others take min_j f_i(x_j, w_ij).
 
@@ -86,7 +83,6 @@ def bellman_operator(net: Network, x: Floats) -> Floats:
     return problem.unpack(problem.swept(problem.pack(field(problem, x, "x"))))
 
 
-@checks_kinds
 def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> tuple[Floats, int]:
     """Iterate T' of eq. (bellman-gabf), remark (SSP), until nothing changes: the discrete algorithm.
 
@@ -101,7 +97,6 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     return problem.unpack(settled[0]), settled[1]
 
 
-@checks_kinds
 def residual(net: Network, x: Floats) -> float:
     """max_i |x_i - min_j f_i(x_j, w_ij)| over reachable nodes: small is not converged, see settling.error_bound."""
     problem = reduce(net)
@@ -109,7 +104,6 @@ def residual(net: Network, x: Floats) -> float:
     return float(np.abs(problem.disequilibrium(y)).max(initial=0.0))
 
 
-@checks_kinds
 def max_error(result: CostToGo | Floats, x_star: Floats) -> float:
     """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which do."""
     x = result.x if isinstance(result, CostToGo) else plain_numbers("x", result, AssumptionError)

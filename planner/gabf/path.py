@@ -8,7 +8,6 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, indices, numbers
 from planner.base.errors import ArrayError, StateError
-from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce, states
 from planner.gabf.result import CostToGo
@@ -19,7 +18,6 @@ bit.
 """
 
 
-@checks_kinds
 def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
     """Nodes from ``start`` to a source along minimising neighbours; ties: fewest hops, then smallest index.
 
@@ -45,7 +43,6 @@ def extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]
     return tuple(problem.nodes[_descent(problem, tight, hops, row)] for row in here)
 
 
-@checks_kinds
 def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | Sequence[int]) -> tuple[Ints, ...]:
     """The cheapest node path (k,) from each of the ``starts`` (s,) to a goal; empty where no goal can be reached.
 
@@ -67,7 +64,6 @@ def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | S
     return tuple(paths.get(start, np.zeros(0, dtype=np.int64)) for start in nodes)
 
 
-@checks_kinds
 def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
     """The path, see :func:`extract_path`, from the one of ``starts`` (s,) with the least cost-to-go.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -13,7 +14,6 @@ from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints, plain_numbers
 from planner.base.errors import AssumptionError
-from planner.base.records import dataclass
 from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.network import Network
 from planner.gabf.reverse_adjacency import Readers

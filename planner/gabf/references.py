@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import AssumptionError, OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input
 from planner.gabf.network import Network
@@ -18,7 +17,6 @@ from planner.gabf.problem import Problem, reduce
 from planner.gabf.solvers import Solver, State, Targets
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class RungeKutta45(Solver):
     """SciPy's explicit RK45 in tau: the paper's ode45, remark (implementation).
@@ -57,7 +55,6 @@ class RungeKutta45(Solver):
             yield _state(problem, stepper.t, stepper.y.copy(), stepper.nfev)
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class BackwardEuler(Solver):
     """y_new = y - dtau phi(y_new - m(y_new)): the implicit method of remark (implementation), in tau.
@@ -86,7 +83,6 @@ class BackwardEuler(Solver):
             count += sweeps + 1
 
 
-@checks_kinds
 def right_side(net: Network, law: Law) -> Callable[[float, Floats], Floats]:
     """(t, x) -> dx/dt in the paper's own time, for any ODE solver: x (n,), 0 where no source is reached.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.assumptions import Premises
 from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.laws import Law
@@ -108,7 +107,6 @@ class CostToGo:
         """:meth:`settling_within` of the default width: the latest is at most twice the earliest, in general."""
         return self.settling_within()
 
-    @checks_kinds
     def settling_within(self, width: float = WIDTH) -> tuple[float, float] | None:
         """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
 
@@ -125,7 +123,6 @@ class CostToGo:
             )
         return self._brackets.get(width)
 
-    @checks_kinds
     def dated_within(self, width: float = WIDTH) -> float | None:
         """The tau of :meth:`settling_within` that is nearest to ``dated_tau``; None for a run that did not settle."""
         bracket = self.settling_within(width)

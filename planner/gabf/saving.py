@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen, plain_numbers
 from planner.base.errors import OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.laws import Law, control_input
 from planner.gabf.problem import Problem
 from planner.gabf.result import FieldHistory
 from planner.gabf.solvers import State
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class EverySteps:
     """Keep the start, every ``k``-th accepted step and the end. A larger ``k`` keeps less."""
@@ -29,7 +26,6 @@ class EverySteps:
             raise OptionError(f"k must be at least 1, not {self.k}")
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class AtTimes:
     """Keep the states at ascending times ``t`` >= 0, also from T_p on, where the law is inert."""

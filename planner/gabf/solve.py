@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.assumptions import Premises, pack_start, premises, require_overestimate
 from planner.gabf.laws import Law, SingularityFree
 from planner.gabf.network import Network
@@ -26,7 +24,6 @@ from planner.gabf.solvers import Solver, State
 from planner.gabf.splitting import Splitting
 
 
-@checks_kinds
 def solve(
     net: Network,
     law: Law | None = None,

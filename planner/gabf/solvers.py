@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import ClassVar
 
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.gabf.flows import Flow
 from planner.gabf.problem import Problem, Standing
 

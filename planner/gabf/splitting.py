@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem
@@ -31,7 +30,6 @@ RETIRE_EVERY = 8
 """Steps between two looks for rows that rest for good."""
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Splitting(Solver):
     """Hold each parent value m_i = min_j f_i(y_j, w_ij): then y_i - m_i follows a scalar equation of known flow.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, as_frozen, indices
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce, states
@@ -43,7 +43,6 @@ class Structure:
         return self.values.size - 1
 
 
-@checks_kinds
 def structure(net: Network, x_star: Floats | None = None) -> Structure:
     """Everything about the optimum of any progressive increasing kernel.
 
@@ -69,7 +68,6 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
     )
 
 
-@checks_kinds
 def true_parents(net: Network, optimum: Structure, i: int) -> Ints:
     """P(i), definition (true), ascending; empty at sources and at nodes that reach none.
 

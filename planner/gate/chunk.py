@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, numbers
 from planner.base.errors import ArrayError, StateError
-from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
 from planner.models.robot import HALF_TURN, Robot
 from planner.setup.resolve import position_bounds

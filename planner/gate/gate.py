@@ -8,7 +8,6 @@ from typing import NoReturn
 
 from planner.base.arrays import Floats, numbers
 from planner.base.errors import KindError, StateError
-from planner.base.kinds import checks_kinds
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.gate.chunk import RobotState, Row, Rows
@@ -24,7 +23,6 @@ from planner.session.live_world import LiveWorld
 from planner.trajectory.limits import MotionLimits, own_limits
 
 
-@checks_kinds
 class Gate:
     """Says whether what a robot is about to do is proven safe, and until when; half a millisecond a chunk.
 

@@ -6,12 +6,12 @@ the next one and stops there: so from any moment of the safe part on there is a 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.records import dataclass
 from planner.constraints.keeps import Keeps
 from planner.gate.chunk import Given, read
 from planner.gate.guard import Guard

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import OptionError, choices
-from planner.base.records import dataclass
 from planner.models.robot import Robot
 from planner.setup.resolve import position_bounds
 from planner.trajectory.limits import KINDS, MotionLimits

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any, Literal, Protocol
 
-from planner.base.records import dataclass
 from planner.trajectory.trajectory import Trajectory
 
 Kind = Literal["contact", "undecided", "reach", "limit", "floor", "kept", "start"]

@@ -6,13 +6,13 @@ evaluated for a whole batch by compiled code. The tests hold it against Pinocchi
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.records import dataclass
 from planner.base.resolutions import TOOL_ALONG_EDGE
 from planner.models.robot import Robot
 from planner.native.library import NativeChain

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats
 from planner.base.products import dot, length
-from planner.base.records import dataclass
 from planner.kinematics.forward import Chain, joint_placements, tool_joint, travel
 from planner.models.robot import Robot
 

@@ -10,11 +10,12 @@ by more than e (Weyl 1912), and w, their product, is at least prod max(0, sigma_
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
-from planner.base.records import dataclass
 from planner.kinematics.manipulability import ROWS, jacobians
 from planner.kinematics.tool_bound import column_rates
 from planner.models.robot import Robot

@@ -6,13 +6,13 @@ a sum over the joints bounds the motion along any straight joint-space segment (
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.products import dot, length, product
-from planner.base.records import dataclass
 from planner.kinematics.forward import Chain, travel
 from planner.models.robot import Robot
 from planner.models.shapes import Body, farthest, farthest_from_axis

@@ -11,12 +11,12 @@ needs by four.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
-from planner.base.records import dataclass
 from planner.kinematics.forward import Chain, joint_placements, tool_joint
 from planner.kinematics.reach import Reach
 from planner.models.robot import Robot

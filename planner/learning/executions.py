@@ -18,13 +18,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.records import dataclass
 from planner.learning.rules import ErrorDriven
 from planner.learning.stages import Stage, next_stage, planning_stage
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,7 +11,6 @@ from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError
 from planner.base.polylines import parts_of
-from planner.base.records import dataclass
 from planner.base.resolutions import COST_ALONG_EDGE
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import AssumptionError, OptionError
-from planner.base.records import dataclass
 
 
 @dataclass(frozen=True)

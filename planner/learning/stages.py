@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.records import dataclass
 from planner.learning.rules import LearningRule
 
 FIRST_WEIGHT = 0.5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,6 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import choices
 from planner.base.hashing import content_hash
-from planner.base.records import dataclass
 from planner.kinematics.forward import tool_positions
 from planner.models.poses import quaternion_of
 from planner.models.shapes import Cylinder

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,8 +12,6 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats, frozen, numbers, placement
 from planner.base.errors import SceneError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
 from planner.models.shapes import Obstacle, Shape, farthest
 
@@ -36,7 +35,6 @@ def wrong_times(times: Sequence[float] | Floats) -> str | None:
     return None
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class KnownMotion:
     """Poses (k, 4, 4) at ``times`` (k,) s, which begin at 0 and increase strictly.
@@ -99,7 +97,6 @@ class KnownMotion:
         return np.concatenate([[0.0], self.speeds(shape), [0.0]])[np.searchsorted(self.times, t)]
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class MovingObstacle:
     """A shape that moves through the scene along a known motion; it has a place in time only."""

@@ -9,11 +9,9 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats, frozen, numbers
 from planner.base.errors import ArrayError
-from planner.base.kinds import checks_kinds
 from planner.base.products import length
 
 
-@checks_kinds
 def pose(
     position: Sequence[float] = (0.0, 0.0, 0.0),
     rpy: Sequence[float] | None = None,

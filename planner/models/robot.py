@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,10 +14,8 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats, frozen, placement
 from planner.base.errors import ArrayError, RobotError, choices
 from planner.base.hashing import content_hash
-from planner.base.kinds import checks_kinds
 from planner.base.notes import Note
 from planner.base.places import Place
-from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
 from planner.models.files import urdf
 from planner.models.files.dae import dae_notes
@@ -34,7 +32,6 @@ _MOST_TURNS = 4  # in either direction: limits of more are taken for degrees
 _ROUNDED = 1e-6  # rad (m): what a file writes with few digits is at its limit
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A robot arm with its planned joints; configurations are (n, dof) arrays of joint values, rad (m where prismatic).

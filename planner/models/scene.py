@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -13,10 +13,8 @@ from planner.base.arrays import Floats
 from planner.base.errors import KindError, OptionError, SceneError, choices
 from planner.base.files import is_file
 from planner.base.hashing import content_hash
-from planner.base.kinds import checks_kinds
 from planner.base.notes import Note
 from planner.base.places import Place, place_text
-from planner.base.records import dataclass
 from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.yamlfile import (
     FARTHEST,
@@ -206,7 +204,6 @@ class SceneFile(Strict):
         return self
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Scene:
     """Obstacles in the world frame and the named states and set-up of each robot. Load with :meth:`load`.

@@ -6,15 +6,14 @@ above 0, placements rigid, all of them finite: :class:`SceneError` for others.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, numbers, placement
 from planner.base.errors import SceneError
-from planner.base.kinds import checks_kinds
 from planner.base.products import product
-from planner.base.records import dataclass
 from planner.base.yamlfile import FARTHEST
 
 
@@ -34,7 +33,6 @@ class _Sized:
         return [type(self).__name__, *vars(self).values()]
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Box(_Sized):
     """A box with full side lengths ``size`` (m)."""
@@ -42,13 +40,11 @@ class Box(_Sized):
     size: tuple[float, float, float]
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Sphere(_Sized):
     radius: float
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Cylinder(_Sized):
     """A cylinder along z, centred: ``length`` (m) from disc to disc."""
@@ -57,7 +53,6 @@ class Cylinder(_Sized):
     length: float
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Capsule(_Sized):
     """A capsule along z: ``length`` (m) between the centres of its two half spheres."""
@@ -66,7 +61,6 @@ class Capsule(_Sized):
     length: float
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices, at least one.
@@ -111,7 +105,6 @@ class Body:
     color: tuple[float, float, float, float] = (0.7, 0.7, 0.7, 1.0)
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Obstacle:
     """A shape that stands still in the world; ``part_of`` names the object it is one of several shapes of.

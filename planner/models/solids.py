@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen
-from planner.base.records import dataclass
 from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _CHUNK = 200_000  # solid angles at a time

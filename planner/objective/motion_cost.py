@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.records import dataclass
 from planner.base.resolutions import TOOL_ALONG_EDGE, W_IN_COST, W_STATES_PER_EDGE
 from planner.kinematics.forward import Chain
 from planner.kinematics.manipulability import measured_tool

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen, quantile
 from planner.base.errors import OptionError, choices
-from planner.base.records import dataclass
 from planner.native.library import manipulability_cost_sums, manipulability_costs
 from planner.problem.objective import DEFAULT_COST, ManipulabilityCost, Metric
 

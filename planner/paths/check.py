@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
 from planner.base.polylines import lengths_along
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.base.arrays import Floats, so_far
-from planner.base.records import dataclass
 from planner.base.resolutions import CLEARANCE_FIRST
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance

@@ -8,6 +8,7 @@ import json
 import logging
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,6 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.formats import require_readable_version
 from planner.base.places import Place, place
-from planner.base.records import dataclass
 from planner.base.words import number
 from planner.base.yamlfile import object_of, read_text, shown
 from planner.models.robot import HALF_TURN, Robot

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, quantile
 from planner.base.polylines import lengths_along
-from planner.base.records import dataclass
 from planner.base.resolutions import W_AGAINST_FLOOR, W_ALONG_PATH
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,8 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError, SceneError
-from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.construction.obtain import obtain_roadmap
@@ -51,7 +49,6 @@ _ENDS = 8  # first rungs that a free motion may lead to: those of the least cost
 _FAST_STEP = 0.004  # m between stations where the tool's speed matters: between them it changes by little
 
 
-@checks_kinds
 def follow(
     tool_path: Place | Mapping[str, Any] | ToolPath,
     request: FollowRequest | None = None,

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.kinematics.tool_bound import Frame
 from planner.models.robot import Robot
 from planner.planning.record import ToolPathRecord

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.tool_bound import Frame
 from planner.models.robot import Robot

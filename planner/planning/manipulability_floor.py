@@ -15,14 +15,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints, as_frozen
-from planner.base.records import dataclass
 from planner.base.resolutions import W_AGAINST_FLOOR
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import AssumptionError, OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.base.shares import traded_off
 from planner.objective.scale import cost_number, length_cost, manipulability_cost
 from planner.problem.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective, said_twice
@@ -42,7 +40,6 @@ def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCos
     return roadmap.edge_cost[:, cost_number(manipulability)]
 
 
-@checks_kinds
 def build_network(
     roadmap: Roadmap,
     objective: Objective | float | None = None,

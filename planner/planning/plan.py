@@ -14,7 +14,6 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import frozen
 from planner.base.errors import SceneError
-from planner.base.kinds import checks_kinds
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.construction.obtain import obtain_roadmap
 from planner.planning.healing import HealingNetwork, warm_start
@@ -34,7 +33,6 @@ from planner.trajectory.limits import MotionLimits
 _EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 1  # betas refined too, else the one asked for would be best for all
 
 
-@checks_kinds
 def plan(
     request: PlanRequest | None = None,
     progress: Progress = QUIET,

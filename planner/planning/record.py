@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
-from planner.base.records import dataclass
 from planner.planning.network import PathCost
 from planner.problem.reason_schema import DeviationRecord, ReasonRecord
 from planner.problem.run_schema import Nodes, Record, RoadmapRecord, RunRecord

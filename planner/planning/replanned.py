@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple
-
-from planner.base.records import dataclass
+from dataclasses import astuple, dataclass
 
 
 @dataclass(frozen=True)

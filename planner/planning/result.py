@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,10 +17,8 @@ from planner.base.arrays import Floats, Ints
 from planner.base.beside import hashes
 from planner.base.files import staged, write_json
 from planner.base.html import html_table
-from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import rounded
-from planner.base.records import dataclass
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
@@ -221,7 +219,6 @@ class Plan:
             return None
         return certificate_of(self.checker, self.path, self.trajectory, self.request.min_manipulability)
 
-    @checks_kinds
     def save(self, folder: Place, certificate: bool = False) -> None:
         """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
 

@@ -12,11 +12,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from planner.base.errors import OptionError, choices
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 
 _FARTHEST = 1e4  # rad (m): what is written beyond is no condition on an arm
 THINNEST = 1e-4  # rad (m): no straight joint motion of any length keeps to less
@@ -120,7 +119,6 @@ class OfTurn(Condition):
             raise self._unusable("its quaternion is not of length 1: give qx,qy,qz,qw")
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class KeepAxis(Condition):
     """A frame's ``axis``, x, y or z, within ``angle`` (rad) of a ``direction`` of the world; it may turn about it."""
@@ -140,7 +138,6 @@ class KeepAxis(Condition):
             raise self._unusable("no two directions are further apart than 3.1416 rad")
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class KeepBox(OfPoint):
     """A frame's origin, or ``point``, between ``lower`` and ``upper`` (m)."""
@@ -160,7 +157,6 @@ class KeepBox(OfPoint):
         return min(high - low for low, high in zip(self.lower, self.upper, strict=True))
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class KeepSphere(OfPoint):
     """A frame's origin, or ``point``, within ``radius`` (m) of ``centre``."""
@@ -172,7 +168,6 @@ class KeepSphere(OfPoint):
     width = "radius"
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class KeepPlane(OfPoint):
     """A frame's origin, or ``point``, p on one side of a plane: ``normal`` . p >= ``distance`` (m)."""
@@ -183,7 +178,6 @@ class KeepPlane(OfPoint):
     shape = {"normal": 3, "distance": 1}  # noqa: RUF012
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class KeepTurn(OfTurn):
     """A frame's orientation within ``angle`` (rad) of that at the start, or of ``quaternion``."""
@@ -194,7 +188,6 @@ class KeepTurn(OfTurn):
     width = "angle"
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class KeepEuler(OfTurn):
     """The angles about x, then y, then z (intrinsic) by which an orientation differs, each within a tolerance (rad).
@@ -213,7 +206,6 @@ class KeepEuler(OfTurn):
         return any(0.5 * math.pi < self.tolerances[k] < math.pi for k in (0, 2))
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class KeepRotationVector(KeepEuler):
     """The components of the rotation vector by which an orientation differs, each within a tolerance (rad).
@@ -228,7 +220,6 @@ class KeepRotationVector(KeepEuler):
         return min(self.tolerances) < math.pi
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class KeepJoint(Condition):
     """A planned ``joint`` between ``lower`` and ``upper`` (rad, m where it slides): narrower limits for it."""

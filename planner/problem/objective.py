@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from planner.base.errors import KeywordError, OptionError, choices, require_number
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.base.shares import Cost, require_share, traded_off
 
 Metric = Literal["joint", "workspace"]
@@ -19,7 +17,6 @@ DEFAULT_METRIC: Metric = "joint"
 DEFAULT_CHARGE: Charge = "edges"
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Objective:
     """Minimise (1 - beta) Omega + beta D of a path, eq. (finew), above a ``floor`` under w.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from planner.base.records import dataclass
 from planner.problem.run_schema import Record
 
 _Names = Annotated[list[str], Field(min_length=1)]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from planner.base.errors import Reason, choices
-from planner.base.records import dataclass
 from planner.problem.conditions import parse_condition
 
 

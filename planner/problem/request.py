@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Optional, Protocol, TypeAlias, get_args
 
 from planner.base.errors import OptionError, PlannerError, choices, require_number
-from planner.base.kinds import WIDER, checks_kinds
+from planner.base.kinds import WIDER
 from planner.base.places import Place, place, place_text
-from planner.base.records import dataclass
 from planner.base.shares import require_share
 from planner.problem.conditions import Condition, keeps_text
 from planner.problem.objective import (
@@ -129,7 +128,6 @@ class KeptWorld(Part):
         require_one_choice(self.group, self.joints)
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class WorldRequest(KeptWorld):
     """A robot in a scene, and how contacts are found."""
@@ -195,7 +193,6 @@ class Targets(IkSolutions, Message, Ends):
     """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Growth(Part):
     """How a roadmap is grown."""
@@ -232,7 +229,6 @@ class TradeOff(Part):
         require_share(self.beta)
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class KeptRequest(Message, KeptWorld):
     """The world to check a roadmap in; options left out are taken from the roadmap's file."""
@@ -241,7 +237,6 @@ class KeptRequest(Message, KeptWorld):
     """Widen joint limits to those that the roadmap was grown within."""
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class LiveRequest(KeptRoadmap, Growth, TradeOff, Ends):
     """What the live page asks of the planner when it opens."""
@@ -250,7 +245,6 @@ class LiveRequest(KeptRoadmap, Growth, TradeOff, Ends):
 # the parts stand last first: their options come in the order of the bases from the last to the first
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class RoadmapRequest(Growth, Targets, WorldRequest):
     """A roadmap around a start and a goal.
@@ -289,7 +283,6 @@ class CostField(Part):
             )
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class SweepRequest(CostField, KeptRoadmap, RoadmapRequest):
     """A roadmap and what its costs and its dynamics are, for every beta."""
@@ -321,7 +314,6 @@ class SweepRequest(CostField, KeptRoadmap, RoadmapRequest):
         return Objective(beta, self.manipulability_cost, self.metric, self.charge, self.min_manipulability)
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class PlanRequest(TradeOff, SweepRequest):
     """One plan. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles."""
@@ -362,7 +354,6 @@ class PlanRequest(TradeOff, SweepRequest):
         return 0 if self.path_only and self.effort is None else super().rounds
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class TaskRequest(CostField, IkSolutions, TradeOff, Growth):
     """How a task is planned; what is to be done stands in its file."""
@@ -389,7 +380,6 @@ class TaskRequest(CostField, IkSolutions, TradeOff, Growth):
 ON_TOOL_PATH = "tool-path"
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class FollowRequest(PlanRequest):
     """A tool path to be followed, and a free motion to it where there is a start."""
@@ -428,7 +418,6 @@ class FollowRequest(PlanRequest):
         return self.start == ON_TOOL_PATH
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class LimitsRequest(Part):
     """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
@@ -457,7 +446,6 @@ class LimitsRequest(Part):
                 raise OptionError(f"{name} limit {limit:g} is not usable: give a number above 0.")
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class TimingRequest(LimitsRequest):
     """How a path becomes a motion."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from dataclasses import Field as Attribute
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
-
-from planner.base.records import dataclass
 
 Nodes = list[Annotated[int, Field(ge=0)]]
 

@@ -19,11 +19,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Set
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from planner.base.errors import OptionError, StateError, choices
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.problem.conditions import AND as AND  # between alternative goals too
 from planner.problem.conditions import FORMS as CONDITIONS
 from planner.problem.conditions import (
@@ -66,7 +65,6 @@ class Pose:
     frame: str | None = None
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class ToolGoal:
     """All that meets ``conditions`` on the tool, or on other frames: a goal with tolerance.

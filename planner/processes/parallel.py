@@ -8,13 +8,13 @@ import os
 import socket
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from typing import Generic, TypeAlias, TypeVar
 
 from planner.base.cluster import StopSignal, cluster
 from planner.base.errors import InstallationError
 from planner.base.progress import Progress
-from planner.base.records import dataclass
 from planner.base.versions import versions
 from planner.problem.request import WorkersRequest
 from planner.processes.apart import call_apart

@@ -9,11 +9,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 
 _WITH_PARENT = Path(__file__).with_name("with_parent.py")
 

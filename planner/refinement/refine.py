@@ -9,14 +9,13 @@ moves downhill in cost, or at random near that, so that it slides along what it 
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from planner.base import polylines
 from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.base.resolutions import PROOF, W_ALONG_PATH
 from planner.collision.edge_prover import EdgeProver, MotionTest
 from planner.kinematics.manipulability import manipulability

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -11,7 +12,6 @@ from planner.base.arrays import Floats, Ints, frozen, so_far
 from planner.base.polylines import cut, parts_of
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.base.shares import traded_off
 from planner.collision.edge_prover import EdgeProver
 from planner.models.robot import Robot

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.errors import AssumptionError, OptionError
-from planner.base.records import dataclass
 
 SIDE = 10.0
 """Side of the square, km."""

@@ -6,7 +6,7 @@ import importlib.util
 import io
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
@@ -14,7 +14,6 @@ import numpy as np
 
 from planner.base.errors import FileError, OptionError
 from planner.base.files import make_folder, write_json, write_whole
-from planner.base.records import dataclass
 from planner.base.versions import versions
 
 Row: TypeAlias = Mapping[str, Any]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.gabf.problem import Problem, reduce
 from planner.gabf.references import implicit_step
 

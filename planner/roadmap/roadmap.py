@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,7 +14,6 @@ from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
 from planner.base.errors import StateError
 from planner.base.hashing import content_hash
 from planner.base.html import html_table
-from planner.base.records import dataclass
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker

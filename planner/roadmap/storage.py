@@ -22,7 +22,6 @@ from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_whole
 from planner.base.hashing import content_hash
-from planner.base.kinds import checks_kinds
 from planner.base.npz import DAMAGE, require_sane_sizes
 from planner.base.places import Place, place
 from planner.base.resolutions import W_STATES_PER_EDGE
@@ -59,7 +58,6 @@ class _Header(Strict):
     scale: CostScale
 
 
-@checks_kinds
 def save_roadmap(roadmap: Roadmap, path: Place) -> None:
     """Write ``path`` whole or not at all; the same roadmap gives the same bytes.
 
@@ -89,7 +87,6 @@ def _npy(array: np.ndarray) -> bytes:
     return buffer.getvalue()
 
 
-@checks_kinds
 def load_roadmap(path: Place) -> Roadmap:
     """Read a roadmap and check that it is whole; :class:`FileError` says what is wrong with it.
 

@@ -7,14 +7,13 @@ placement are the same to the bit, whatever it is called.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
 from planner.base.hashing import content_hash
-from planner.base.records import dataclass
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.models.shapes import Body

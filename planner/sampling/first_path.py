@@ -7,13 +7,13 @@ only. What it finds is not believed: every motion of the path is then proven or 
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
 from planner.kinematics.manipulability import measured_tool
 from planner.native.tree_search import SearchSpace, tree_path

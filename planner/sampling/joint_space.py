@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
-from planner.base.records import dataclass
 from planner.models.robot import Robot, shorter_way
 
 

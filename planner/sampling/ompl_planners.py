@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from struct import Struct
 from typing import Any, Self
 
@@ -18,7 +19,6 @@ from planner.base.arrays import Floats, Ints
 from planner.base.process_lock import PROCESS
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.constraints.keeps import Keeps
 from planner.models.robot import shorter_way
 from planner.roadmap.forest import Forest

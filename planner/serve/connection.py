@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import msgpack
@@ -19,7 +19,6 @@ from websockets.exceptions import ConnectionClosed
 
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import Progress
-from planner.base.records import dataclass
 from planner.base.yamlfile import object_of, validate
 from planner.serve import messages as ask
 from planner.serve.worlds import World, Worlds

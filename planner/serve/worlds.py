@@ -5,13 +5,12 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 from planner.base.errors import OptionError, PlannerError, choices
 from planner.base.notes import Note
 from planner.base.progress import Progress
-from planner.base.records import dataclass
 from planner.gate.gate import JUDGED, Gate
 from planner.models.model_checks import notes
 from planner.models.scene import mesh_notes, obstacle_of

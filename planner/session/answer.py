@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, frozen
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.construction.build import build_roadmap
 from planner.construction.connect_endpoints import attach
 from planner.construction.repair import repair

@@ -7,13 +7,12 @@ it goes, only its clauses go, and what it alone had blocked is proven again with
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.records import dataclass
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
 from planner.construction.repair import batches

@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import NoReturn, Unpack
 
@@ -15,10 +15,8 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import KindError, OptionError, PlannerError, SceneError, StateError
-from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker, is_free
 from planner.models.moving import MovingObstacle
 from planner.models.robot import Robot
@@ -61,7 +59,6 @@ class Snapshot:
     steps: Ints
 
 
-@checks_kinds
 class Session:
     """Plans in a world that changes, without beginning anew: most of a roadmap survives a change, and the field heals.
 

@@ -9,7 +9,7 @@ import logging
 import os
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from threading import Lock
@@ -21,7 +21,6 @@ from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.notes import Note
 from planner.base.places import Place
-from planner.base.records import dataclass
 from planner.models.files.robot_files import JointChoice, RobotFiles, read_robot, robot_file
 from planner.models.files.urdf_geometry import mesh_files
 from planner.models.poses import pose

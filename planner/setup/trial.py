@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import StateError
-from planner.base.records import dataclass
 from planner.collision.checker import APART, CollisionChecker
 from planner.kinematics.forward import joint_placements, tool_positions
 from planner.problem.targets import Position

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -14,10 +14,8 @@ from pydantic_core import core_schema
 from planner.base.arrays import Floats, as_frozen, numbers, placement
 from planner.base.errors import SceneError
 from planner.base.files import is_file
-from planner.base.kinds import checks_kinds
 from planner.base.places import Place as FilePlace
 from planner.base.places import place as file_place
-from planner.base.records import dataclass
 from planner.base.resources import scene_file
 from planner.base.yamlfile import (
     FARTHEST,
@@ -46,7 +44,6 @@ class TaskError(SceneError, ValueError):
     """A task that makes no sense in its scene, or for its robot."""
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Grasp:
     """Where the tool is when it holds an object: its pose (4, 4) in the object's frame.
@@ -113,7 +110,6 @@ def _across(direction: Floats, angle: float) -> Floats:
     return np.cos(angle) * side + np.sin(angle) * np.cross(direction, side)
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Line:
     """A straight motion of the tool by ``distance`` (m) along ``axis`` of its own ``frame`` at rest, or the world's.
@@ -154,7 +150,6 @@ def _grasps(files: list[GraspFile] | None) -> tuple[Grasp, ...] | None:
     return None if files is None else tuple(grasp for one in files for grasp in one.grasps())
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Pick:
     """Take ``object``: go to it along the line ``approach``, close the gripper, leave along ``retreat``.
@@ -181,7 +176,6 @@ class Pick:
         object.__setattr__(self, "retreat", self.retreat.or_along((0.0, 0.0, 1.0), "world"))
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Region:
     """On the top of the box ``on``, between corners (x, y) of the world, m: ``samples`` placements in it, standing.
@@ -199,7 +193,6 @@ class Region:
             raise TaskError(f"{self.samples} samples are not usable: give a whole number from 1 to {_MOST_SAMPLES}.")
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Place:
     """Put ``object`` down in one of the poses (4, 4) ``at``, or in a region: there along ``approach``, off ``retreat``.
@@ -259,7 +252,6 @@ class PlaceFile(Strict):
         return Place(self.place, at, self.approach, self.retreat)
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class Move:
     """Go to a state: a name, ``q:...``, ``xyz:...`` or ``pose:...``, as ``planner plan`` reads it."""
@@ -271,7 +263,6 @@ class Move:
 Step = Pick | Place | Move
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class GripperSaid:
     """What a task says of the gripper: joint values ``open`` and ``closed``, its widest ``opening`` (m), links.
@@ -294,7 +285,6 @@ def _require_positive(what: str, metres: float | None) -> None:
         raise TaskError(f"{what} is {metres:g} m: give metres above 0, up to {_WIDEST:g}.")
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Task:
     """Steps of one arm in one scene, in this order; what is picked are obstacles of the scene, by name.

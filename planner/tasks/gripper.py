@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import pinocchio as pin
 
 from planner.base.errors import choices
-from planner.base.records import dataclass
 from planner.kinematics.forward import tool_joint
 from planner.models.files import urdf
 from planner.models.robot import Robot

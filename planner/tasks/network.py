@@ -6,14 +6,13 @@ beginning, proven or not, so every path over free arcs is a path of this network
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.records import dataclass
 from planner.kinematics.forward import tool_path_lengths
 from planner.objective.integral import costs_along
 from planner.objective.scale import cost_number, length_cost

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import choices
-from planner.base.records import dataclass
 from planner.base.yamlfile import nearest
 from planner.collision import coal_checker
 from planner.collision.world import World

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Unpack
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.base.records import dataclass
 from planner.collision.checker import contact_of
 from planner.construction.build import build_roadmap
 from planner.models.frames import in_world
@@ -39,7 +37,6 @@ from planner.tradeoff.envelope import Piece
 _ENDS = 12  # of lines, that the roadmap grows towards
 
 
-@checks_kinds
 def task(
     what: Task | Place,
     progress: Progress = QUIET,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from planner.base.errors import Reason, choices
-from planner.base.records import dataclass
 from planner.base.yamlfile import Name, Number, Whole
 from planner.planning.network import PathCost
 from planner.planning.record import FieldRecord, MotionRecord

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,8 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.beside import hashes
 from planner.base.files import staged
-from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import rounded
-from planner.base.records import dataclass
 from planner.base.resolutions import RECHECK
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
@@ -98,7 +96,6 @@ class TaskPlan:
         """One motion of all segments, at rest while a gripper moves; None without times."""
         return joined(self.segments, self.events)
 
-    @checks_kinds
     def check(self, step: float = RECHECK) -> list[Report]:
         """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
         record = TaskRecord(segments=self._segments(), events=list(self.events))
@@ -171,7 +168,6 @@ class TaskPlan:
         )
         return page(content)
 
-    @checks_kinds
     def save(self, folder: Place) -> None:
         """Write ``plan.json``, ``plan.html``, and where there are such ``roadmap.npz`` and ``trajectory.json``."""
         save_task(self, place(folder, "folder"))

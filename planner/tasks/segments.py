@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
-from planner.base.records import dataclass
 from planner.collision.edge_prover import EdgeProver
 from planner.models.poses import quaternion_of
 from planner.objective.motion_cost import MotionCost

@@ -11,7 +11,6 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import ArrayError, FileError
-from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.yamlfile import Coordinate, Number, Strict, parse_yaml, read_text, validate
 from planner.models.poses import pose
@@ -58,7 +57,6 @@ class ToolPathFile(Strict):
     retreat: Annotated[Number, pydantic.Field(ge=0, le=1)] = 0.0
 
 
-@checks_kinds
 def read_tool_path(path: Place | Mapping[str, Any]) -> ToolPath:
     """The tool path in a .yaml or .csv file, or in the keys of one; :class:`FileError` for one that makes no sense.
 

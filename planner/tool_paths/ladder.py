@@ -9,12 +9,11 @@ thread, the motion is halved at a solution for its middle. So no joint changes b
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows
-from planner.base.records import dataclass
 from planner.kinematics.inverse import solve_each
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.tool_bound import Frame, ToolBound

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Proofs
 from planner.kinematics.manipulability import node_manipulability

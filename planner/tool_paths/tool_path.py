@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -10,8 +10,6 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen, numbers, so_far, truths
 from planner.base.errors import ArrayError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 
 _TURN = 0.05  # rad: by more the orientation does not change along one line, so that chords of rotations are near it
 SAGITTA = 0.1  # of the tube: what arcs may be off the lines that stand for them
@@ -23,7 +21,6 @@ POINT_ARRAYS = ("positions", "turns", "free", "cones", "given")
 _SIZES = {"position": (1e-6, 0.1, "m"), "angle": (1e-5, 0.5, "rad")}
 
 
-@checks_kinds
 @dataclass(frozen=True)
 class TubeSize:
     """How far the tool may be off its path: ``position`` (m), and ``angle`` (rad) of its orientation or its z axis."""
@@ -44,7 +41,6 @@ class TubeSize:
         return TubeSize(**sizes)
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class ToolPath:
     """Straight lines of the tool between points: ``positions`` (k, 3) m and ``turns`` (k, 3, 3) in the world.

@@ -8,12 +8,12 @@ and rotation, and :func:`planner.kinematics.tool_bound.prove_along` applies.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, so_far
-from planner.base.records import dataclass
 from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
 from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
 from planner.models.robot import Robot

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import StateError
-from planner.base.records import dataclass
 from planner.base.shares import traded_off
 from planner.planning.network import at_beta, path_cost
 

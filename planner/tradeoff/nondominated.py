@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import heapq
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.errors import AssumptionError, OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 
 MAX_LABELS = 1_000_000
 _TOLERANCE = 1e-12  # relative to max(1, cost): paths this close in both costs are one point

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import Field
 
-from planner.base.records import dataclass
 from planner.problem.run_schema import Nodes, Record, RoadmapRecord, RunRecord
 
 Beta = Annotated[float, Field(ge=0, le=1)]

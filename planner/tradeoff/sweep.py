@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +11,8 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import FileError, StateError
-from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.construction.connect_endpoints import SAME
 from planner.construction.obtain import obtain_roadmap
@@ -134,7 +132,6 @@ class Tradeoff:
 
         return sweep_page(self)
 
-    @checks_kinds
     def save(self, folder: Place) -> None:
         """Write ``sweep.json``, ``sweep.csv``, ``sweep.html`` and ``roadmap.npz`` under ``folder``."""
         from planner.tradeoff.record import save_sweep
@@ -142,7 +139,6 @@ class Tradeoff:
         save_sweep(self, place(folder, "folder"))
 
 
-@checks_kinds
 def sweep(
     request: SweepRequest,
     progress: Progress = QUIET,

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats, numbers
 from planner.base.errors import FileError
-from planner.base.kinds import checks_kinds
 from planner.base.polynomials import bernstein
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
@@ -75,7 +74,6 @@ class TrajectoryReport:
         return not self.proof.excesses and self.contact is None and not any(each.strays for each in self.kept)
 
 
-@checks_kinds
 def check(
     what: Floats | Sequence[Sequence[float]] | Trajectory,
     checker: CollisionChecker,

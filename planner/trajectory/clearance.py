@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from planner.base.arrays import Floats, so_far
 from planner.base.polylines import lengths_of
 from planner.base.polynomials import bernstein, derivative, evaluate
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.paths.clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, clearance_text, nearest_pair, smallest_clearance
 from planner.trajectory.trajectory import Trajectory

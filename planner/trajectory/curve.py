@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.polynomials import part
-from planner.base.records import dataclass
 from planner.native.motions import Place
 
 _SHORTEST = 1e-6  # rad (m): a segment shorter than this is no motion

@@ -17,7 +17,6 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import FileError, OptionError, choices
-from planner.base.kinds import checks_kinds
 from planner.trajectory.ros_bag import write_bag
 from planner.trajectory.trajectory import Trajectory
 
@@ -36,7 +35,6 @@ _LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
 LONGEST_ARGUMENT = 131_000  # bytes of one argument of a command on Linux, and what stands around the message
 
 
-@checks_kinds
 def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False) -> bytes:
     """The content of a file of this ``kind``, point by point; times count from the first one.
 

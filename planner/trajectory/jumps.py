@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.trajectory import Trajectory
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,9 +10,7 @@ import pydantic
 
 from planner.base.arrays import Floats, as_frozen, frozen, plain_numbers
 from planner.base.errors import FileError, OptionError, PlannerError, choices
-from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
-from planner.base.records import dataclass
 from planner.base.yamlfile import Number, Strict, parse_yaml, read_text, validate
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, require_scale
@@ -33,7 +31,6 @@ class LimitError(PlannerError):
     """A motion limit that no motion can keep, or that the robot does not allow."""
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class MotionLimits:
     """Limits (dof,) on the absolute velocity, acceleration and jerk of each joint, in the robot's order of joints.

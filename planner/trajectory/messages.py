@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, choices
-from planner.base.records import dataclass
 from planner.base.words import number
 from planner.base.yamlfile import shown
 from planner.paths.file import OF_A_POINT, joint_names, matrix, require_header, require_known, unwrapped

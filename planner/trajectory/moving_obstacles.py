@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, so_far
 from planner.base.polynomials import part
-from planner.base.records import dataclass
 from planner.collision import coal_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance

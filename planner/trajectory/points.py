@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,6 @@ from planner.base.errors import FileError, choices
 from planner.base.files import is_folder
 from planner.base.npz import DAMAGE, require_sane_sizes
 from planner.base.places import Place, place
-from planner.base.records import dataclass
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.models.robot import Robot
 from planner.paths.file import (

@@ -15,13 +15,12 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.collision.moving_prover import TimedProver
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.trajectory.certified_times import CertifiedTimes, TimeGrid

@@ -17,12 +17,12 @@ knots keep apart by as much as the limits ask for.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.records import dataclass
 from planner.native.motions import curve_knots, motion_mean
 from planner.trajectory.curve import Curve
 from planner.trajectory.limits import KINDS, LEAST_JERK, MotionLimits

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil, sqrt
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats, numbers
-from planner.base.kinds import checks_kinds
 from planner.base.polynomials import derivative
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.trajectory.limits import KINDS, MotionLimits
@@ -56,7 +54,6 @@ class Stop:
         return f"at rest after {self.trajectory.duration:.3f} s, {kept}, {'proven free' if self.proven else proof}"
 
 
-@checks_kinds
 def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits, checker: CollisionChecker | None = None) -> Stop:
     """Brake from ``t`` s on as hard as ``limits`` allow while following the curve of ``trajectory``.
 

@@ -11,10 +11,11 @@ on, cruised along and braked on in closed form.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.native.motions import curve_phases
 from planner.trajectory.curve import Curve
 

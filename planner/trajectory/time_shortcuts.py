@@ -9,12 +9,12 @@ corners are: the path stays a curve of lines and parabolas, along which the quic
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.motions import Ramp, curve_chords

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -10,8 +10,6 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import StateError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
@@ -105,7 +103,6 @@ class _Proven(_Motion):
     widths: Floats
 
 
-@checks_kinds
 def time_path(
     path: Floats,
     checker: CollisionChecker,

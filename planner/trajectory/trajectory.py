@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen, numbers
 from planner.base.errors import ArrayError, choices
-from planner.base.kinds import checks_kinds
 from planner.base.polynomials import derivative, evaluate
-from planner.base.records import dataclass
 from planner.native.motions import polynomial_extrema, polynomial_worst
 from planner.trajectory.limits import LimitError, MotionLimits
 
@@ -27,7 +25,6 @@ _LONGEST = 9e9  # s: an int64 holds as many in nanoseconds
 DEGREE: dict[Interpolation, int] = {"lines": 1, "cubics": 3, "quintics": 5}
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Joint positions as polynomials of time between points at whole ``nanoseconds`` (k + 1,), strictly increasing.

@@ -10,13 +10,13 @@ from __future__ import annotations
 import base64
 import gzip
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import umsgpack
 
 from planner.base.arrays import Floats, Ints
-from planner.base.records import dataclass
 
 Command = dict[str, Any]
 

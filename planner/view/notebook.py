@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from html import escape
 from typing import Protocol
 
 from planner.base.errors import OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.roadmap.roadmap import Roadmap
 from planner.view.page import roadmap_page
@@ -35,7 +34,6 @@ class InlinePage:
         return f"<page of {len(self.html) / 1e6:.1f} MB>"
 
 
-@checks_kinds
 def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, height: int = 640) -> InlinePage:
     """The interactive page of a plan or a trade-off in a notebook cell; of a roadmap, with the checker of its world.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,6 @@ from planner.base.beside import hashes
 from planner.base.errors import Reason
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
 from planner.models.robot import Robot

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
-from planner.base.records import dataclass
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.collision.clearance import Clearance
 from planner.collision.world import Contact

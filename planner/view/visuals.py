@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Set
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,6 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.cache import cached
-from planner.base.records import dataclass
 from planner.models.files.urdf_geometry import mesh_files
 from planner.models.robot import Robot, load_visuals
 from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, ranges
 from planner.base.errors import OptionError
-from planner.base.kinds import checks_kinds
-from planner.base.records import dataclass
 from planner.gabf.problem import Problem, Rows
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Partition:
     """How :func:`planner.gabf.solve` cuts a network, and where its blocks live.

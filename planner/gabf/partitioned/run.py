@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +12,6 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.cluster import cluster
-from planner.base.records import dataclass
 from planner.gabf.flows import Flow
 from planner.gabf.partitioned.block import Block
 from planner.gabf.partitioned.cut import Cut, Partition

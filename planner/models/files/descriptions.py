@@ -9,13 +9,12 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import os
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from planner.base.errors import InstallationError, RobotError
 from planner.base.process_lock import PROCESS
-from planner.base.records import dataclass
 
 _PACKAGE = "robot_descriptions"
 _ENDING = "_description"  # of every name there

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from planner.base.records import dataclass
 from planner.base.words import number
 
 _CODES = (

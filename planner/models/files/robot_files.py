@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -15,7 +16,6 @@ from planner.base.errors import RobotError, choices
 from planner.base.files import is_file
 from planner.base.notes import Note
 from planner.base.places import Place, place, place_text
-from planner.base.records import dataclass
 from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
 from planner.models.files import urdf

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
 from planner.base.errors import RobotError, choices
-from planner.base.records import dataclass
 from planner.base.words import number
 from planner.base.yamlfile import FARTHEST, nearest, repeated, shown
 from planner.models.files import urdf

@@ -6,7 +6,7 @@ import importlib.metadata
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -16,7 +16,6 @@ import pinocchio as pin
 from planner.base.arrays import Floats
 from planner.base.errors import RobotError, choices
 from planner.base.notes import Note
-from planner.base.records import dataclass
 from planner.base.resources import robots_folder
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, shown

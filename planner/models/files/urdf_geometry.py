@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -13,7 +14,6 @@ import pinocchio as pin
 from planner.base.arrays import frozen
 from planner.base.errors import RobotError, choices
 from planner.base.files import is_file
-from planner.base.records import dataclass
 from planner.base.silenced import Silenced
 from planner.models.files import mjcf
 from planner.models.files.meshes import MeshFault, link_mesh, mesh_loader, reason, require_readable_mesh, shape_of

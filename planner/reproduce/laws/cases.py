@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import Protocol, TypeVar
 
@@ -11,7 +12,6 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.reproduce.random_graphs import START, RandomGraph
 from planner.reproduce.report import Verdict, or_infinite, tally
 

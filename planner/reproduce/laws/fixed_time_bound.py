@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner import gabf
-from planner.base.records import dataclass
 from planner.reproduce.laws.cases import M, P
 from planner.reproduce.report import Verdict, spread, tally
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 from planner import gabf
-from planner.base.records import dataclass
 from planner.reproduce.laws.cases import STARTS, T_P, LawCase, Measurement, on_graphs
 from planner.reproduce.random_graphs import RandomGraph
 from planner.reproduce.report import Verdict, spread

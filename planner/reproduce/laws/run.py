@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from planner import gabf
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.problem.request import SERIAL, WorkersRequest, require_seed
 from planner.processes.parallel import collected
 from planner.reproduce.laws.cases import CASES, STARTS, T_P, LawCase, Measurement, Trace, run_case

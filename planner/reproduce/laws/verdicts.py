@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from operator import attrgetter
 
 import numpy as np
 
-from planner.base.records import dataclass
 from planner.reproduce.laws.cases import NODE, STARTS, T_P, Measurement, on_graphs, per_graph
 from planner.reproduce.random_graphs import START
 from planner.reproduce.report import Verdict, spread, tally

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from planner import learning
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.errors import AssumptionError
-from planner.base.records import dataclass
 from planner.gabf import Network
 
 SIDE_NODES = 6

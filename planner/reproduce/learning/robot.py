@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
@@ -13,7 +14,6 @@ from planner import gabf, learning
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError, StateError
 from planner.base.progress import QUIET, Progress
-from planner.base.records import dataclass
 from planner.construction.build import build_roadmap
 from planner.kinematics.forward import tool_positions
 from planner.learning import ErrorDriven, Execution

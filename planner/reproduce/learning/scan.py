@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner import learning
 from planner.base.progress import Progress
-from planner.base.records import dataclass
 from planner.learning import ErrorDriven, Hebbian, LearningRule
 from planner.reproduce.learning.graphs import START, GridGraph, draw_grid
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner import gabf, learning
 from planner.base.arrays import Ints
-from planner.base.records import dataclass
 from planner.learning import ErrorDriven, Hebbian, LearningRule, Stage
 from planner.reproduce.learning.graphs import START, GridGraph, distances, draw_grid
 from planner.reproduce.learning.threshold import PRECISION, Threshold, threshold

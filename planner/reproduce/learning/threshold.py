@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from planner import learning
 from planner.base.arrays import Floats
-from planner.base.records import dataclass
 from planner.reproduce.learning.graphs import GridGraph, dijkstra_path
 
 PRECISION = 1e-3

@@ -6,6 +6,7 @@ A field without a mark is honoured, or says where other fields belong.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -13,7 +14,6 @@ import pydantic
 
 from planner.base.errors import SceneError, choices
 from planner.base.notes import Note
-from planner.base.records import dataclass
 from planner.base.yamlfile import models_in
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import pydantic
@@ -12,7 +13,6 @@ from planner.base import places
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
 from planner.base.notes import Note
-from planner.base.records import dataclass
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole, parse_yaml, read_text, validate
 from planner.models.files.moveit.fields import Label, Noted, Refused, none, notes_of
 from planner.models.files.moveit.messages import (
