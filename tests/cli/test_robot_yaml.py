@@ -24,9 +24,8 @@ ARM = str(robots_folder() / "examples" / "arm.urdf")
 
 
 @pytest.fixture
-def made(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def made(run: Run, tmp_path: Path) -> Path:
     """A robot file for the example arm, and what was said of it."""
-    monkeypatch.setattr("planner.cli.terminal._QUICK", 0.0)
     out = tmp_path / "mine" / "robot.yaml"
     code, text, error = run("robot-yaml", ARM, "--tool", "tip", "--samples", "300", "--out", str(out))
     assert code == 0, error
