@@ -17,7 +17,6 @@ from planner.sampling.grow import join_settings
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.session import Session
 from planner.setup.resolve import IK_STARTS
-from planner.tradeoff.nondominated import MAX_LABELS
 from planner.trajectory.limits import ASSUMED_JERK_PER_ACCELERATION
 from tests.documents import ROOT
 from tests.worlds import load
@@ -41,7 +40,6 @@ TOLD: list[tuple[str, str, float | str]] = [
     ("planner/cli/reproduce.py", r"nodes of each roadmap, (\S+) where left out", RobotSettings("x").nodes),
     ("planner/cli/reproduce.py", r"executed on each roadmap, (\S+) where left out", RobotSettings("x").executions),
     ("planner/cli/reproduce.py", r'the scene, "(\S+)" where left out', str(RobotSettings("x").scene)),
-    ("planner/cli/sweep.py", r"--front may make, (\S+) where left out", MAX_LABELS),
     ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.rounds),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
     (

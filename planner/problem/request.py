@@ -228,14 +228,6 @@ class TradeOff(Part):
 
 
 @dataclass(frozen=True)
-class KeptRequest(Message, KeptWorld):
-    """The world to check a roadmap in; options left out are taken from the roadmap's file."""
-
-    widen_limits: bool = False
-    """Widen joint limits to those that the roadmap was grown within."""
-
-
-@dataclass(frozen=True)
 class LiveRequest(KeptRoadmap, Growth, TradeOff, Ends):
     """What the live page asks of the planner when it opens."""
 

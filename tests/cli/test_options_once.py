@@ -18,7 +18,6 @@ from planner.problem.request import LimitsRequest, LiveRequest, PlanRequest, Tim
 REQUESTS = (PlanRequest, TimingRequest, LiveRequest)
 OWN_MEANING = {  # of options that a request has too, by command
     "robot_yaml": "a file is written for a robot alone: its tool, group and joints are those of no scene",
-    "extend": "nodes are how many more, and a seed left out follows from the roadmap",
     "example": "one report, nothing random",
     "laws": "the seed of random graphs",
     "manipulator": "the paper's roadmaps, without anything else that a plan has",
@@ -30,14 +29,10 @@ OWN_MEANING = {  # of options that a request has too, by command
     "attack": "a seed of searches",
     "certificate": "a seed of changes",
     "agreement": "every robot in every scene: a margin and a seed",
-    "fuzz": "a seed of changes",
     "roadmap": "rows of other programs, which know a robot, a scene and a number of nodes",
     "tool_paths": "several robots and scenes; a seed of paths",
     "tables": "published problems, at several betas",
     "tasks": "seeded scenes, and the number of nodes that tasks have",
-    "scaling": "several numbers of jobs, and a cluster beside them",
-    "partition": "the seed of networks",
-    "stale": "the seed of networks",
 }
 
 

@@ -113,9 +113,8 @@ def test_a_plan_with_some_joints_and_what_its_roadmap_remembers(run: Run, made: 
     record = json.loads((tmp_path / "out" / "plan.json").read_text())
     assert record["joints"] == joints.split(",")
     assert record["config"]["joints"] == joints
-    assert run("roadmap", "check", kept, *options)[0] == 0
-    code, _, error = run("roadmap", "check", kept, *options[:4])
-    assert (code, "with --joints or --group" in error) == (3, True)
+    code, _, error = run("plan", *options[:4], "--start", "home", "--goal", "home", "--roadmap", kept, "--out", out)
+    assert (code, "build one for this robot" in error) == (3, True)
     assert run("check", str(tmp_path / "out" / "plan.json"), *options)[0] == 0
     assert run("view", *options, "--state", "home", "--out", str(tmp_path / "state.html"))[0] == 0
 
