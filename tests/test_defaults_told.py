@@ -55,7 +55,6 @@ TOLD: list[tuple[str, str, float | str]] = [
     ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.charge),
     ("docs/reference/commands.md", r"`--ik-solutions` \((\S+)\)", PLAIN.ik_solutions),
     ("docs/reference/commands.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
-    ("CHANGELOG.md", r"`--room` is (\S+) by default", PLAIN.room),
 ]
 MORE = r"left out, [\"`\d]|[\"`\d]+ (?:per joint )?where left out|rounds are the default|\(default\)|\d by default"
 FILES = [
