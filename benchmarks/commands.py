@@ -6,8 +6,7 @@ from pathlib import Path
 
 import tyro
 
-from benchmarks.block_commands import partition, scaling, stale
-from benchmarks.problem_commands import first_motion, motion, plan, proofs, quality, replan
+from benchmarks.problem_commands import first_motion, motion, plan, proofs, quality
 from benchmarks.terminal import measure, measured
 from planner.cli.common import Debug, Out, Workers
 from planner.problem.request import SERIAL, Backend, WorldRequest
@@ -135,30 +134,6 @@ def agreement(
     from benchmarks.agreement.run import bench_agreement
 
     return measure(out, lambda progress: bench_agreement(out, states, robots, scenes, margin, seed, progress, workers))
-
-
-def fuzz(
-    out: Out = Path("bench-fuzz"),
-    seed: int = 0,
-    cases: int = 20_000,
-    kinds: tuple[str, ...] = (),
-    debug: Debug = False,
-) -> int:
-    """Files of every kind, changed at random: loading one ends in success or in one sentence, and in nothing else.
-
-    Robots, scenes, meshes, requests, roadmaps and paths lose, double or rename parts, get huge, NaN or negative
-    numbers, deep nesting, and cut or changed bytes. Writes fuzz.md, and the files that ended otherwise. Exit code 4
-    where there are such files.
-
-    Args:
-        seed: Seed of the changes.
-        cases: Files to try.
-        kinds: Kinds of files to try, as the report names them; all where none is given.
-    """
-    from benchmarks.fuzz.run import bench_fuzz
-
-    result = measured(out, lambda progress: bench_fuzz(out, cases, seed, kinds, progress))
-    return 130 if not result.complete else 4 * bool(result.failures)
 
 
 def certificate(
@@ -339,16 +314,11 @@ bench.command(misses)
 bench.command(gate)
 bench.command(attack)
 bench.command(agreement)
-bench.command(fuzz)
 bench.command(certificate)
 bench.command(roadmap)
-bench.command(replan)
 bench.command(tables)
 bench.command(tool_paths)
 bench.command(tasks)
-bench.command(scaling)
-bench.command(partition)
-bench.command(stale)
 
 
 def run(arguments: list[str]) -> int:

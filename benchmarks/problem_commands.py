@@ -143,31 +143,3 @@ def motion(
     from benchmarks.motion.run import bench_motion
 
     return measure(out, lambda progress: bench_motion(folder, out, plain, limits, progress, python, workers))
-
-
-def replan(
-    folder: tyro.conf.Positional[Path],
-    plain: Annotated[RoadmapRequest, tyro.conf.arg(name="")] = RoadmapRequest("panda", collision="coal"),  # noqa: B008
-    out: Out = Path("bench-replan"),
-    changes: int = 100,
-    simulations: int = 50,
-    time_limit: float = 1200.0,
-    workers: Workers = SERIAL,
-    debug: Debug = False,
-) -> int:
-    """Problems whose world changes: time to a new proven path against planning anew, the field against D* Lite.
-
-    Problems and options are those of 'plan'; paths are checked by the library that has not planned. Obstacles are
-    moved, added, removed, and put on the route; then boxes move within their speed limits while the arm runs the last
-    path. Writes replan.csv, one row a change, and replan.md.
-
-    Args:
-        folder: Folder of the problems.
-        changes: Changes of each problem's world.
-        simulations: Runs among moving boxes along each problem's last path.
-        time_limit: Seconds after which a problem is killed and recorded as timed out.
-    """
-    from benchmarks.replan.run import bench_replan
-
-    asked = folder, out, plain, changes, simulations, time_limit
-    return measure(out, lambda progress: bench_replan(*asked, progress, workers))

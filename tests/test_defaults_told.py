@@ -16,7 +16,6 @@ from planner.sampling.grow import join_settings
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.session import Session
 from planner.setup.resolve import IK_STARTS
-from planner.tradeoff.nondominated import MAX_LABELS
 from planner.trajectory.limits import ASSUMED_JERK_PER_ACCELERATION
 from tests.documents import ROOT
 from tests.worlds import load
@@ -36,7 +35,6 @@ TOLD: list[tuple[str, str, float | str]] = [
         PlanRequest(roadmap="x").rounds,
     ),
     ("planner/problem/request.py", r"Tasks at once: (\S+) where left out", int(WorkersRequest().serial)),
-    ("planner/cli/sweep.py", r"--front may make, (\S+) where left out", MAX_LABELS),
     ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.rounds),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
     (
@@ -52,7 +50,6 @@ TOLD: list[tuple[str, str, float | str]] = [
     ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.charge),
     ("docs/reference/commands.md", r"`--ik-solutions` \((\S+)\)", PLAIN.ik_solutions),
     ("docs/reference/commands.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
-    ("CHANGELOG.md", r"`--room` is (\S+) by default", PLAIN.room),
 ]
 MORE = r"left out, [\"`\d]|[\"`\d]+ (?:per joint )?where left out|rounds are the default|\(default\)|\d by default"
 FILES = [

@@ -89,7 +89,7 @@ def test_the_reference_has_every_command() -> None:
     from docs.site_parts import commands as documented
 
     listed = documented()
-    assert {("plan",), ("schema",), ("roadmap", "check"), ("robots",)} <= set(listed)
+    assert {("plan",), ("schema",), ("roadmap", "info"), ("robots",)} <= set(listed)
     assert {("plan",), ("first-motion",)} <= set(documented("python -m benchmarks"))
     assert {("example",), ("laws",), ("manipulator",), ("learning",)} == set(documented("python -m reproduce"))
     assert len(set(listed)) == len(listed)

@@ -39,13 +39,10 @@ CALLS: dict[str, Callable[[Any], object]] = {
     "PlanRequest, roadmap": lambda at: planner.PlanRequest(roadmap=at),
     "PlanRequest, srdf": lambda at: planner.PlanRequest(srdf=at),
     "PlanRequest, message": lambda at: planner.PlanRequest(motion_plan_request=at),
-    "KeptRequest": lambda at: request.KeptRequest(srdf=at),
     "LiveRequest": lambda at: request.LiveRequest(roadmap=at),
     "LimitsRequest": lambda at: planner.LimitsRequest(limits=at),
     "TimingRequest": lambda at: planner.TimingRequest(limits=at),
     "MotionLimits.of": lambda at: planner.MotionLimits.of(ROBOT, planner.LimitsRequest(limits=at)),
-    "gabf.write_network": lambda at: gabf.write_network(NETWORK, at),
-    "gabf.read_network": lambda at: gabf.read_network(at, gabf.Additive()),
     "save_trajectory": lambda at: save_trajectory(MOTION, at),
     "load_trajectory": load_trajectory,
     "read_points": lambda at: read_points(at, ROBOT),
@@ -56,7 +53,7 @@ CALLS: dict[str, Callable[[Any], object]] = {
     "Plan.save": lambda at: planner.Plan.save(None, at),
     "Tradeoff.save": lambda at: planner.Tradeoff.save(None, at),
 }
-NONE_IS_FINE = ("PlanRequest", "KeptRequest", "LiveRequest", "LimitsRequest", "TimingRequest", "MotionLimits.of")
+NONE_IS_FINE = ("PlanRequest", "LiveRequest", "LimitsRequest", "TimingRequest", "MotionLimits.of")
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -72,8 +69,6 @@ def test_text_is_written_and_read_as_a_path_is(tmp_path: Path) -> None:
     for at in (file, text):
         planner.save_roadmap(post_roadmap(), at)
         assert planner.load_roadmap(at).sha256 == post_roadmap().sha256
-        gabf.write_network(NETWORK, at)
-        np.testing.assert_array_equal(gabf.read_network(at, gabf.Additive()).indices, NETWORK.indices)
     for at in (tmp_path / "x.json", str(tmp_path / "y.json")):
         save_trajectory(MOTION, at)
         np.testing.assert_array_equal(load_trajectory(at).nanoseconds, MOTION.nanoseconds)

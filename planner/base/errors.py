@@ -71,10 +71,6 @@ class ArrayError(PlannerError, ValueError):
     """An array of another shape than a function takes, or with values that it cannot use."""
 
 
-class KindError(PlannerError, TypeError):
-    """Something of another kind than a function takes."""
-
-
 class AssumptionError(PlannerError):
     """An assumption of the paper that the given data breaks: the theorem would not hold."""
 

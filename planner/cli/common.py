@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Optional
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -22,7 +22,7 @@ Out = Annotated[Path, tyro.conf.arg(help="Folder to write into.")]
 Workers = Annotated[WorkersRequest, tyro.conf.arg(name="")]
 
 # in Python a request's request would say nothing, --motion-plan-request is long to type, and only this door knows tyro
-Message.__annotations__["motion_plan_request"] = Annotated[Optional[Path], tyro.conf.arg(name="request")]  # noqa: UP045
+Message.__annotations__["motion_plan_request"] = Annotated[Path | None, tyro.conf.arg(name="request")]
 
 
 def timing_of(timing: TimingRequest, no_timing: bool) -> TimingRequest | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,14 +11,11 @@ from planner.base.files import is_file
 NAME = "interrupted"
 
 
-def folder_for_interrupted(folder: Path, names: tuple[str, ...], resumed: bool = False) -> Path:
+def folder_for_interrupted(folder: Path, names: tuple[str, ...]) -> Path:
     """``folder`` if it has none of the files ``names``; else a new one inside it, so that no result is lost.
 
-    That is 'interrupted', or 'interrupted-2' and so on where an earlier result is there. What went on from an
-    interrupted result (``resumed``) takes its place. The first of ``names`` is the result's JSON.
+    That is 'interrupted', or 'interrupted-2' and so on where an earlier result is there.
     """
-    if resumed and _is_interrupted(folder / names[0]):
-        return folder
     return _first_free(folder, lambda name: folder / name, lambda place: any(is_file(place / n) for n in names))
 
 
@@ -38,10 +34,3 @@ def _first_free(place: Path, named: Callable[[str], Path], taken: Callable[[Path
 def kept(place: Path, instead: Path) -> str:
     """The sentence for the user; empty where it went into its own place."""
     return "" if place == instead else f". What was in {place} is kept; this is in {instead}"
-
-
-def _is_interrupted(record: Path) -> bool:
-    try:
-        return json.loads(record.read_text())["outcome"] == "interrupted"
-    except (OSError, ValueError, LookupError, TypeError, RecursionError):
-        return False

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 T = TypeVar("T")
-_QUICK = 1.0  # s: work that is done by then shows no bars
 _OF_TEXT = "\n\t\x7f"  # the last one does nothing, and JSON that is printed may hold it
 
 
@@ -97,51 +95,27 @@ def watching() -> Iterator[Progress]:
 
 
 class _Stages:
-    """A progress bar for each stage of work, from when it has lasted for a second: sooner nobody reads one.
-
-    Loading what draws them takes a twentieth of a first plan's process.
-    """
+    """A progress bar for each stage of work, drawn from its first report on."""
 
     def __init__(self) -> None:
         self.drawn: dict[str, Any] = {}  # rich's number of each stage
-        self._alone, self._over = threading.Lock(), False
-        self._known: dict[str, tuple[int, int]] = {}
         self._bars: Bars | None = None
-        self._timer = threading.Timer(_QUICK, self._begin)
-        self._timer.daemon = True
 
     def __enter__(self) -> Self:
-        self._timer.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._timer.cancel()
-        with self._alone:
-            self._over = True
-            if self._bars is not None:
-                self._bars.stop()
+        if self._bars is not None:
+            self._bars.stop()
 
     def report(self, stage: str, done: int, total: int) -> None:
-        """See :class:`planner.base.progress.Progress`."""
-        with self._alone:
-            self._known[stage] = min(done, total), total
-            if self._bars is not None:
-                self._draw(self._bars, stage)
-
-    def _begin(self) -> None:
-        bars = _bars()
-        with self._alone, contextlib.suppress(OSError):  # a full disk behind standard error
-            if not self._over:
-                bars.start()
-                self._bars = bars
-                for stage in self._known:
-                    self._draw(bars, stage)
-
-    def _draw(self, bars: Bars, stage: str) -> None:
-        done, total = self._known[stage]
+        """Draw the bar of a stage; see :class:`planner.base.progress.Progress`."""
+        if self._bars is None:
+            self._bars = _bars()
+            self._bars.start()
         if stage not in self.drawn:
-            self.drawn[stage] = bars.add_task(stage, total=total)
-        bars.update(self.drawn[stage], completed=done, total=total)
+            self.drawn[stage] = self._bars.add_task(stage, total=total)
+        self._bars.update(self.drawn[stage], completed=min(done, total), total=total)
 
 
 def _bars() -> Bars:

@@ -6,10 +6,11 @@ import logging
 
 from planner.base.progress import QUIET, Progress
 from planner.construction.connect_endpoints import attach
+from planner.construction.reprove import in_this_world
 from planner.problem.request import PAPER_NODES, SweepRequest
 from planner.roadmap.node_checks import with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, kept_part
-from planner.roadmap.storage import load_roadmap, require_same_world
+from planner.roadmap.storage import load_roadmap
 from planner.setup.open import Query
 from planner.setup.resolve import brought_within
 
@@ -21,7 +22,8 @@ _FEWEST_NODES = 2  # those of the first paths, and no links: they pass no states
 def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUIET, path_only: bool = False) -> Roadmap:
     """A roadmap whose starts and goals are the query's; with ``path_only`` nothing grows around the first paths.
 
-    Raises :class:`PlannerError` for a file of another world.
+    A roadmap from a file is used as far as it holds in this world. Raises
+    :class:`PlannerError` for one of other joints.
     """
     if request.roadmap is None:
         from planner.construction.build import DENSITY, roadmap_between  # with all that grows roadmaps, and OMPL
@@ -35,11 +37,11 @@ def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUI
     roadmap = load_roadmap(request.roadmap)
     if request.nodes not in (PAPER_NODES, len(roadmap.nodes)):
         _log.warning(
-            "%s has %d nodes, and none grow: --nodes is not followed; 'planner roadmap extend' adds some.",
+            "%s has %d nodes, and none grow: --nodes is not followed.",
             request.roadmap,
             len(roadmap.nodes),
         )
-    require_same_world(roadmap, query.checker, request.roadmap)
+    roadmap = in_this_world(roadmap, query.checker, progress)
     roadmap = kept_part(roadmap, query.checker.world.keeps)
     roadmap = with_checked_nodes(roadmap, query.checker)
     return attach(roadmap, query.checker, query.starts, query.goals, request.seed, progress=progress)

@@ -23,9 +23,7 @@ from planner.gabf.kernels import (
 )
 from planner.gabf.laws import FixedTime, Law, Nominal, PrescribedTime, SingularityFree, control_input, named_law
 from planner.gabf.network import Network
-from planner.gabf.network_file import read_network, write_network
 from planner.gabf.oracle import bellman_operator, max_error, oracle, residual, value_iteration
-from planner.gabf.partitioned.cut import Partition
 from planner.gabf.path import cheapest_path, extract_path
 from planner.gabf.references import BackwardEuler, RungeKutta45, right_side
 from planner.gabf.result import CostToGo, Ending, FieldHistory
@@ -53,7 +51,6 @@ __all__ = [
     "Network",
     "NodeDependent",
     "Nominal",
-    "Partition",
     "Premises",
     "PrescribedTime",
     "RungeKutta45",
@@ -78,12 +75,10 @@ __all__ = [
     "oracle",
     "overestimate",
     "raised_start",
-    "read_network",
     "residual",
     "right_side",
     "solve",
     "structure",
     "true_parents",
     "value_iteration",
-    "write_network",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -36,7 +36,7 @@ class Network:
     source_values: Floats | None = None
     node_cost: Floats | None = None
     arc_cost: Floats | None = None
-    kernel: Kernel = TradeOff(beta=0.5)
+    kernel: Kernel = field(default_factory=lambda: TradeOff(beta=0.5))
 
     def __post_init__(self) -> None:
         for name in ("indptr", "indices", "sources"):

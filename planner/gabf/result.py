@@ -12,7 +12,6 @@ from planner.gabf.assumptions import Premises
 from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
-from planner.gabf.partitioned.run import Exchanged
 from planner.gabf.problem import Problem
 
 
@@ -55,7 +54,6 @@ class CostToGo:
     and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
     non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
     that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
-    ``exchanged``: how much a run on blocks exchanged.
     """
 
     x: Floats
@@ -76,7 +74,6 @@ class CostToGo:
     evaluations: int
     solver: str
     history: FieldHistory | None = None
-    exchanged: Exchanged | None = None
 
     def __repr__(self) -> str:
         end = "settled" if self.dated_tau is not None else "not settled"

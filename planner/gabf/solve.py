@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,8 +12,6 @@ from planner.gabf.assumptions import Premises, pack_start, premises, require_ove
 from planner.gabf.laws import Law, SingularityFree
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
-from planner.gabf.partitioned.cut import Partition
-from planner.gabf.partitioned.run import partitioned_field
 from planner.gabf.problem import Problem, reduce
 from planner.gabf.result import CostToGo, Ending
 from planner.gabf.saving import Recorder, Save
@@ -34,7 +30,6 @@ def solve(
     settle_tolerance: float = 1e-9,
     max_steps: int = 300_000,
     until_tau: float = np.inf,
-    partition: Partition | None = None,
 ) -> CostToGo:
     """The cost-to-go x of every node under ``law`` (default :class:`SingularityFree`), from the start ``x0``.
 
@@ -46,8 +41,7 @@ def solve(
     neither x nor the steps of the splitting solver, which ends at a residual of exactly 0. When it settled is
     dated by the run's steps, within ``result.settling_tau_bracket``, which is proved. References end
     where :func:`planner.gabf.settling.error_bound` proves the tolerance. ``max_steps``, rejected ones too, and
-    ``until_tau`` bound the work. ``partition``: cut into blocks, here or on a cluster; x and all else come out the
-    same to the bit.
+    ``until_tau`` bound the work.
 
     Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the
     interval that the run stays in, where a start lies outside the kernel's domain, and where the
@@ -66,8 +60,7 @@ def solve(
     if law.needs_overestimate and x0 is not None:
         require_overestimate(problem, y0, problem.pack(oracle(net)), law.name)
     recorder = Recorder(save, problem, law)
-    run = _Run(problem, law, solver, y0, bounds, recorder, settle_tolerance, max_steps, until_tau)
-    return run.in_one_piece() if partition is None else run.on_blocks(partition)
+    return _Run(problem, law, solver, y0, bounds, recorder, settle_tolerance, max_steps, until_tau).follow()
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,22 +77,11 @@ class _Run:
     max_steps: int
     until_tau: float
 
-    def in_one_piece(self) -> CostToGo:
-        return self._follow(partial(self.solver.states, self.problem, self.law.flow, self.y0))
-
-    def on_blocks(self, partition: Partition) -> CostToGo:
-        """The same, to the bit; :class:`OptionError` where the solver is another one, or a trajectory is kept."""
-        if not isinstance(self.solver, Splitting) or self.recorder.keeps:
-            raise OptionError("blocks run the splitting solver and keep no trajectory: leave solver and save out.")
-        clear_above = Course(self.bounds, self.tolerance).clear_above
-        with partitioned_field(self.problem, self.law.flow, self.y0, partition, clear_above) as field:
-            states = partial(self.solver.steps, field, self.law.flow, self.problem.mean_cost(self.y0))
-            return replace(self._follow(states), exchanged=field.exchanged)
-
-    def _follow(self, states_from: Callable[[Floats], Iterator[State]]) -> CostToGo:
-        """The cost-to-go after as many states as it takes; ``states_from`` makes them land on given readings."""
+    def follow(self) -> CostToGo:
+        """Step until the run has settled or its budget is spent, and return the cost-to-go there."""
         course, recorder = Course(self.bounds, self.tolerance), self.recorder
-        states = states_from(np.array(sorted({*recorder.targets.tolist(), self.until_tau}), dtype=np.float64))
+        readings = np.array(sorted({*recorder.targets.tolist(), self.until_tau}), dtype=np.float64)
+        states = self.solver.states(self.problem, self.law.flow, self.y0, readings)
         step = -1
         while True:
             step, state = step + 1, next(states)

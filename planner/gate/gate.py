@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from planner.base.arrays import Floats, numbers
-from planner.base.errors import KindError, StateError
+from planner.base.errors import StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.gate.chunk import RobotState, Row, Rows
@@ -86,7 +86,7 @@ class Gate:
         return self._limits
 
     def __reduce__(self) -> NoReturn:
-        raise KindError("a gate stays in its process and is no copy of another: make one of its robot and scene.")
+        raise TypeError("a gate stays in its process and is no copy of another: make one of its robot and scene.")
 
     def check(
         self,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import pydantic
 
 from planner.base.arrays import Floats
-from planner.base.errors import KindError, OptionError, SceneError, choices
+from planner.base.errors import OptionError, SceneError, choices
 from planner.base.files import is_file
 from planner.base.hashing import content_hash
 from planner.base.notes import Note
@@ -225,12 +225,8 @@ class Scene:
     keep: str = ""  # what motions keep all along, as ``--keep`` takes it; no part of what stands there
 
     def __post_init__(self) -> None:
-        kinds = {"obstacles": Obstacle, "moving": MovingObstacle, "carried": Carried, "notes": Note}
-        for name, kind in kinds.items():
-            items = tuple(getattr(self, name))  # its own: a list might change, and of a generator nothing is left
-            if wrong := [item for item in items if not isinstance(item, kind)]:
-                raise KindError(f"Scene: {name} hold a {type(wrong[0]).__name__}: give several: {kind.__name__}.")
-            object.__setattr__(self, name, items)
+        for name in ("obstacles", "moving", "carried", "notes"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
         if twice := repeated(item.name for item in (*self.obstacles, *self.moving, *self.carried)):
             raise SceneError(f"scene '{self.name}' has {shown(twice[0])} twice: name each once.")
 

@@ -23,9 +23,8 @@ class HealingNetwork:
 
     An edge fails that touches something when coal samples it every millimetre of motion, or the ``checker`` itself,
     where that is another library, every ``RECHECK_BY_BACKEND``; an arc fails
-    that falls below the manipulability ``floor``, see :func:`first_violation`. ``barred``: the failed arcs, pairs
-    of nodes of ``layered.network``; give those of an earlier run to leave them out from the beginning. ``seen``: what
-    passed in the same world before, to which is added what passes now.
+    that falls below the manipulability ``floor``, see :func:`first_violation`. ``seen``: what passed in the same
+    world before, to which is added what passes now.
     """
 
     def __init__(
@@ -34,13 +33,10 @@ class HealingNetwork:
         roadmap: Roadmap,
         network: gabf.Network,
         floor: float = 0.0,
-        barred: tuple[tuple[int, int], ...] = (),
         seen: set[bytes] | None = None,
     ) -> None:
         self.roadmap, self.layered, self.floor = roadmap, layered_network(roadmap, network, floor), floor
-        self.barred, self.edges_removed = barred, 0
-        for arc in barred:
-            self.layered = self.layered.without_arcs_between(*arc)
+        self.edges_removed = 0
         self._judges = dict([(checker, RECHECK_BY_BACKEND), (second_checker(checker), RECHECK)])
         self.robot = checker.robot
         self._seen = set() if seen is None else seen  # edges that passed: a sweep meets them many times
@@ -61,7 +57,7 @@ class HealingNetwork:
         if low is None:
             return True
         arc = int(steps[low]), int(steps[low + 1])
-        self.layered, self.barred = self.layered.without_arcs_between(*arc), (*self.barred, arc)
+        self.layered = self.layered.without_arcs_between(*arc)
         return False
 
     def waypoints(self, steps: Ints) -> Floats:

@@ -108,7 +108,7 @@ class Plan:
     legs: tuple[LegRecord, ...] = ()  # lines of the tool that the path begins and ends with, where they were asked for
     reason: NoPath | None = None
     notes: tuple[str, ...] = ()  # what is said of the start
-    replanned: Replanned = Replanned()
+    replanned: Replanned = field(default_factory=Replanned)
     timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import fields, replace
-from typing import Any, Optional, TypedDict
+from typing import Any, TypedDict
 
 from planner.base.errors import KeywordError, choices
 from planner.base.yamlfile import nearest
@@ -48,15 +48,15 @@ class TaskOptions(RoadmapOptions, total=False):
 class SessionOptions(RoadmapOptions, total=False):
     """Those that a session has for all its plans."""
 
-    tool: Optional[str]
-    srdf: Optional[File]
-    group: Optional[str]
-    joints: Optional[Names]
-    keep: Optional[Kept]
-    base: Optional[str]
+    tool: str | None
+    srdf: File | None
+    group: str | None
+    joints: Names | None
+    keep: Kept | None
+    base: str | None
     min_manipulability: float
     charge: Charge
-    effort: Optional[int]
+    effort: int | None
 
 
 class PlanOptions(SessionOptions, total=False):
@@ -66,9 +66,9 @@ class PlanOptions(SessionOptions, total=False):
     scene: Thing
     start: State
     goal: State
-    motion_plan_request: Optional[File]
+    motion_plan_request: File | None
     widen_limits: bool
-    roadmap: Optional[File]
+    roadmap: File | None
     room: float
     beta: float
     above_ends: bool

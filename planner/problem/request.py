@@ -1,7 +1,7 @@
 """What can be asked of the planner: parts that hold each option once, and the requests that are composed of them.
 
 A part has an option's default, its help and what is refused of it; commands, sessions, batches and benchmarks embed the
-parts that they need. Loads no library, and says ``Optional[X]``, which tyro knows without 30 ms of typeguard.
+parts that they need.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ from dataclasses import dataclass, fields
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Optional, Protocol, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
 from planner.base.errors import OptionError, PlannerError, choices, require_number
-from planner.base.kinds import WIDER
 from planner.base.places import Place, place, place_text
 from planner.base.shares import require_share
 from planner.problem.conditions import Condition, keeps_text
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
 else:  # what the command line gives; from Python a robot, a scene, joint values and lists of names will do as well
     Thing = State = Names = Kept = str
     File = Path
-    WIDER.update(Thing=Place | Named, File=Place, State=object, Names=str | Iterable[str], Kept=object)
 
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Backend = Literal["fcl", "coal"]
@@ -87,31 +85,31 @@ class Part:
 class KeptWorld(Part):
     """A robot in a scene, and how contacts are found; what is left out is a kept roadmap's own."""
 
-    robot: Optional[Thing] = None
+    robot: Thing | None = None
     """Name of a built-in robot, or the path of a URDF or robot.yaml; the file's own if that is a built-in one."""
-    scene: Optional[Thing] = None
+    scene: Thing | None = None
     """Name of a built-in scene or the path of a scene file; the file's own if that is a built-in one."""
-    tool: Optional[str] = None
+    tool: str | None = None
     """Frame of the robot that targets and manipulability speak of; where left out the scene's, else the robot's, else
     the tip of --group, or of the group that --request names; of a kept roadmap its own."""
-    srdf: Optional[File] = None
+    srdf: File | None = None
     """An SRDF in place of the robot's own: link pairs that need no check, groups, named states."""
-    group: Optional[str] = None
+    group: str | None = None
     """Planning group of the SRDF: only its joints are planned."""
-    joints: Optional[Names] = None
+    joints: Names | None = None
     """Joints to plan, with commas between; all others are held: at fixed_joints of the scene or robot file, else as the
     state home has them."""
     collision: Backend = "fcl"
     """Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. Own
     separating planes prove the edges, and coal looks at every answer too."""
-    margin: Optional[float] = None
+    margin: float | None = None
     """Distance in metres to keep from every obstacle, and between links; the file's own where left out."""
-    keep: Optional[Kept] = None
+    keep: Kept | None = None
     """What motions keep all along, proven; repeatable, or with ';' between: axis:z,0,0,1,0.1 (the tool's z axis within
     0.1 rad of the world's direction 0,0,1), box:x0,y0,z0,x1,y1,z1 (its origin within, m), sphere:x,y,z,r,
     plane:nx,ny,nz,d (n.p >= d), turn:0.1 (its orientation within 0.1 rad of that at the start), joint:NAME,low,high;
     ' of FRAME' at the end names another frame than the tool. What the scene keeps is kept besides."""
-    base: Optional[str] = None
+    base: str | None = None
     """Where the robot's base stands in the scene, in place of what the scene file says: x,y,z (m) or
     x,y,z,roll,pitch,yaw (m and rad)."""
 
@@ -167,7 +165,7 @@ class Ends(Part):
 class Message(Part):
     """What another program asks for."""
 
-    motion_plan_request: Optional[File] = None
+    motion_plan_request: File | None = None
     """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
 
 
@@ -212,7 +210,7 @@ class Growth(Part):
 class KeptRoadmap(Part):
     """A roadmap that is there."""
 
-    roadmap: Optional[File] = None
+    roadmap: File | None = None
     """A roadmap.npz to plan on, instead of growing one: of the same robot and scene; on the live page of the same
     joints, and what does not hold in the scene is left out."""
 
@@ -227,14 +225,6 @@ class TradeOff(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_share(self.beta)
-
-
-@dataclass(frozen=True)
-class KeptRequest(Message, KeptWorld):
-    """The world to check a roadmap in; options left out are taken from the roadmap's file."""
-
-    widen_limits: bool = False
-    """Widen joint limits to those that the roadmap was grown within."""
 
 
 @dataclass(frozen=True)
@@ -289,7 +279,7 @@ class SweepRequest(CostField, KeptRoadmap, RoadmapRequest):
 
     charge: Charge = DEFAULT_CHARGE
     """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
-    effort: Optional[int] = None
+    effort: int | None = None
     """Rounds in which the best path is refined and others searched, fewer where two thirds gain nothing; left out,
     12, or 0 with --roadmap: as it is."""
     room: float = DEFAULT_ROOM
@@ -388,7 +378,7 @@ class FollowRequest(PlanRequest):
     """Where the arm starts: a free motion leads from there to the tool path. Left out, the plan begins on it."""
     goal: State = ON_TOOL_PATH
     """The end of the tool path: no other goal can be given."""
-    tool_speed: Optional[float] = None
+    tool_speed: float | None = None
     """Speed of the tool along the path, m/s: at most so much, and just that where the joints' limits allow it."""
     ladder_density: int = 1
     """How many times as many solutions of inverse kinematics are spread along the path: more find better ways."""
@@ -422,15 +412,15 @@ class FollowRequest(PlanRequest):
 class LimitsRequest(Part):
     """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
 
-    limits: Optional[File] = None
+    limits: File | None = None
     """A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints."""
-    velocity_scale: Optional[float] = None
+    velocity_scale: float | None = None
     """Share of the velocity limits to use, above 0 up to 1."""
-    acceleration_scale: Optional[float] = None
+    acceleration_scale: float | None = None
     """Share of the acceleration limits to use, above 0 up to 1."""
-    acceleration: Optional[float] = None
+    acceleration: float | None = None
     """Acceleration limit of every joint, rad/s² (m/s² where a joint slides), in place of the robot's own."""
-    jerk: Optional[float] = None
+    jerk: float | None = None
     """Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own."""
 
     def __post_init__(self) -> None:
@@ -464,11 +454,11 @@ class TimingRequest(LimitsRequest):
 class WorkersRequest:
     """Who does independent work at once. The results do not depend on it, but for their seconds."""
 
-    jobs: Optional[int] = None
+    jobs: int | None = None
     """Tasks at once: 1 where left out, and with --backend dask as many as the cluster has threads."""
     backend: WorkersBackend = "processes"
     """Processes of this machine, or a Dask cluster."""
-    scheduler: Optional[str] = None
+    scheduler: str | None = None
     """Address of the Dask cluster's scheduler, such as tcp://127.0.0.1:8786."""
 
     def __post_init__(self) -> None:

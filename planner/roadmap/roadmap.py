@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,11 +17,13 @@ from planner.base.html import html_table
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker
+from planner.collision.world import World
 from planner.constraints.keeps import Keeps
+from planner.kinematics.forward import Chain
 from planner.models.robot import Robot
+from planner.models.shapes import Body
 from planner.objective.scale import COSTS, CostScale
 from planner.roadmap.record_text import roadmap_text
-from planner.roadmap.world_record import WorldRecord, record_of
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,9 @@ class Origin:
     margin: float  # m
     seed: int
     versions: Mapping[str, str]
-    world: WorldRecord
+    lower: tuple[float, ...]  # joint limits, rad (m)
+    upper: tuple[float, ...]
+    world: str  # content_hash of everything that is checked
 
 
 def origin_of(checker: CollisionChecker, seed: int) -> Origin:
@@ -53,8 +57,29 @@ def origin_of(checker: CollisionChecker, seed: int) -> Origin:
         margin=world.margin,
         seed=seed,
         versions=versions(),
-        world=record_of(world),
+        lower=tuple(world.robot.lower.tolist()),
+        upper=tuple(world.robot.upper.tolist()),
+        world=world_hash(world),
     )
+
+
+def world_hash(world: World) -> str:
+    """A hash of what is checked: kinematics, shapes and placements of bodies and obstacles, and the checked pairs."""
+    obstacles = [content for item in world.obstacles for content in (item.placement, *item.shape.content())]
+    kinematics = _kinematics_hash(Chain.of(world.robot))
+    return content_hash([kinematics, *map(_body_hash, world.bodies), world.self_pairs, *obstacles, world.checked])
+
+
+@lru_cache(maxsize=16)
+def _kinematics_hash(chain: Chain) -> str:
+    """Nine decimals: smaller differences come from the arithmetic of another library."""
+    return content_hash(np.round(getattr(chain, item.name).astype(np.float64), 9) + 0.0 for item in fields(chain))
+
+
+@lru_cache(maxsize=256)
+def _body_hash(body: Body) -> str:
+    """Cached, as a session asks after every change and detailed meshes take milliseconds."""
+    return content_hash([body.joint, body.placement, *body.shape.content()])
 
 
 @dataclass(frozen=True, eq=False)

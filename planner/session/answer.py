@@ -12,7 +12,7 @@ from planner.base.arrays import Floats, frozen
 from planner.base.progress import QUIET, Progress
 from planner.construction.build import build_roadmap
 from planner.construction.connect_endpoints import attach
-from planner.construction.repair import repair
+from planner.construction.reprove import in_this_world
 from planner.planning.improvement import improved_roadmap
 from planner.planning.network import build_network, path_cost
 from planner.planning.replanned import Edges, Replanned
@@ -21,7 +21,6 @@ from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
 from planner.roadmap.node_checks import with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, kept_part, path_waypoints
-from planner.roadmap.storage import same_world
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.live_world import LiveWorld
 from planner.session.search import Found, RoadmapNetwork, go_on, search
@@ -53,10 +52,7 @@ class Moment:
 
 def adopted(live: LiveWorld, roadmap: Roadmap) -> LiveWorld:
     """With a kept roadmap, as far as it holds in this world."""
-    if not same_world(roadmap, live.checker):
-        repaired = repair(roadmap, live.checker)
-        assert repaired is not None  # nobody has asked to stop
-        roadmap = repaired.roadmap
+    roadmap = in_this_world(roadmap, live.checker)
     return live.with_roadmap(with_checked_nodes(kept_part(roadmap, live.checker.world.keeps), live.checker))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import KindError, OptionError, PlannerError, SceneError, StateError
+from planner.base.errors import OptionError, PlannerError, SceneError, StateError
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
@@ -138,7 +138,7 @@ class Session:
         self._closed.set()
 
     def __reduce__(self) -> NoReturn:
-        raise KindError("a session stays in its process and is no copy of another: make one of its robot and scene.")
+        raise TypeError("a session stays in its process and is no copy of another: make one of its robot and scene.")
 
     def snapshot(self) -> Snapshot:
         """What the session knows now, for :meth:`restore`; it costs nothing, as nothing in it ever changes."""

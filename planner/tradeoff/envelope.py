@@ -15,7 +15,6 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
-from planner.base.errors import StateError
 from planner.base.shares import traded_off
 from planner.planning.network import at_beta, path_cost
 
@@ -91,30 +90,6 @@ class EnvelopeSearch:
         self.settled += 1
         return None
 
-    def recall(self, beta: float, nodes: Ints) -> Support:
-        """Take ``nodes`` up as the next support; :class:`StateError` unless it is a path and optimal at ``beta``."""
-        network = at_beta(self.network, beta)
-        x, field = self._solve(network, self.supports[-1].x if self.supports else None)
-        least = float(x[self.starts].min())
-        if not self._is_path(nodes):
-            raise StateError(f"nodes {nodes.tolist()} are no path from a start to a goal: search anew.")
-        support = self._support(network, nodes, x, field)
-        if support.at(beta) > least + _slack(least):
-            raise StateError(f"the path {nodes.tolist()} is not optimal at beta {beta:g}: search anew.")
-        self.supports.append(support)
-        return support
-
-    def recall_settled(self, count: int) -> None:
-        """Take the first ``count`` gaps up as settled; :class:`StateError` where another path is cheaper in one."""
-        for left, right in itertools.pairwise(self.supports[: count + 1]):
-            if _same(left, right):
-                continue
-            beta = crossing(left, right)
-            least = float(gabf.oracle(at_beta(self.network, beta))[self.starts].min())
-            if least < left.at(beta) - 2.0 * _slack(left.at(beta)):  # summed up in another order
-                raise StateError(f"between beta {left.beta:g} and {right.beta:g} another path is cheaper: search anew.")
-        self.settled = count
-
     def _add(self, place: int, found: Support | None) -> Support | None:
         if found is None:
             self.connected = False
@@ -156,12 +131,6 @@ class EnvelopeSearch:
     def _support(self, network: gabf.Network, nodes: Ints, x: Floats, field: gabf.CostToGo | None) -> Support:
         cost = path_cost(network, nodes)
         return Support(cost.beta, nodes, cost.manipulability, cost.distance, x, field)
-
-    def _is_path(self, nodes: Ints) -> bool:
-        if nodes[0] not in self.starts or nodes[-1] not in self.network.sources:
-            return False
-        inside = ((nodes >= 0) & (nodes < self.network.n_nodes)).all()
-        return bool(inside) and all(self.network.arcs_between(i, j).size for i, j in itertools.pairwise(nodes))
 
 
 def pieces(supports: Sequence[Support]) -> list[Piece]:

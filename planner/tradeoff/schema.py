@@ -34,56 +34,15 @@ class IntervalRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PointRecord(Record):
-    """A non-dominated path."""
-
-    manipulability_cost: float
-    distance_cost: float
-    optimal_at_some_beta: bool
-    path_nodes: Nodes
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FrontRecord(Record):
-    """The non-dominated paths."""
-
-    complete: bool
-    labels: int
-    """partial paths that the search made"""
-    beyond_every_beta: int
-    points: list[PointRecord]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SupportRecord(Record):
-    """A path that is optimal at a beta."""
-
-    beta: Beta
-    path_nodes: Nodes
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SearchRecord(Record):
-    """What --resume goes on from."""
-
-    roadmap_whole: bool
-    settled: int
-    barred: list[tuple[int, int]]
-    found: list[SupportRecord]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class SweepRecord(RunRecord):
     """What ``planner sweep`` writes as sweep.json; units rad, m and s."""
 
     complete: bool
     intervals: list[IntervalRecord]
     """sorted; they cover [0, 1] where complete"""
-    front: FrontRecord | None
     roadmap: RoadmapRecord
     solves: int
     max_error_vs_oracle: float | None
-    search: SearchRecord
     timings_s: dict[str, float]
     files: dict[str, str] | None = None
     """SHA-256 of the files written beside this one"""

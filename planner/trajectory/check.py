@@ -84,7 +84,7 @@ def check(
 
     What ``planner check`` does: limits, contacts every ``step`` (m) of motion by the second checker, proofs, clearance
     and w, whoever made the path; ``report.ok`` is the verdict. A trajectory that says no limits is held to the robot's
-    own. Raises :class:`KindError` and :class:`ArrayError` for what is neither.
+    own. Raises :class:`ArrayError` for an array of another shape.
     """
     require_step(step)
     if not isinstance(what, Trajectory):

@@ -221,11 +221,6 @@ function showPath(k) {
   if (element("colour").value === "cost" || !root.dataset.colour) colourRoadmap(path);
   goTo(share);
   [...element("strip").children].forEach((piece, number) => piece.classList.toggle("on", number === k));
-  if (!path.interval) {
-    element("which").textContent = "of no β";
-    element("interval").textContent = "not dominated, but no β makes it optimal";
-    return;
-  }
   element("which").textContent = `path ${k + 1} of ${optimal()}`;
   const [low, high] = path.interval;
   element("interval").textContent = low === high ? `as good as others at β = ${low}` : `optimal for β from ${betas(path.interval)}`;

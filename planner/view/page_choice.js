@@ -7,9 +7,7 @@ const otherPath = () => (compared === null || compared === current ? null : data
 const optimal = () => data.paths.filter((path) => path.interval).length; // these come first
 
 function pathName(k) {
-  const path = data.paths[k];
-  if (path.interval) return `path ${k + 1}, β ${betas(path.interval)}`;
-  return `Ω ${path.costs[0].toFixed(3)}, D ${path.costs[1].toFixed(3)}, of no β`;
+  return `path ${k + 1}, β ${betas(data.paths[k].interval)}`;
 }
 
 // the plane of the costs
@@ -36,16 +34,16 @@ function drawCosts() {
   if (y.high > y.low) numbers.push(words(left - 4, y.at(y.high) + 3, y.high.toFixed(2), "end"));
   const side = words(0, 0, "distance D", "middle");
   side.setAttribute("transform", `translate(9 ${(top + bottom) / 2}) rotate(-90)`);
-  const marks = data.paths.map((path, k) => costMark(k, x.at(path.costs[0]), y.at(path.costs[1]), Boolean(path.interval)));
+  const marks = data.paths.map((path, k) => costMark(k, x.at(path.costs[0]), y.at(path.costs[1])));
   element("costs").replaceChildren(axes, side, ...numbers, ...marks);
 }
 
-// A dot for a path that some beta makes optimal, a cross for one that none does; either is a button.
-function costMark(k, x, y, reached) {
-  const mark = vector("g", { class: reached ? "dot" : "cross", transform: `translate(${x} ${y})`, tabindex: 0, role: "button",
+// A dot for a path; it is a button.
+function costMark(k, x, y) {
+  const mark = vector("g", { class: "dot", transform: `translate(${x} ${y})`, tabindex: 0, role: "button",
     "aria-label": pathName(k) });
   mark.append(vector("circle", { class: "touch", r: 9 }), vector("title", {}, pathName(k)));
-  mark.append(reached ? vector("circle", { r: 4 }) : vector("path", { d: "M-3.5 -3.5L3.5 3.5M-3.5 3.5L3.5 -3.5" }));
+  mark.append(vector("circle", { r: 4 }));
   mark.onclick = () => choosePath(k);
   mark.onkeydown = (event) => { if (event.key === "Enter") choosePath(k); };
   return mark;

@@ -8,17 +8,17 @@ from typing import get_type_hints
 import pytest
 
 from planner.cli import common
-from planner.problem.request import KeptRequest, RoadmapRequest
+from planner.problem.request import RoadmapRequest
 from tests.command_line import Run
 
 
-@pytest.mark.parametrize("kind", [RoadmapRequest, KeptRequest])
+@pytest.mark.parametrize("kind", [RoadmapRequest])
 def test_the_option_is_called_request(kind: type) -> None:
     hints = get_type_hints(kind, include_extras=True)
     assert hints["motion_plan_request"].__metadata__[0].name == "request"
 
 
-@pytest.mark.parametrize("command", [("plan",), ("roadmap", "check")])
+@pytest.mark.parametrize("command", [("plan",), ("roadmap", "build")])
 def test_help_shows_it_and_flags_without_their_opposite(run: Run, command: tuple[str, ...]) -> None:
     code, text, _ = run(*command, "--help")
     assert code == 0

@@ -17,10 +17,8 @@ def test_where_an_interrupted_result_goes(tmp_path: Path) -> None:
     for text in ('{"outcome": "solved"}', '{"outcome": "no_path"}', "[]", "{", "\udcff"):
         record.write_text(text, errors="surrogateescape")
         assert folder_for_interrupted(tmp_path, names) == tmp_path / "interrupted"
-        assert folder_for_interrupted(tmp_path, names, resumed=True) == tmp_path / "interrupted"
     record.write_text('{"outcome": "interrupted"}')
     assert folder_for_interrupted(tmp_path, names) == tmp_path / "interrupted"
-    assert folder_for_interrupted(tmp_path, names, resumed=True) == tmp_path
     for k, name in enumerate(("interrupted", "interrupted-2"), start=2):
         (tmp_path / name).mkdir()
         (tmp_path / name / "plan.json").touch()

@@ -26,14 +26,10 @@ OWN_MEANING = {  # of options that a request has too, by command
     "attack": "a seed of searches",
     "certificate": "a seed of changes",
     "agreement": "every robot in every scene: a margin and a seed",
-    "fuzz": "a seed of changes",
     "roadmap": "rows of other programs, which know a robot, a scene and a number of nodes",
     "tool_paths": "several robots and scenes; a seed of paths",
     "tables": "published problems, at several betas",
     "tasks": "seeded scenes, and the number of nodes that tasks have",
-    "scaling": "several numbers of jobs, and a cluster beside them",
-    "partition": "the seed of networks",
-    "stale": "the seed of networks",
 }
 
 

@@ -24,9 +24,8 @@ ARM = str(robots_folder() / "examples" / "arm.urdf")
 
 
 @pytest.fixture
-def made(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def made(run: Run, tmp_path: Path) -> Path:
     """A robot file for the example arm, and what was said of it."""
-    monkeypatch.setattr("planner.cli.terminal._QUICK", 0.0)
     out = tmp_path / "mine" / "robot.yaml"
     code, text, error = run("robot-yaml", ARM, "--tool", "tip", "--samples", "300", "--out", str(out))
     assert code == 0, error
@@ -114,9 +113,8 @@ def test_a_plan_with_some_joints_and_what_its_roadmap_remembers(run: Run, made: 
     record = json.loads((tmp_path / "out" / "plan.json").read_text())
     assert record["joints"] == joints.split(",")
     assert record["config"]["joints"] == joints
-    assert run("roadmap", "check", kept, *options)[0] == 0
-    code, _, error = run("roadmap", "check", kept, *options[:4])
-    assert (code, "with --joints or --group" in error) == (3, True)
+    code, _, error = run("plan", *options[:4], "--start", "home", "--goal", "home", "--roadmap", kept, "--out", out)
+    assert (code, "build one for this robot" in error) == (3, True)
     assert run("check", str(tmp_path / "out" / "plan.json"), *options)[0] == 0
     assert run("view", *options, "--state", "home", "--out", str(tmp_path / "state.html"))[0] == 0
 

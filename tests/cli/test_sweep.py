@@ -1,4 +1,4 @@
-"""``planner sweep`` as a user types it: files, refusals, Ctrl-C and --resume, no path."""
+"""``planner sweep`` as a user types it: files, refusals, Ctrl-C, no path."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from planner.tradeoff.envelope import EnvelopeSearch
-from planner.tradeoff.nondominated import MAX_LABELS
 from tests.command_line import Run, assert_refused, command
 
 FILES = {"sweep.json", "sweep.csv", "sweep.html", "roadmap.npz"}
@@ -21,7 +20,7 @@ SMALL = ("--nodes", "80", "--seed", "2")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """A folder with a small sweep of the paper's scenario, made once, and what the terminal said."""
     out = tmp_path_factory.mktemp("swept")
-    process = command("sweep", *SMALL, "--front", "--out", str(out), cwd=out)
+    process = command("sweep", *SMALL, "--out", str(out), cwd=out)
     text, err = process.communicate(timeout=120)
     assert process.returncode == 0, err
     return out, text
@@ -29,10 +28,6 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 
 def read(folder: Path) -> dict[str, Any]:
     return json.loads((folder / "sweep.json").read_text())
-
-
-def same(a: dict[str, Any], b: dict[str, Any], but: set[str]) -> None:
-    assert {key for key in a if a[key] != b[key]} <= but
 
 
 def test_sweep_writes_the_contract(swept: tuple[Path, str]) -> None:
@@ -44,11 +39,10 @@ def test_sweep_writes_the_contract(swept: tuple[Path, str]) -> None:
     assert [intervals[0]["beta_min"], intervals[-1]["beta_max"]] == [0.0, 1.0]
     keys = {"beta_min", "beta_max", "path_nodes", "manipulability_cost", "distance_cost", "w_min", "w_mean"}
     assert all(set(interval) >= keys | {"workspace_length"} for interval in intervals)
-    assert (record["complete"], record["front"]["complete"], record["max_error_vs_oracle"]) == (True, True, 0.0)
-    stages = {"import", "setup", "roadmap", "costs", "gabf", "path", "measures", "front", "page", "total"}
+    assert (record["complete"], record["max_error_vs_oracle"]) == (True, 0.0)
+    stages = {"import", "setup", "roadmap", "costs", "gabf", "path", "measures", "page", "total"}
     assert set(record["timings_s"]) == stages
     assert (out / "sweep.csv").read_text().count("\n") == 1 + len(intervals)
-    assert "non-dominated paths" in text
     assert max(map(len, text.splitlines()[: 4 + len(intervals)])) <= 80
     assert f"{out / 'sweep.html'}" in text
 
@@ -68,20 +62,11 @@ def test_the_end_of_a_sweep_is_a_plan(swept: tuple[Path, str], tmp_path: Path, r
     assert plan["roadmap"]["sha256"] == record["roadmap"]["sha256"]
 
 
-def test_a_finished_sweep_goes_on_to_the_same(swept: tuple[Path, str], run: Run) -> None:
-    out, before = swept[0], read(swept[0])
-    table = (out / "sweep.csv").read_bytes()
-    code, _, error = run("sweep", *SMALL, "--front", "--out", str(out), "--resume")
-    assert code == 0, error
-    same(before, read(out), {"timings_s", "solves", "files"})
-    assert (out / "sweep.csv").read_bytes() == table
-
-
 @pytest.mark.parametrize("step", [1, 2])
-def test_ctrl_c_saves_and_resume_goes_on(
+def test_ctrl_c_saves_what_is_proven(
     swept: tuple[Path, str], tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch, step: int
 ) -> None:
-    out, arguments = tmp_path / "o", (*SMALL, "--roadmap", str(swept[0] / "roadmap.npz"), "--front")
+    out, arguments = tmp_path / "o", (*SMALL, "--roadmap", str(swept[0] / "roadmap.npz"))
     steps: list[int] = []
     real = EnvelopeSearch.step
 
@@ -95,12 +80,8 @@ def test_ctrl_c_saves_and_resume_goes_on(
     code, text, error = run("sweep", *arguments, "--out", str(out))
     assert code == 130, error
     assert "Interrupted" in text
-    assert "--resume goes on from there" in " ".join(text.split())
     assert {path.name for path in out.iterdir()} == FILES - {"sweep.html"}
-    assert (read(out)["outcome"], read(out)["complete"], read(out)["front"]) == ("interrupted", False, None)
-    code, _, error = run("sweep", *arguments, "--out", str(out), "--resume")
-    assert code == 0, error
-    same(read(swept[0]), read(out), {"config", "timings_s", "solves", "files"})
+    assert (read(out)["outcome"], read(out)["complete"]) == ("interrupted", False)
 
 
 def test_no_path_is_an_outcome(
@@ -109,10 +90,10 @@ def test_no_path_is_an_outcome(
     """Where every edge fails when it is looked at again."""
     monkeypatch.setattr("planner.planning.healing.HealingNetwork._first_contact", lambda healing, edges: 0)
     out, roadmap = tmp_path / "out", str(swept[0] / "roadmap.npz")
-    code, text, _ = run("sweep", *SMALL, "--roadmap", roadmap, "--front", "--out", str(out))
+    code, text, _ = run("sweep", *SMALL, "--roadmap", roadmap, "--out", str(out))
     assert code == 4, text
     assert "raise --nodes" in text
-    assert (read(out)["outcome"], read(out)["intervals"], read(out)["front"]) == ("no_path", [], None)
+    assert (read(out)["outcome"], read(out)["intervals"]) == ("no_path", [])
     assert read(out)["roadmap"]["edges_removed"] > 0
     assert {path.name for path in out.iterdir()} == FILES
 
@@ -122,10 +103,7 @@ def test_no_path_is_an_outcome(
     [
         (["--beta", "0.5"], 2, "--beta"),
         (["--nodes", "1"], 2, "1 nodes"),
-        (["--max-labels", "10"], 2, "--max-labels limits the search of --front"),
-        (["--front", "--max-labels", "0"], 2, "0 labels make no search"),
-        (["--front", "--max-labels", "many"], 2, "--max-labels"),
-        (["--resume"], 3, "sweep.json not found, so there is no sweep to go on from"),
+        (["--front"], 2, "--front"),
         (["--roadmap", "none.npz"], 3, "none.npz not found"),
         (["--scene", "moon"], 3, "scene 'moon' not found"),
     ],
@@ -133,26 +111,3 @@ def test_no_path_is_an_outcome(
 def test_refusals(run: Run, tmp_path: Path, options: list[str], code: int, text: str) -> None:
     out = tmp_path / "out"
     assert_refused(run("sweep", "--out", str(out), *options), code, text, out)
-
-
-def test_resume_refuses_another_request_and_leaves_the_files(swept: tuple[Path, str], run: Run) -> None:
-    before = {path: path.read_bytes() for path in swept[0].iterdir()}
-    code, _, error = run("sweep", "--nodes", "80", "--seed", "4", "--out", str(swept[0]), "--resume")
-    assert code == 3
-    assert "was made with --seed 2, not 4: repeat its options, or leave --resume out." in " ".join(error.split())
-    assert {path: path.read_bytes() for path in swept[0].iterdir()} == before
-
-
-def test_a_front_that_is_cut_says_so(swept: tuple[Path, str], tmp_path: Path, run: Run) -> None:
-    roadmap = str(swept[0] / "roadmap.npz")
-    code, text, _ = run("sweep", "--roadmap", roadmap, "--front", "--max-labels", "2", "--out", str(tmp_path / "o"))
-    assert code == 0
-    assert "there may be more" in text
-    assert read(tmp_path / "o")["front"]["complete"] is False
-
-
-def test_help_names_the_default_of_the_cap(run: Run) -> None:
-    code, text, _ = run("sweep", "--help")
-    assert code == 0
-    assert str(MAX_LABELS) in text
-    assert "--beta FLOAT" not in text

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -13,7 +11,6 @@ from rich.console import Console
 
 from planner.base.errors import FileError
 from planner.base.progress import Progress
-from planner.cli import terminal
 from planner.cli.terminal import (
     complain,
     facts,
@@ -54,10 +51,8 @@ def test_no_name_in_a_warning_steers_the_terminal() -> None:
 
 
 @pytest.mark.parametrize("context", [working, watching])
-def test_each_stage_has_its_bar(context, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(terminal, "_QUICK", 0.0)
+def test_each_stage_has_its_bar(context, capsys: pytest.CaptureFixture[str]) -> None:
     with context() as progress:
-        wait_for_bars()
         progress("roadmap", 1, 4)
         progress("roadmap", 9, 4)  # never beyond its end
         progress("costs", 2, 3)
@@ -67,38 +62,12 @@ def test_each_stage_has_its_bar(context, capsys: pytest.CaptureFixture[str], mon
     assert "2/3" in text
 
 
-@pytest.mark.parametrize("context", [working, watching])
-def test_a_stage_that_reports_nothing_more_has_one_too(context, capsys: pytest.CaptureFixture[str]) -> None:
-    with context() as progress:
-        progress("costs", 1, 3)
-        wait_for_bars()
-    assert "1/3" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("context", [working, watching])
-def test_work_that_is_soon_done_has_none(
-    context, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(terminal, "_QUICK", 60.0)
-    with context() as progress:
-        progress("costs", 3, 3)
-    assert capsys.readouterr().err == ""
-    assert not any(
-        isinstance(thread, threading.Timer) and not thread.finished.is_set() for thread in threading.enumerate()
-    )
-
-
 def test_a_folder_that_cannot_be_written_is_refused_before_the_work(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     worked: list[Progress] = []
     with pytest.raises(FileError, match="cannot be written"):
         run_into(tmp_path / "file" / "in", worked.append)
     assert not worked
-
-
-def wait_for_bars() -> None:
-    while any(isinstance(thread, threading.Timer) for thread in threading.enumerate()):
-        time.sleep(0.01)
 
 
 def shown(renderable: object) -> str:

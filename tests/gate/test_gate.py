@@ -14,7 +14,7 @@ import pytest
 import planner
 from benchmarks.gate.chunks import KINDS, clutter, random_chunk
 from benchmarks.gate.judge import motion_of
-from planner.base.errors import ArrayError, KindError, OptionError, PlannerError, SceneError, StateError
+from planner.base.errors import ArrayError, OptionError, PlannerError, SceneError, StateError
 from planner.collision import make_checker
 from planner.gate.gate import Gate
 from planner.gate.verdict import Verdict
@@ -372,7 +372,6 @@ BAD: dict[str, tuple[type[PlannerError], dict[str, Any], str]] = {
     "a NaN": (ArrayError, {"positions": np.full((3, 2), np.nan)}, "finite"),
     "rows of several lengths": (ArrayError, {"positions": [HERE, HERE[:1], HERE]}, "no array of numbers"),
     "far away": (ArrayError, {"positions": np.full((3, 2), 2e4)}, "no farther than 10000"),
-    "text": (KindError, {"positions": "x"}, "array"),
     "velocities": (ArrayError, {"velocities": np.zeros((2, 2))}, "velocities has shape"),
     "a NaN velocity": (ArrayError, {"velocities": np.full((3, 2), np.nan)}, "velocities"),
     "no velocities": (ArrayError, {"accelerations": np.zeros((3, 2))}, "give velocities too"),

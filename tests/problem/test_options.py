@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import planner
-from planner.base.errors import KeywordError, KindError, OptionError
+from planner.base.errors import KeywordError, OptionError
 from planner.planning.plan import plan
 from planner.problem.options import PlanOptions, plan_request
 from planner.problem.request import PlanRequest
@@ -54,8 +54,6 @@ def test_an_objective_says_its_options_at_once_and_none_of_them_twice() -> None:
         planner.plan(objective=objective, beta=0.5)
     with pytest.raises(KeywordError, match="min_manipulability is a part of the objective"):
         planner.plan(objective=objective, min_manipulability=0.0)
-    with pytest.raises(KindError, match=r"objective is 0\.2: give an Objective"):
-        planner.plan(objective=0.2)  # pyright: ignore[reportArgumentType]
     one, other = (
         planner.plan(robot="planar_2r", scene="empty", path_only=True, beta=0.2),
         planner.plan(robot="planar_2r", scene="empty", path_only=True, objective=planner.Objective(0.2)),

@@ -14,7 +14,7 @@ from tests.tradeoff.posts import asked
 
 @pytest.fixture(scope="session")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
-    return sweep(asked(tmp_path_factory.mktemp("post")), front=True)
+    return sweep(asked(tmp_path_factory.mktemp("post")))
 
 
 @pytest.fixture(scope="session")

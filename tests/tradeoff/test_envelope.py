@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner import gabf
-from planner.base.errors import AssumptionError, StateError
+from planner.base.errors import AssumptionError
 from planner.planning.network import arc_costs, at_beta
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 from tests.random_shapes import QUICK
@@ -198,44 +198,6 @@ def test_what_is_settled_reaches_from_the_left() -> None:
         assert [piece.beta_max for piece in proven] == [piece.beta_max for piece in whole[: len(proven)]]
         np.testing.assert_array_equal(lines(proven), lines(whole[: len(proven)]))
     assert reached[-1] == 1.0
-
-
-def test_a_search_goes_on_from_paths() -> None:
-    graph = random_graph(5, 60, 0.6, None)
-    whole = searched(graph)
-    for steps in range(1, 12, 3):
-        first = EnvelopeSearch(graph.network(), graph.starts, gabf.SingularityFree())
-        for _ in range(steps):
-            first.step()
-        second = EnvelopeSearch(graph.network(), graph.starts, gabf.SingularityFree())
-        for support in first.supports:
-            second.recall(support.beta, support.nodes)
-        second.recall_settled(first.settled)
-        while not second.done:
-            second.step()
-        np.testing.assert_array_equal(lines(pieces(second.supports)), lines(pieces(whole.supports)))
-        assert [s.beta for s in second.supports] == [s.beta for s in whole.supports]
-        for a, b in zip(second.supports, whole.supports, strict=True):
-            np.testing.assert_array_equal(a.nodes, b.nodes)
-            np.testing.assert_array_equal(a.x, b.x)
-
-
-@pytest.mark.parametrize(
-    ("beta", "nodes", "text"),
-    [
-        (0.0, [0, 2, 4], "is not optimal at beta 0"),
-        (0.0, [0, 4], "are no path from a start to a goal"),
-        (0.0, [1, 4], "are no path from a start to a goal"),
-        (0.0, [0, 1], "are no path from a start to a goal"),
-        (0.0, [0, 17, 4], "are no path from a start to a goal"),
-        (0.0, [0, -4, 4], "are no path from a start to a goal"),
-    ],
-)
-def test_paths_that_do_not_fit_are_refused(beta: float, nodes: list[int], text: str) -> None:
-    graph = fan((1.0, 4.0), (4.0, 1.0), (2.0, 2.0))
-    search = EnvelopeSearch(graph.network(), graph.starts, gabf.SingularityFree())
-    with pytest.raises(StateError, match=text):
-        search.recall(beta, np.array(nodes))
 
 
 # kernels

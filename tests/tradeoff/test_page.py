@@ -1,4 +1,4 @@
-"""The page of a trade-off: its paths by interval, those beyond every beta last, and a message for every ending."""
+"""The page of a trade-off: its paths by interval, and a message for every ending."""
 
 from __future__ import annotations
 
@@ -8,17 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from planner.problem.outcome import Outcome
-from planner.tradeoff.page import MOST_BEYOND, of_tradeoff, sweep_page
+from planner.tradeoff.page import of_tradeoff, sweep_page
 from planner.tradeoff.sweep import Tradeoff
 from tests.browser import page_data
 
 
-def test_every_interval_has_a_path_and_then_come_those_of_no_beta(swept: Tradeoff) -> None:
-    shown, count = of_tradeoff(swept), len(swept.intervals)
-    assert [path.interval for path in shown[:count]] == [(item.beta_min, item.beta_max) for item in swept.intervals]
-    assert all(path.interval is None for path in shown[count:])
-    assert swept.front is not None
-    assert len(shown) <= count + min(MOST_BEYOND, len(swept.front.paths))
+def test_every_interval_has_a_path(swept: Tradeoff) -> None:
+    shown = of_tradeoff(swept)
+    assert [path.interval for path in shown] == [(item.beta_min, item.beta_max) for item in swept.intervals]
     for path, item in zip(shown, swept.intervals, strict=False):
         np.testing.assert_array_equal(path.path, item.path)
         assert path.costs == (item.manipulability_cost, item.distance_cost)

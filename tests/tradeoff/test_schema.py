@@ -13,7 +13,6 @@ from tests.planning.records import SMALL, as_written, spoilt
 
 @pytest.mark.parametrize("validator", ["sweep"], indirect=True)
 def test_sweeps_are_as_the_schema_says(validator: jsonschema.Draft202012Validator) -> None:
-    records = [as_written(sweep_record(sweep(SweepRequest(**SMALL), front=front))) for front in (False, True)]
-    for record in records:
-        validator.validate(record)
-    assert not any(validator.is_valid(record) for record in spoilt(records[0]))
+    record = as_written(sweep_record(sweep(SweepRequest(**SMALL))))
+    validator.validate(record)
+    assert not any(validator.is_valid(each) for each in spoilt(record))

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 import planner.tradeoff.sweep as module
 from planner import gabf
-from planner.base.errors import FileError, OptionError
 from planner.base.progress import Progress
 from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
 from planner.planning.healing import HealingNetwork
@@ -25,10 +24,9 @@ from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
-from planner.tradeoff.record import read_checkpoint, save_sweep, summary_lines, sweep_record
-from planner.tradeoff.sweep import Interval, Tradeoff, range_text, reached_by_beta, sweep
+from planner.tradeoff.record import save_sweep, summary_lines, sweep_record
+from planner.tradeoff.sweep import Interval, Tradeoff, range_text, sweep
 from tests.random_shapes import QUICK
-from tests.tradeoff.posts import asked
 
 
 def least(tradeoff: Tradeoff, beta: float) -> float:
@@ -126,48 +124,6 @@ def test_other_costs_have_other_intervals(swept: Tradeoff, again: SweepRequest, 
     )
 
 
-# the front
-
-
-def test_the_front_holds_every_interval_and_what_lies_between(swept: Tradeoff) -> None:
-    front = swept.front
-    assert front is not None
-    assert front.complete
-    reached = reached_by_beta(front.points, swept.intervals)
-    lines = np.array([(i.manipulability_cost, i.distance_cost) for i in swept.intervals])
-    np.testing.assert_allclose(front.points[reached], lines, rtol=1e-12)
-    assert 0 < (~reached).sum() == len(front.points) - len(lines)
-    for beta in np.linspace(0.0, 1.0, 101):
-        assert ((front.points[~reached] @ [1.0 - beta, beta]) > least(swept, beta) * (1.0 + 1e-9)).all()
-    assert (np.diff(front.points[:, 0]) > 0).all()
-    assert (np.diff(front.points[:, 1]) < 0).all()
-    network = build_network(swept.roadmap, 0.5)
-    for nodes, point in zip(front.paths, front.points, strict=True):
-        found = path_cost(network, nodes)
-        np.testing.assert_allclose([found.manipulability, found.distance], point, rtol=1e-12)
-        assert path_contact(swept.checker, path_waypoints(swept.roadmap, swept.robot, nodes)) is None
-
-
-def test_which_points_a_beta_reaches(swept: Tradeoff) -> None:
-    a, b = swept.intervals[:2]
-    middle = np.array([[(x + y) / 2 for x, y in ((a.manipulability_cost, b.manipulability_cost),
-                                                 (a.distance_cost, b.distance_cost))]])  # fmt: skip
-    points = np.vstack([middle, middle + 1e-6, [[a.manipulability_cost, a.distance_cost + 0.5]]])
-    # on the hull at one beta; just above it; as little Omega as the first, so optimal at beta = 0
-    assert reached_by_beta(points, swept.intervals).tolist() == [True, False, True]
-
-
-def test_a_front_that_is_cut_says_so(again: SweepRequest, tmp_path: Path) -> None:
-    found = sweep(again, front=True, max_labels=60)
-    assert found.front is not None
-    assert (found.outcome, found.complete, found.front.complete) == (Outcome.SOLVED, True, False)
-    record = save_sweep(found, tmp_path, {})
-    assert record["front"]["complete"] is False
-    assert any("stopped after" in line and "there may be more" in line for line in summary_lines(record))
-    with pytest.raises(OptionError, match="0 labels make no search"):
-        sweep(again, front=True, max_labels=0)
-
-
 # edges that fail the second look
 
 
@@ -207,36 +163,21 @@ def test_an_edge_that_fails_is_removed_and_the_sweep_starts_over(
     assert outline(sweep(replace(again, roadmap=tmp_path / "smaller.npz"))) == outline(found)
 
 
-def test_an_edge_of_the_front_that_fails_is_removed_too(
-    swept: Tradeoff, again: SweepRequest, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert swept.front is not None
-    used = set().union(*(edges_of(interval.path_nodes) for interval in swept.intervals))
-    bad = sorted(set().union(*map(edges_of, swept.front.paths)) - used)[0]
-    failing(monkeypatch, [bad])
-    found = sweep(again, front=True)
-    assert found.front is not None
-    assert found.edges_removed == 1
-    assert outline(found) == outline(swept)
-    assert all(bad not in edges_of(nodes) for nodes in found.front.paths)
-
-
 def test_when_every_way_fails_there_is_no_path(
     swept: Tradeoff, again: SweepRequest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     around = [(int(i), int(j)) for i, j in swept.roadmap.edges if j in swept.roadmap.goals or i in swept.roadmap.goals]
     failing(monkeypatch, around)
-    found = sweep(again, front=True)
-    assert (found.outcome, found.complete, found.front, found.intervals) == (Outcome.NO_PATH, False, None, ())
+    found = sweep(again)
+    assert (found.outcome, found.complete, found.intervals) == (Outcome.NO_PATH, False, ())
     assert found.edges_removed == len(around)
     record = save_sweep(found, tmp_path, {})
-    assert (record["outcome"], record["intervals"], record["front"]) == ("no_path", [], None)
+    assert (record["outcome"], record["intervals"]) == ("no_path", [])
     assert (tmp_path / "sweep.csv").read_text().count("\n") == 1
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"]
-    assert sweep(again, earlier=read_checkpoint(again, tmp_path)).outcome is Outcome.NO_PATH
 
 
-# interrupted, and gone on with
+# interrupted
 
 
 def after(reports: int, stage: str) -> Progress:
@@ -246,20 +187,13 @@ def after(reports: int, stage: str) -> Progress:
 
 
 @pytest.mark.parametrize("steps", [1, 2, 3, 5])
-def test_an_interrupted_sweep_goes_on(swept: Tradeoff, tmp_path: Path, steps: int) -> None:
+def test_an_interrupted_sweep_keeps_what_is_proven(swept: Tradeoff, tmp_path: Path, steps: int) -> None:
     part = sweep(swept.request, after(steps, "beta"))
     assert (part.outcome, part.complete) == (Outcome.INTERRUPTED, False)
     assert outline(part) == outline(swept)[: len(part.intervals)], "only what is proven"
     assert len(part.intervals) < len(swept.intervals)
     record = save_sweep(part, tmp_path, {})
     assert record["complete"] is False
-    rest = sweep(swept.request, front=True, earlier=read_checkpoint(swept.request, tmp_path))
-    assert_covers(rest)
-    whole, mended = (sweep_record(found) for found in (swept, rest))
-    changes = {key for key in whole if whole[key] != mended[key]}
-    assert changes <= {"timings_s", "solves"}
-    for a, b in zip(rest.intervals, swept.intervals, strict=True):
-        np.testing.assert_array_equal(a.cost_to_go.x, b.cost_to_go.x)
 
 
 def test_some_of_these_interruptions_hold_intervals(swept: Tradeoff) -> None:
@@ -271,72 +205,13 @@ def test_some_of_these_interruptions_hold_intervals(swept: Tradeoff) -> None:
     assert any(f"Proven up to beta = {part.intervals[-1].beta_max:.5g}" in line for line in lines)
 
 
-def test_going_on_grows_nothing_and_can_be_interrupted_again(
-    swept: Tradeoff, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    request = swept.request
-    first = save_sweep(sweep(request, after(7, "beta")), tmp_path, {})
-    monkeypatch.setattr(module, "obtain_roadmap", lambda *more: pytest.fail("the roadmap was grown again"))
-    second = sweep(request, progress=Progress(stop=lambda: True), earlier=read_checkpoint(request, tmp_path))
-    assert second.outcome is Outcome.INTERRUPTED
-    assert sweep_record(second)["search"] == first["search"], "nothing is lost"
-    save_sweep(second, tmp_path, {})
-    third = sweep(request, earlier=read_checkpoint(request, tmp_path))
-    assert outline(third) == outline(swept)
-    save_sweep(third, tmp_path, {})
-    calls: list[int] = []
-    real = gabf.solve
-    monkeypatch.setattr(gabf, "solve", lambda net, **more: calls.append(1) or real(net, **more))
-    fourth = sweep(request, earlier=read_checkpoint(request, tmp_path))
-    assert outline(fourth) == outline(swept)
-    assert len(calls) == len(fourth.found), "one field a path, no search"
-
-
-def test_a_roadmap_that_was_interrupted_is_grown_anew(swept: Tradeoff, tmp_path: Path) -> None:
+def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> None:
     request = swept.request
     part = sweep(request, after(30, "roadmap"))
-    assert (part.outcome, part.grown, part.intervals) == (Outcome.INTERRUPTED, False, ())
+    assert (part.outcome, part.intervals) == (Outcome.INTERRUPTED, ())
     assert 2 < len(part.roadmap.nodes) < 150
     save_sweep(part, tmp_path, {})
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == part.roadmap.sha256
-    assert outline(sweep(request, earlier=read_checkpoint(request, tmp_path))) == outline(swept)
-
-
-def test_a_front_that_is_interrupted_leaves_the_intervals_whole(again: SweepRequest) -> None:
-    found = sweep(again, after(1, "front"), front=True)
-    assert found.front is not None
-    assert (found.outcome, found.complete, found.front.complete) == (Outcome.INTERRUPTED, True, False)
-
-
-def test_edges_removed_are_counted_on(again: SweepRequest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    whole = sweep(again)
-    one = min(edges_of(whole.intervals[0].path_nodes))
-    failing(monkeypatch, [one])
-    save_sweep(sweep(again, after(4, "beta")), tmp_path, {})
-    failing(monkeypatch, [one, max(edges_of(whole.intervals[-1].path_nodes))])
-    found = sweep(again, earlier=read_checkpoint(again, tmp_path))
-    assert found.edges_removed == 2
-
-
-# what does not belong
-
-
-def refused(request: SweepRequest, folder: Path, text: str) -> None:
-    before = {path: path.read_bytes() for path in folder.iterdir()}
-    with pytest.raises(FileError, match=text) as caught:
-        sweep(request, earlier=read_checkpoint(request, folder))
-    assert str(caught.value).endswith(".")
-    assert {path: path.read_bytes() for path in folder.iterdir()} == before
-
-
-def test_a_world_that_has_changed_is_refused(tmp_path: Path) -> None:
-    request = asked(tmp_path)
-    save_sweep(sweep(request, after(4, "beta")), tmp_path, {})
-    asked(tmp_path, start="q:-1.1,0.8")  # the scene's file again, with another start
-    refused(request, tmp_path, "has another start than is asked for now")
-    text = str(asked(tmp_path).scene)
-    Path(text).write_text(Path(text).read_text().replace("0.75", "0.74"))
-    refused(request, tmp_path, "is for a scene 'post' with other obstacles")
 
 
 # files

@@ -27,7 +27,7 @@ from planner.problem.outcome import Outcome
 from planner.problem.reasons import Separated
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.tradeoff.alternatives import ShownPath, with_alternatives
-from planner.tradeoff.sweep import Tradeoff, reached_by_beta, sweep
+from planner.tradeoff.sweep import Tradeoff, sweep
 from planner.trajectory.timing import time_path
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
@@ -713,37 +713,6 @@ def test_two_paths_side_by_side(sweep_tab: Tab, tradeoff: Tradeoff) -> None:
     choose(tab, "compare", "")
     assert text(tab, "now-other") == ""
     assert not differ(before, tab.screenshot())[STAGE].any()
-
-
-def test_paths_of_no_beta_are_shown_and_can_be_chosen(window: Tab, tmp_path: Path) -> None:
-    whole = sweep(ARM, front=True)
-    assert whole.front is not None
-    beyond = [k for k, seen in enumerate(reached_by_beta(whole.front.points, whole.intervals)) if not seen]
-    assert beyond, "choose a task that has some"
-    (tmp_path / "sweep.html").write_text(whole.page())
-    assert window.open(tmp_path / "sweep.html"), window.console
-    count = len(whole.intervals)
-    assert window.run("data.paths.length") == count + len(beyond)
-    assert window.run(
-        "[element('costs').querySelectorAll('.dot').length, element('costs').querySelectorAll('.cross').length]"
-    ) == [
-        count,
-        len(beyond),
-    ]
-    assert text(window, "which").endswith(f"of {count}")
-    window.click("#costs .cross")
-    chosen = int(dataset(window, "path")) - count  # crosses may lie on each other: the last one is hit
-    assert chosen >= 0
-    assert "no β makes it optimal" in text(window, "interval")
-    omega, distance = whole.front.points[beyond[chosen]]
-    assert f"{omega:.4f}" in text(window, "numbers")
-    assert f"{distance:.4f}" in text(window, "numbers")
-    nodes = whole.front.paths[beyond[chosen]]
-    np.testing.assert_allclose(window.run("shownPath().waypoints"), whole.roadmap.nodes[nodes], atol=1e-8)
-    choose(window, "colour", "cost")
-    window.click("#less")
-    assert int(dataset(window, "path")) < count, "back to those that some beta makes optimal"
-    assert window.console == []
 
 
 def test_a_path_chosen_by_its_costs_sets_beta(sweep_tab: Tab, tradeoff: Tradeoff) -> None:

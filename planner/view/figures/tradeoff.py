@@ -9,21 +9,20 @@ from matplotlib.figure import Figure
 
 from planner.base.errors import OptionError
 from planner.base.shares import traded_off
-from planner.tradeoff.sweep import Interval, Tradeoff, reached_by_beta
-from planner.view.figures.strokes import SHADES, marked, single, stroke
+from planner.tradeoff.sweep import Interval, Tradeoff
+from planner.view.figures.strokes import marked, single, stroke
 
 OMEGA, DISTANCE = "manipulability cost $\\Omega$ (no unit)", "distance cost $D$ (no unit)"
 BETA = "$\\beta$ (no unit)"
 
 _FAINT: dict[str, Any] = {"color": "0.7", "linewidth": 0.8, "zorder": 1}
-_BEYOND: dict[str, Any] = {"marker": "x", "linestyle": "none", "color": SHADES[1], "markersize": 6, "mew": 1.4}
 
 
 def tradeoff_front(tradeoff: Tradeoff) -> Figure:
     """The paths of a trade-off in the plane of their two costs, each with the betas it is optimal for.
 
-    Crosses are non-dominated paths that no beta reaches, where the trade-off was asked for its front; the line is
-    the lower convex hull, which is all that beta can reach. Raises :class:`OptionError` where there is no path.
+    The line is the lower convex hull, which is all that beta can reach. Raises
+    :class:`OptionError` where there is no path.
     """
     intervals = _intervals(tradeoff)
     figure, axes = single(6.4, 4.4, OMEGA, DISTANCE)
@@ -34,11 +33,6 @@ def tradeoff_front(tradeoff: Tradeoff) -> Figure:
         text = f"$\\beta$ {interval.betas}"
         offset, side = ((8, 6), "left") if k % 2 == 0 else ((-8, -13), "right")  # neighbours may lie close
         axes.annotate(text, place, offset, textcoords="offset points", ha=side, fontsize=8)
-    if tradeoff.front is not None:
-        beyond = tradeoff.front.points[~reached_by_beta(tradeoff.front.points, intervals)]
-        more = "" if tradeoff.front.complete else ", as far as searched"
-        if len(beyond):
-            axes.plot(*beyond.T, label=f"non-dominated, reached by no $\\beta${more}", zorder=2, **_BEYOND)
     axes.margins(x=0.25, y=0.12)
     axes.legend(frameon=False)
     return figure

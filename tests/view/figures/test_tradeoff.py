@@ -10,7 +10,6 @@ import pytest
 from planner.base.errors import OptionError
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
-from planner.tradeoff.nondominated import Front
 from planner.tradeoff.sweep import Interval, Tradeoff
 from planner.view import figures
 from tests.view.figures.panels import lines, require_labels
@@ -23,29 +22,24 @@ def interval(low: float, high: float, omega: float, distance: float) -> Interval
     return Interval(low, high, empty.astype(np.int64), empty, omega, distance, 0.0, 0.0, 0.0, 0.0, NONE)
 
 
-def tradeoff(front: Front | None, *intervals: Interval) -> Tradeoff:
+def tradeoff(*intervals: Interval) -> Tradeoff:
     outcome = Outcome.SOLVED if intervals else Outcome.NO_PATH
-    return Tradeoff(SweepRequest(), outcome, NONE, NONE, NONE, NONE, intervals=intervals, front=front)
+    return Tradeoff(SweepRequest(), outcome, NONE, NONE, NONE, NONE, intervals=intervals)
 
 
 # lines meet at beta = 0.25 and 0.5; (2.5, 7.5) lies above all three, so that no beta reaches it
 THREE = (interval(0.0, 0.25, 1.0, 10.0), interval(0.25, 0.5, 2.0, 7.0), interval(0.5, 1.0, 5.0, 4.0))
 
 
-POINTS = np.array([[1.0, 10.0], [1.9, 9.0], [2.0, 7.0], [4.9, 6.0], [5.0, 4.0]])
+POINTS = np.array([[1.0, 10.0], [2.0, 7.0], [5.0, 4.0]])
 
 
-def front(complete: bool = True) -> Front:
-    return Front(POINTS, tuple(np.zeros(1, dtype=np.int64) for _ in POINTS), complete, 9)
-
-
-def test_the_front_tells_what_beta_reaches_from_what_it_does_not() -> None:
-    figure = figures.tradeoff_front(tradeoff(front(), *THREE))
+def test_the_front_shows_each_path_with_its_interval() -> None:
+    figure = figures.tradeoff_front(tradeoff(*THREE))
     require_labels(figure)
     (axes,) = figure.axes
     shown = lines(axes)
-    assert np.array_equal(shown["optimal for some $\\beta$"].T, POINTS[[0, 2, 4]])
-    assert np.array_equal(shown["non-dominated, reached by no $\\beta$"].T, POINTS[[1, 3]])
+    assert np.array_equal(shown["optimal for some $\\beta$"].T, POINTS)
     assert [text.get_text() for text in axes.texts] == [
         "$\\beta$ 0 to 0.25",
         "$\\beta$ 0.25 to 0.5",
@@ -53,14 +47,8 @@ def test_the_front_tells_what_beta_reaches_from_what_it_does_not() -> None:
     ]
 
 
-def test_a_front_that_was_not_asked_for_or_cut_short_is_said_so() -> None:
-    assert len(figures.tradeoff_front(tradeoff(None, *THREE)).axes[0].get_lines()) == 1
-    shown = lines(figures.tradeoff_front(tradeoff(front(complete=False), *THREE)).axes[0])
-    assert any("as far as searched" in label for label in shown)
-
-
 def test_the_envelope_is_the_least_cost() -> None:
-    figure = figures.cost_envelope(tradeoff(None, *THREE))
+    figure = figures.cost_envelope(tradeoff(*THREE))
     require_labels(figure)
     shown = lines(figure.axes[0])
     beta = np.linspace(0, 1, 101)
@@ -73,4 +61,4 @@ def test_the_envelope_is_the_least_cost() -> None:
 @pytest.mark.parametrize("draw", [figures.tradeoff_front, figures.cost_envelope])
 def test_a_trade_off_without_a_path_cannot_be_drawn(draw: Any) -> None:
     with pytest.raises(OptionError, match="no path to draw"):
-        draw(tradeoff(None))
+        draw(tradeoff())

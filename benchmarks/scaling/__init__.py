@@ -1,1 +1,0 @@
-"""``benchmarks scaling``: how batches scale with workers, measured and by a model."""
