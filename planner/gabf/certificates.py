@@ -238,6 +238,7 @@ def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
         yield _least_slack("control input from above", "eq. (ute)", "dx/dt", upper, u, facts.over)
 
 
+@np.errstate(over="ignore")
 def _least_slack(
     name: str, equation: str, quantity: str, bound: Floats, measured: Floats, assumptions: tuple[Assumption, ...]
 ) -> Certificate:
