@@ -161,7 +161,7 @@ def test_a_front_that_is_cut_says_so(again: SweepRequest, tmp_path: Path) -> Non
     found = sweep(again, front=True, max_labels=60)
     assert found.front is not None
     assert (found.outcome, found.complete, found.front.complete) == (Outcome.SOLVED, True, False)
-    record = save_sweep(found, tmp_path, {})
+    record = save_sweep(found, tmp_path)
     assert record["front"]["complete"] is False
     assert any("stopped after" in line and "there may be more" in line for line in summary_lines(record))
     with pytest.raises(OptionError, match="0 labels make no search"):
@@ -229,7 +229,7 @@ def test_when_every_way_fails_there_is_no_path(
     found = sweep(again, front=True)
     assert (found.outcome, found.complete, found.front, found.intervals) == (Outcome.NO_PATH, False, None, ())
     assert found.edges_removed == len(around)
-    record = save_sweep(found, tmp_path, {})
+    record = save_sweep(found, tmp_path)
     assert (record["outcome"], record["intervals"], record["front"]) == ("no_path", [], None)
     assert (tmp_path / "sweep.csv").read_text().count("\n") == 1
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"]
@@ -251,7 +251,7 @@ def test_an_interrupted_sweep_goes_on(swept: Tradeoff, tmp_path: Path, steps: in
     assert (part.outcome, part.complete) == (Outcome.INTERRUPTED, False)
     assert outline(part) == outline(swept)[: len(part.intervals)], "only what is proven"
     assert len(part.intervals) < len(swept.intervals)
-    record = save_sweep(part, tmp_path, {})
+    record = save_sweep(part, tmp_path)
     assert record["complete"] is False
     rest = sweep(swept.request, front=True, earlier=read_checkpoint(swept.request, tmp_path))
     assert_covers(rest)
@@ -275,15 +275,15 @@ def test_going_on_grows_nothing_and_can_be_interrupted_again(
     swept: Tradeoff, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     request = swept.request
-    first = save_sweep(sweep(request, after(7, "beta")), tmp_path, {})
+    first = save_sweep(sweep(request, after(7, "beta")), tmp_path)
     monkeypatch.setattr(module, "obtain_roadmap", lambda *more: pytest.fail("the roadmap was grown again"))
     second = sweep(request, progress=Progress(stop=lambda: True), earlier=read_checkpoint(request, tmp_path))
     assert second.outcome is Outcome.INTERRUPTED
     assert sweep_record(second)["search"] == first["search"], "nothing is lost"
-    save_sweep(second, tmp_path, {})
+    save_sweep(second, tmp_path)
     third = sweep(request, earlier=read_checkpoint(request, tmp_path))
     assert outline(third) == outline(swept)
-    save_sweep(third, tmp_path, {})
+    save_sweep(third, tmp_path)
     calls: list[int] = []
     real = gabf.solve
     monkeypatch.setattr(gabf, "solve", lambda net, **more: calls.append(1) or real(net, **more))
@@ -297,7 +297,7 @@ def test_a_roadmap_that_was_interrupted_is_grown_anew(swept: Tradeoff, tmp_path:
     part = sweep(request, after(30, "roadmap"))
     assert (part.outcome, part.grown, part.intervals) == (Outcome.INTERRUPTED, False, ())
     assert 2 < len(part.roadmap.nodes) < 150
-    save_sweep(part, tmp_path, {})
+    save_sweep(part, tmp_path)
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == part.roadmap.sha256
     assert outline(sweep(request, earlier=read_checkpoint(request, tmp_path))) == outline(swept)
 
@@ -312,7 +312,7 @@ def test_edges_removed_are_counted_on(again: SweepRequest, monkeypatch: pytest.M
     whole = sweep(again)
     one = min(edges_of(whole.intervals[0].path_nodes))
     failing(monkeypatch, [one])
-    save_sweep(sweep(again, after(4, "beta")), tmp_path, {})
+    save_sweep(sweep(again, after(4, "beta")), tmp_path)
     failing(monkeypatch, [one, max(edges_of(whole.intervals[-1].path_nodes))])
     found = sweep(again, earlier=read_checkpoint(again, tmp_path))
     assert found.edges_removed == 2
@@ -331,7 +331,7 @@ def refused(request: SweepRequest, folder: Path, text: str) -> None:
 
 def test_a_world_that_has_changed_is_refused(tmp_path: Path) -> None:
     request = asked(tmp_path)
-    save_sweep(sweep(request, after(4, "beta")), tmp_path, {})
+    save_sweep(sweep(request, after(4, "beta")), tmp_path)
     asked(tmp_path, start="q:-1.1,0.8")  # the scene's file again, with another start
     refused(request, tmp_path, "has another start than is asked for now")
     text = str(asked(tmp_path).scene)
