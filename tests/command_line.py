@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout, suppress
 from functools import cache
 from io import StringIO
@@ -36,6 +36,13 @@ def assert_refused(result: tuple[int, str, str], code: int, text: str, out: Path
     if code == 3:
         assert error.count("planner: error: ") == 1
         assert error.rstrip().endswith(".")
+
+
+def assert_total_covers(timings: Mapping[str, float], stages: set[str]) -> None:
+    """``total`` is of the whole command: no less than all ``stages``, which are all that there are."""
+    parts = {stage: seconds for stage, seconds in timings.items() if stage != "total"}
+    assert set(parts) == stages
+    assert sum(parts.values()) <= timings["total"] + 1e-5
 
 
 def assert_remedies_are_options(arguments: Sequence[str], text: str) -> None:

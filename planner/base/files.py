@@ -23,6 +23,7 @@ from planner.base.process_lock import PROCESS
 
 _UNFINISHED = ".unfinished"
 _ENCODE = json.JSONEncoder(allow_nan=False).encode
+_NESTED = frozenset((dict, list, tuple))
 
 
 def is_file(path: Path) -> bool:
@@ -99,7 +100,7 @@ def json_text(value: Any, begin: str = "\n") -> str:
     if isinstance(value, dict) and value:
         lines = [f"{_key(key)}: {json_text(item, inner)}" for key, item in value.items()]
         return f"{{{inner}{(',' + inner).join(lines)}{begin}}}"
-    if isinstance(value, list | tuple) and any(isinstance(item, dict | list | tuple) for item in value):
+    if isinstance(value, list | tuple) and not _NESTED.isdisjoint(map(type, value)):
         return f"[{inner}{(',' + inner).join([json_text(item, inner) for item in value])}{begin}]"
     return _ENCODE(value)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from types import FrameType, TracebackType
+from types import FrameType, MappingProxyType, TracebackType
 
 from planner.base.interrupts import leave, stop_requests, tell_at_once
 
@@ -91,10 +91,11 @@ class StopRequest:
 
 
 class Stopwatch:
-    """Seconds per stage, summed where a stage is entered again."""
+    """Seconds per stage, summed where a stage is entered again; ``seconds`` are of stages that have just passed."""
 
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
+    def __init__(self, seconds: Mapping[str, float] = MappingProxyType({})) -> None:
+        self.seconds = dict(seconds)
+        self._began = time.perf_counter() - sum(seconds.values())
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
@@ -103,6 +104,10 @@ class Stopwatch:
             yield
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - begin
+
+    def record(self) -> dict[str, float]:
+        """The seconds of every stage, and the ``total`` since the first began, with all between."""
+        return rounded(self.seconds | {"total": time.perf_counter() - self._began})
 
 
 def rounded(seconds: dict[str, float]) -> dict[str, float]:

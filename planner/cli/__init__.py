@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import sys
+import time
 from collections.abc import Callable
 from typing import NoReturn
 
@@ -14,6 +15,8 @@ from planner.base.errors import PlannerError
 from planner.base.printable import printable
 from planner.cli.arguments import prepared
 from planner.cli.terminal import complain, let_go_of_output, say
+
+STARTED = time.perf_counter()
 
 
 class _Printable(logging.Formatter):

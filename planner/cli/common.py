@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from planner.base.errors import FileError, OptionError
+from planner.base.progress import Stopwatch
+from planner.cli import STARTED
 from planner.problem.request import Message, TimingRequest, WorkersRequest
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
-
-STARTED = time.perf_counter()
 
 Flag = tyro.conf.FlagCreatePairsOff[bool]
 Debug = Annotated[Flag, tyro.conf.arg(help="Show tracebacks of errors.")]  # looked for before a command is read
@@ -34,6 +34,11 @@ def timing_of(timing: TimingRequest, no_timing: bool) -> TimingRequest | None:
             "with --no-timing there is no motion: leave it out, or all that says how the motion is to be."
         )
     return None
+
+
+def command_clock() -> Stopwatch:
+    """The seconds of a command that has imported all it needs."""
+    return Stopwatch({"import": time.perf_counter() - STARTED})
 
 
 def world_of_plan(folder: Path) -> CollisionChecker:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import STARTED, Debug, Flag, Out, timing_of
+from planner.cli.common import Debug, Flag, Out, command_clock, timing_of
 from planner.cli.terminal import complain, facts, say, show, working
 from planner.problem.request import PlanRequest, TimingRequest
 
@@ -96,18 +95,17 @@ def written_and_told(
     from planner.tradeoff.alternatives import with_alternatives
     from planner.trajectory.file import TRAJECTORY_NAME
 
-    imported = time.perf_counter() - STARTED
+    clock = command_clock()
     with working() as progress:
         result = with_alternatives(find(progress), progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
-        seconds = {"import": imported, "total": time.perf_counter() - STARTED}
-        record = save_plan_without_page(result, place, seconds, certificate and not progress.stopped)
+        record = save_plan_without_page(result, place, clock, certificate and not progress.stopped)
         others = "".join(f", {place / name}" for name in (TRAJECTORY_NAME, PROOF_NAME) if name in record["files"])
         written = f"Written: {place / JSON_NAME}, {place / ROADMAP_NAME}{others}"
         with leaving_on_interrupt(f"stopping without the page. {result.message} {written}"):
             if not progress.stopped:
-                record = save_plan_page(result, place, record)
+                record = save_plan_page(result, place, record, clock)
                 written = f"Written: {place / JSON_NAME}, {place / PAGE_NAME}, {place / ROADMAP_NAME}{others}"
     tell = complain if json else say
     if json:

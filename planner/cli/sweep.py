@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import STARTED, Debug, Out
+from planner.cli.common import Debug, Out, command_clock
 from planner.cli.terminal import report_table, say, show, working
 from planner.problem.request import SweepRequest
 
@@ -44,17 +43,17 @@ def sweep(
     from planner.tradeoff.record import NAMES, PAGE_NAME, save_sweep_page, save_sweep_without_page
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
-    imported = time.perf_counter() - STARTED
+    clock = command_clock()
     with working() as progress:
         result = find_tradeoff(request, progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, NAMES) if interrupted else out
-        record = save_sweep_without_page(result, place, {"import": imported, "total": time.perf_counter() - STARTED})
+        record = save_sweep_without_page(result, place, clock)
         written = [str(place / name) for name in NAMES if name != PAGE_NAME]
         said = f"{_ending(result)} Written: {', '.join(written)}"
         with leaving_on_interrupt(f"stopping without the page. {said}"):
             if not progress.stopped:
-                record = save_sweep_page(result, place, record)
+                record = save_sweep_page(result, place, record, clock)
                 said = f"{_ending(result)} Written: {', '.join(str(place / name) for name in NAMES)}"
     _tell(record, said + kept(out, place))
     return Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code

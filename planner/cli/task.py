@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from planner.cli.common import STARTED, Debug, Flag, Out, timing_of
+from planner.cli.common import Debug, Flag, Out, command_clock, timing_of
 from planner.cli.terminal import complain, facts, say, show, working
 from planner.problem.request import TaskRequest, TimingRequest
 
@@ -52,12 +51,12 @@ def task(
     from planner.tasks.plan import task as plan_task
     from planner.tasks.result import save_task, task_rows
 
-    imported = time.perf_counter() - STARTED
+    clock = command_clock()
     with working() as progress:
         found = plan_task(file, progress, motion, request)
         interrupted = found.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
-        record = save_task(found, place, {"import": imported, "total": time.perf_counter() - STARTED})
+        record = save_task(found, place, clock)
     tell = complain if json else say
     if json:
         say((place / JSON_NAME).read_text().rstrip())

@@ -40,7 +40,7 @@ def overestimate(net: Network) -> Floats:
 
 def start_above(problem: Problem) -> Floats:
     rungs = _ladder(problem, np.full(len(problem.climbs) + 1, -np.inf))
-    starts = [0.0, *(climb(rung) for climb, rung in zip(problem.climbs, rungs[1:], strict=True))]
+    starts = [0.0, *(climb(rung) for climb, rung in zip(problem.climbs, rungs[1:].tolist(), strict=True))]
     return problem.with_sources(np.array(starts)[problem.hops])
 
 
@@ -107,11 +107,10 @@ def _rungs_above(problem: Problem, y0: Floats) -> Floats:
 
 
 def _ladder(problem: Problem, floor: Floats) -> Floats:
-    rungs = np.empty(floor.size)
-    rungs[0] = problem.anchors.max()
-    for k, climb in enumerate(problem.climbs, 1):
-        rungs[k] = max(floor[k], climb(rungs[k - 1]))
-    return rungs
+    rungs = [float(problem.anchors.max())]
+    for least, climb in zip(floor[1:].tolist(), problem.climbs, strict=True):
+        rungs.append(max(least, climb(rungs[-1])))
+    return np.array(rungs)
 
 
 def _require_domain(problem: Problem, y0: Floats) -> None:

@@ -16,7 +16,7 @@ from planner.gabf.laws import FixedTime, Law, SingularityFree
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import reduce
-from planner.gabf.result import CostToGo
+from planner.gabf.result import CostToGo, FieldHistory
 from planner.gabf.structure import TIES, Structure, structure
 
 _NARROWER = (0.1, 0.01)
@@ -215,17 +215,18 @@ def _exponential(facts: Facts) -> Iterator[Certificate]:
 
         tight = bounds.tau_when(log_bound, left, hump=hops if L > 1.0 else 0.0)
         yield _settling(facts, name, "eq. (errorbound)", tight, facts.over, ours=ours)
-    if facts.result.history is not None:
-        yield from _along_trajectory(facts, log_M)
-
-
-def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
     saved = facts.result.history
-    assert saved is not None
-    rows, live = facts.optimum.level > 0, np.isfinite(saved.tau)
+    if saved is not None and saved.u.any():
+        yield from _along_trajectory(facts, saved, log_M)
+
+
+def _along_trajectory(facts: Facts, saved: FieldHistory, log_M: float) -> Iterator[Certificate]:
+    # later states are rounding, whose distance from x* no law makes smaller
+    rows, live = facts.optimum.level > 0, np.isfinite(saved.tau) & saved.u.any(axis=1)
     tau, x, u = saved.tau[live], saved.x[live][:, rows], saved.u[live][:, rows]
     error = x - facts.optimum.x_star[rows]
-    limit = np.exp(np.minimum(log_M - 0.5 * tau, 700.0))[:, None]
+    with np.errstate(over="ignore"):
+        limit = np.exp(log_M - 0.5 * tau)[:, None]
     yield _least_slack("x - x* along the run", "eq. (boundt)", "x - x*", limit, error, facts.over)
     yield _least_slack("x* is not undershot", "lemma (over)", "x* - x", np.zeros_like(error), -error, facts.over)
     clock = facts.law.clock
@@ -235,6 +236,7 @@ def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
         yield _least_slack("control input from above", "eq. (ute)", "dx/dt", upper, u, facts.over)
 
 
+@np.errstate(over="ignore")
 def _least_slack(
     name: str, equation: str, quantity: str, bound: Floats, measured: Floats, assumptions: tuple[Assumption, ...]
 ) -> Certificate:

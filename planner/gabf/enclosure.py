@@ -26,6 +26,9 @@ _MOST_STEPS = 40_000
 at least.
 """
 
+_MOST_WORK = 10_000_000
+"""Rows times hops, the least work of a side: each step looks at every row and goes on by one hop. About 3 s."""
+
 _BLUR = 64 * np.finfo(float).eps
 """Rounding of a state, relative to max(1, |x*|), that counts for neither side of a band; 1e-5 of the default one."""
 
@@ -51,14 +54,18 @@ def bracket_settling(
 
     ``tolerance`` defines the band as in :func:`planner.gabf.solve`; ``guess`` is where to expect the answer and
     decides about the work only. Steps shrink until the bracket is ``width`` of its end, or the work is spent: a
-    smaller width takes proportionally more. The latest is +inf where the lower solution is not there within the work.
-    Proved up to rounding, for every increasing kernel. ``y_star`` (R + S,): the fixed point, where it is known.
+    smaller width takes proportionally more. The latest is +inf where the lower solution is not there within the work,
+    and the earliest 0 as well where rows and hops to a source are too many to begin. Proved up to rounding, for every
+    increasing kernel. ``y_star`` (R + S,): the fixed point, where it is known.
     """
+    hops = int(problem.hops.max(initial=0))
+    if problem.n_rows * hops > _MOST_WORK:
+        return 0.0, math.inf
     y_star = _optimum(problem) if y_star is None else y_star
     limits = [limit(problem, y0, y_star, upper) for upper in (True, False)]
     earliest, latest = 0.0, math.inf
     whole = guess or flow.pace
-    dtau, spent = whole / _STEPS, 0
+    dtau, spent = whole / max(_STEPS, hops), 0  # what a step finds goes one hop on
     for _ in range(_ROUNDS):
         sides = [Side(problem, flow, y0, bounds, upper, limits[not upper]) for upper in (True, False)]
         ramp = math.expm1(min(_RAMP * dtau / whole * flow.far_power, 30.0))

@@ -33,6 +33,11 @@ class Standing(NamedTuple):
     highest: float
     lowest_moving: float
 
+    @property
+    def largest(self) -> float:
+        """The largest |y| of the rows."""
+        return max(abs(self.lowest), abs(self.highest))
+
     @staticmethod
     def of(y: Floats, xhat: Floats) -> Standing:
         rows = y[: xhat.size]

@@ -52,8 +52,9 @@ class CostToGo:
     whatever the solver and its steps, is :attr:`settling_tau_bracket`. ``error_bound`` bounds max |x - x*|, proved
     without an oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
     and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
-    non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
-    that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
+    non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt| there: a figure of this run, which a
+    smaller tolerance of the solver converges where the gain grows before the last node settles. ``premises`` holds the
+    interval that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
     """
 
     x: Floats
@@ -107,9 +108,10 @@ class CostToGo:
     def settling_within(self, width: float = WIDTH) -> tuple[float, float] | None:
         """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
 
-        None for a run that did not settle. They are ``width`` of the latest apart, unless that took more work than
-        :mod:`planner.gabf.enclosure` spends, or errors begin within the tolerance and leave it first: then the
-        earliest is 0. Half the width takes about twice the work. Raises :class:`OptionError` for a width that is none.
+        None for a run that did not settle, (0, inf) for a field of too many rows times hops. Else they are ``width`` of
+        the latest apart, unless that took more work than :mod:`planner.gabf.enclosure` spends, or errors begin within
+        the tolerance and leave it first: then the earliest is 0. Half the width takes about twice the work. Raises
+        :class:`OptionError` for a width that is none.
         """
         if not 0.0 < width <= 1.0:
             raise OptionError(f"width {width:g} is not usable: give a share of the latest, above 0 up to 1.")

@@ -78,6 +78,12 @@ class Recorder:
         t = self._save.t[: tau.size] if isinstance(self._save, AtTimes) else self._law.clock.time(tau)
         shape = (tau.size, self._problem.network.n_nodes)
         x = np.array([self._problem.unpack(state.y) for _, state in kept]).reshape(shape)
-        inputs = (control_input(self._law, reading, state.standing.xhat) for reading, state in kept)
+        inputs = (control_input(self._law, reading, _resolved(state)) for reading, state in kept)
         u = np.array([self._problem.unpack(rows, missing=0.0) for rows in inputs]).reshape(shape)
         return FieldHistory(frozen(tau), frozen(t), frozen(x), frozen(u))
+
+
+def _resolved(state: State) -> Floats:
+    """xhat (R,), 0 where it may be rounding, which a late gain would enlarge without end."""
+    xhat = state.standing.xhat
+    return np.where(np.abs(xhat) > state.resolution, xhat, 0.0)

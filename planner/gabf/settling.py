@@ -76,34 +76,34 @@ class Course:
         """Remember the state that comes next."""
         lowest, highest = state.standing.lowest, state.standing.highest
         self.lowest, self.highest = min(self.lowest, lowest), max(self.highest, highest)
-        self._readings.append((state.tau, state.residual))
+        self._readings.append((state.tau, state.residual if state.residual > state.resolution else 0.0))
         if state.residual > self.clear_above:
             self._states.clear()
         self._states.append(state)
 
     def largest_input(self, law: Law) -> float:
-        """The largest |dx_i/dt|: where the residual is largest, as the gain is common to all nodes."""
+        """The largest |dx_i/dt| of the states: where the residual is largest, as the gain is common to all nodes."""
         tau, residual = np.array(self._readings).T
         return float(-control_input(law, tau, residual).min(initial=0.0))
 
     def settling_tau(self, y_star: Floats, flow: Flow) -> float:
         """The first tau after which all errors stay in the band, placed in its step by the law's decay."""
-        band = self._tolerance * np.maximum(1.0, np.abs(y_star))
+        scale = np.maximum(1.0, np.abs(y_star))
         tau = [state.tau for state in self._states]
-        excess = [float((np.abs(state.y - y_star) / band).max()) for state in self._states]
-        outside = np.flatnonzero(np.array(excess) > 1.0)
+        error = [float((np.abs(state.y - y_star) / scale).max()) for state in self._states]
+        outside = np.flatnonzero(np.array(error) > self._tolerance)
         if outside.size == 0:
             return tau[0]
         k = int(outside[-1])
         if k + 1 == len(tau):
             return tau[k]
-        worst = int(np.argmax(np.abs(self._states[k].y - y_star) / band))
-        return tau[k] + _inside(tau[k + 1] - tau[k], excess[k : k + 2], float(band[worst]), flow)
+        worst = float(scale[np.argmax(np.abs(self._states[k].y - y_star) / scale)])
+        first, second, width = (worst * share for share in (*error[k : k + 2], self._tolerance))
+        return tau[k] + _inside(tau[k + 1] - tau[k], first, second, width, flow)
 
 
-def _inside(step: float, excess: list[float], width: float, flow: Flow) -> float:
-    """How far into a step the worst node's error falls to ``width``; the errors at both ends are in units of it."""
-    first, second = (multiple * width for multiple in excess)
+def _inside(step: float, first: float, second: float, width: float, flow: Flow) -> float:
+    """How far into a step the worst node's error falls to ``width``, from ``first`` to ``second``."""
     fall = flow.time_between(first, width)
     whole = flow.time_between(first, second) if second > 0.0 else step
     return step * min(1.0, fall / whole) if whole > 0.0 else step

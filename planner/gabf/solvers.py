@@ -7,9 +7,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from planner.base.arrays import Floats
 from planner.gabf.flows import Flow
 from planner.gabf.problem import Problem, Standing
+
+ROUNDED = 64 * float(np.finfo(float).eps)
+"""Share of the largest state below which a disequilibrium may be rounding: steps are not measured by less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +39,11 @@ class State:
     def residual(self) -> float:
         """max |xhat_i|, the Bellman residual."""
         return self.standing.residual
+
+    @property
+    def resolution(self) -> float:
+        """The least |xhat| that says anything: what steps leave is rounded. The start is exact."""
+        return ROUNDED * self.standing.largest if self.tau > 0.0 else 0.0
 
 
 class Solver(ABC):

@@ -14,7 +14,7 @@ from planner.base.errors import OptionError
 from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem
-from planner.gabf.solvers import Solver, State, Targets
+from planner.gabf.solvers import ROUNDED, Solver, State, Targets
 
 _EPS, _TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
 SAFETY = 0.9
@@ -113,8 +113,8 @@ class Splitting(Solver):
 
 def _measured_by(state: State, hop: float) -> float:
     """The disequilibrium that an error of the next step is measured by, see :meth:`Parents.advance`."""
-    largest = max(abs(state.standing.lowest), abs(state.standing.highest))
-    return max(min(state.residual, max(hop, _FINEST * largest)), 64 * _EPS * largest)
+    largest = state.standing.largest
+    return max(min(state.residual, max(hop, _FINEST * largest)), ROUNDED * largest)
 
 
 def _shortest_step(flow: Flow, state: State) -> float:

@@ -11,7 +11,7 @@ from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce, states
 
-TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: nearer values are equal, as paths of one cost are rounded
+TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: paths whose costs differ by less are tied, as they round
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +46,15 @@ class Structure:
 def structure(net: Network, x_star: Floats | None = None) -> Structure:
     """Everything about the optimum of any progressive increasing kernel.
 
-    ``x_star``: the oracle's unless given. Values that differ by at most 1e-12 max(1, |x*|) count as equal, with the
-    largest |x*| in place of 1 where that is less.
+    ``x_star``: the oracle's unless given. Parents and hops count costs as tied that differ by at most
+    1e-12 max(1, |x*|), with the largest |x*| in place of 1 where that is less. Levels count every distinct x*: a chain
+    of tiny arcs settles one after another, however near its values are.
     """
     x = oracle(net) if x_star is None else states(net, x_star, "x_star")
     problem = reduce(net)
     y = problem.pack(x)
     tight = _true_arcs(problem, y)
-    longest, fewest = _most_hops(problem, tight), problem.hops_along(tight)
+    longest, fewest = _most_hops(problem, tight, y), problem.hops_along(tight)
     level, values = _levels(problem, y)
     level = problem.unpack(level, missing=-1)
     return Structure(
@@ -81,31 +82,23 @@ def true_parents(net: Network, optimum: Structure, i: int) -> Ints:
 def _true_arcs(problem: Problem, y: Floats) -> Bools:
     """Arcs with f_i(x_j*, w_ij) = x_i*, and x_j* < x_i*, so that no cycle of ties is let in."""
     values, own, head = problem.arcs(y[problem.heads]), y[problem.owners], y[problem.heads]
-    return (values <= own + _nearly(own, y)) & (head < own)
+    nearly = TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
+    return (values <= own + nearly) & (head < own)
 
 
-def _nearly(own: Floats, y: Floats) -> Floats:
-    """By how much values may differ from ``own`` and count as equal, among the states ``y``."""
-    return TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
-
-
-def _most_hops(problem: Problem, tight: Bools) -> Ints:
-    """The most true arcs from each node to a source; at most D(G) sweeps over the true arcs."""
+def _most_hops(problem: Problem, tight: Bools, y: Floats) -> Ints:
+    """The most true arcs from each node to a source; these lead to smaller x*, so one pass in that order suffices."""
     owners, heads = problem.owners[tight], problem.heads[tight]
-    hops = np.zeros(problem.nodes.size, dtype=np.int64)
-    while True:
-        before = hops.copy()
-        np.maximum.at(hops, owners, before[heads] + 1)
-        if np.array_equal(hops, before):
-            return hops
+    order = np.argsort(y[owners], kind="stable")
+    hops = [0] * problem.nodes.size
+    for owner, head in zip(owners[order].tolist(), heads[order].tolist(), strict=True):
+        hops[owner] = max(hops[owner], hops[head] + 1)
+    return np.array(hops, dtype=np.int64)
 
 
 def _levels(problem: Problem, y: Floats) -> tuple[Ints, Floats]:
     """The l of S_l for every node, and the values; all sources are S_0."""
-    rows = y[: problem.n_rows]
-    order = np.argsort(rows, kind="stable")
-    ascending = rows[order]
-    fresh = np.diff(ascending, prepend=-np.inf) > _nearly(ascending, y)
+    values, rank = np.unique(y[: problem.n_rows], return_inverse=True)
     level = np.zeros(problem.nodes.size, dtype=np.int64)
-    level[order] = np.cumsum(fresh)
-    return level, np.concatenate(([problem.anchors.min()], ascending[fresh]))
+    level[: problem.n_rows] = rank + 1
+    return level, np.concatenate(([problem.anchors.min()], values))

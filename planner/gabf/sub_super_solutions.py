@@ -62,6 +62,7 @@ class Side:
         largest = float(np.abs(self.y[self._rows] - self._values(self.y)).max(initial=0.0))
         return 0.1 * largest / min(self._flow.speed(largest), 1e300) if largest else math.inf
 
+    @np.errstate(over="ignore")
     def step(self, dtau: float) -> None:
         """Go on by ``dtau``."""
         there = self._from_speed(dtau)

@@ -112,8 +112,7 @@ class Follower:
 
     def plan(self, request: FollowRequest, progress: Progress = QUIET, timing: TimingRequest | None = None) -> Plan:
         """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
-        clock, robot = Stopwatch(), self.checker.robot
-        clock.seconds.update(self.timings)
+        clock, robot = Stopwatch(self.timings), self.checker.robot
         limits = None if timing is None else MotionLimits.of(robot, timing)
         begun: dict[str, Any] = {
             "robot": robot,

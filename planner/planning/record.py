@@ -154,7 +154,7 @@ class FieldRecord(Record):
     """s"""
     settling_tau: float | None
     settling_tau_bracket: list[float | None] | None
-    """proved: earliest and latest, null where it was not found"""
+    """proved: earliest and latest, null where it was not found; 0 and null for a field too large to be enclosed"""
     log10_remaining: float | None
     """log10 of T_p minus the settling time"""
     steps: int

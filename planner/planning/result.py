@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -18,7 +17,7 @@ from planner.base.beside import hashes
 from planner.base.files import staged, write_json
 from planner.base.html import html_table
 from planner.base.places import Place, place
-from planner.base.progress import rounded
+from planner.base.progress import Stopwatch, rounded
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
@@ -233,30 +232,35 @@ def plan_record(plan: Plan) -> dict[str, Any]:
     return record_of(plan).to_dict()
 
 
-def save_plan(
-    plan: Plan, folder: Path, timings: dict[str, float] | None = None, certificate: bool = False
-) -> dict[str, Any]:
-    """Write the files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
-    return save_plan_page(plan, folder, save_plan_without_page(plan, folder, timings, certificate))
+def save_plan(plan: Plan, folder: Path, clock: Stopwatch | None = None, certificate: bool = False) -> dict[str, Any]:
+    """Write the files; the stages of ``clock`` go with the plan's own. Returns the record that was written."""
+    clock = clock or Stopwatch(plan.timings)
+    return save_plan_page(plan, folder, save_plan_without_page(plan, folder, clock, certificate), clock)
 
 
 def save_plan_without_page(
-    plan: Plan, folder: Path, timings: dict[str, float] | None = None, certificate: bool = False
+    plan: Plan, folder: Path, clock: Stopwatch | None = None, certificate: bool = False
 ) -> dict[str, Any]:
     """Write all but the page, take what an earlier plan left of the rest away, and return the record.
 
     The record comes last, with the hashes of the others, see :mod:`planner.base.beside`.
     """
+    clock = clock or Stopwatch(plan.timings)
+    clock.seconds.update(plan.timings)
     with staged(folder, NAMES) as inner:
-        save_parts(inner, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
-        began = time.perf_counter()
-        made = plan.certify() if certificate else None
-        if made is not None:
-            made.save(inner / PROOF_NAME)
-            timings = {**(timings or {}), "certificate": time.perf_counter() - began}
-        record = plan_record(plan)
-        record["timings_s"] |= rounded(timings or {})
-        record["files"] = hashes(inner, (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME))
+        with clock("files"):
+            save_parts(inner, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
+        if certificate:
+            with clock("certificate"):
+                proof = plan.certify()
+                if proof is not None:
+                    proof.save(inner / PROOF_NAME)
+        with clock("settling"):
+            plan.certificate  # noqa: B018 (kept)
+        with clock("record"):
+            record = plan_record(plan)
+            record["files"] = hashes(inner, (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME))
+        record["timings_s"] = clock.record()
         write_json(inner / JSON_NAME, record)
     return record
 
@@ -269,9 +273,9 @@ def save_parts(folder: Path, roadmap: Roadmap | None, motion: Trajectory | None,
         save_trajectory(motion, folder / TRAJECTORY_NAME, robot, scene)
 
 
-def save_plan_page(plan: Plan, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
-    """Write ``plan.html``, and the record again with its hash and the seconds that took."""
-    return save_page(lambda: plan_page(plan), folder / PAGE_NAME, record, folder / JSON_NAME)
+def save_plan_page(plan: Plan, folder: Path, record: dict[str, Any], clock: Stopwatch) -> dict[str, Any]:
+    """Write ``plan.html``, and the record again with its hash and the seconds of ``clock``."""
+    return save_page(lambda: plan_page(plan), folder / PAGE_NAME, record, folder / JSON_NAME, clock)
 
 
 def plan_page(plan: Plan) -> str:

@@ -207,4 +207,5 @@ def _settling(field: dict[str, Any]) -> str:
         return "not within the budget"
     limit = f" of T_p = {field['prescribed_time']:g} s" if field["log10_remaining"] is not None else " s"
     time = f"{field['settling_time']:{'.4f' if field['settling_time'] >= 0.1 else '.4g'}}"
-    return f"at t = {time}{limit} (tau = {field['settling_tau']:.2f}), law {field['law']}"
+    rough = "; not enclosed: too many steps" if field["settling_tau_bracket"][1] is None else ""
+    return f"at t = {time}{limit} (tau = {field['settling_tau']:.2f}), law {field['law']}{rough}"

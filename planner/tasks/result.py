@@ -14,7 +14,7 @@ from planner.base.arrays import Floats
 from planner.base.beside import hashes
 from planner.base.files import staged
 from planner.base.places import Place, place
-from planner.base.progress import rounded
+from planner.base.progress import Stopwatch, rounded
 from planner.base.resolutions import RECHECK
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
@@ -173,14 +173,17 @@ class TaskPlan:
         save_task(self, place(folder, "folder"))
 
 
-def save_task(plan: TaskPlan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
-    """Write the files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
+def save_task(plan: TaskPlan, folder: Path, clock: Stopwatch | None = None) -> dict[str, Any]:
+    """Write the files; the stages of ``clock`` go with the plan's own. Returns the record that was written."""
+    clock = clock or Stopwatch(plan.timings)
+    clock.seconds.update(plan.timings)
     with staged(folder, NAMES) as inner:
-        save_parts(inner, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
-        record = plan.to_dict()
-        record["timings_s"] |= rounded(timings or {})
-        record["files"] = hashes(inner, (ROADMAP_NAME, TRAJECTORY_NAME))
-        return save_page(plan.page, inner / PAGE_NAME, record, inner / JSON_NAME)
+        with clock("files"):
+            save_parts(inner, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
+        with clock("record"):
+            record = plan.to_dict()
+            record["files"] = hashes(inner, (ROADMAP_NAME, TRAJECTORY_NAME))
+        return save_page(plan.page, inner / PAGE_NAME, record, inner / JSON_NAME, clock)
 
 
 def task_rows(record: dict[str, Any]) -> Rows:

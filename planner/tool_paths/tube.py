@@ -24,6 +24,7 @@ from planner.trajectory.trajectory import Trajectory
 _BEYOND = 0.05  # of the tube's radius: so far may the projection lie beyond an end of the line
 _FINEST = 1e-3  # of the tube: pieces that leave their chord by less are not halved again
 _SAMPLES = 16  # poses looked at on each motion, or piece of one, for the largest deviation that is told
+_AT_ONCE = 10_000  # poses whose deviations are measured together, which takes 10 kB for each
 _OFF, _LEAN = 0.8, 0.65  # of the tube, for solutions inside: what is left has to do for the motions between
 _ARC = 0.1  # of the tube's radius is left to the arcs that lines stand for
 
@@ -109,9 +110,9 @@ class Tube:
 
     def deviation_of(self, motion: Trajectory, robot: Robot, along: Floats) -> DeviationRecord:
         """The same of a motion along a joint path that is ``along`` (k,) m here: corners are rounded."""
-        shares = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)
-        times = (motion.times[:-1, None] + shares * np.diff(motion.times)[:, None]).ravel()
-        rotation, position = Frame.tool(robot).poses(robot, motion.at(np.append(times, motion.times[-1])))
+        begin, end = motion.times[[0, -1]]
+        times = np.union1d(motion.times, np.linspace(begin, end, _SAMPLES * len(along)))
+        rotation, position = Frame.tool(robot).poses(robot, motion.at(times))
         way, total = so_far(np.linalg.norm(np.diff(position, axis=0), axis=1)), along[-1] - along[0]
         places = along[0] + way * (total / way[-1] if way[-1] > 0 else 0.0)
         return self._off(rotation, position, places, abs(way[-1] - total) + self.path.tube.position)
@@ -120,9 +121,12 @@ class Tube:
         """How far poses are off at most at ``places`` (n,) m that are known to ``unsure`` m."""
         along, count = self.path.along, len(self._length)
         first, last = (np.searchsorted(along, places + side * unsure, side="right") for side in (-1, 1))
-        beside = np.arange(-1, 2 + int((last - first).max())) + first[:, None] - 1
-        off, angle = self.deviations(np.clip(beside, 0, count - 1), rotation, position)
-        return DeviationRecord(position=float(off.max()) + self.path.bend, angle=float(angle.max()))
+        largest = np.zeros(2)
+        for rows in np.array_split(np.arange(len(places)), 1 + len(places) // _AT_ONCE):
+            beside = np.arange(-1, 2 + int((last - first)[rows].max())) + first[rows, None] - 1
+            off = self.deviations(np.clip(beside, 0, count - 1), rotation[rows], position[rows])
+            largest = np.maximum(largest, np.max(off, axis=1))
+        return DeviationRecord(position=float(largest[0]) + self.path.bend, angle=float(largest[1]))
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
         """How far (n,) m and rad poses are off one of their lines (n, a), the angle beyond a cone's.

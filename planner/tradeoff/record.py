@@ -10,7 +10,7 @@ from typing import Any
 from planner.base.beside import hashes
 from planner.base.files import staged, write_json, write_whole
 from planner.base.html import html_table
-from planner.base.progress import rounded
+from planner.base.progress import Stopwatch, rounded
 from planner.models.run_record import run_record
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.storage import save_roadmap
@@ -49,28 +49,29 @@ def sweep_record(tradeoff: Tradeoff) -> dict[str, Any]:
     }
 
 
-def save_sweep(tradeoff: Tradeoff, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
-    """Write the four files; ``timings`` (s) go beside the sweep's own. Returns the record that was written."""
-    return save_sweep_page(tradeoff, folder, save_sweep_without_page(tradeoff, folder, timings))
+def save_sweep(tradeoff: Tradeoff, folder: Path, clock: Stopwatch | None = None) -> dict[str, Any]:
+    """Write the four files; the stages of ``clock`` go with the sweep's own. Returns the record that was written."""
+    clock = clock or Stopwatch(tradeoff.timings)
+    return save_sweep_page(tradeoff, folder, save_sweep_without_page(tradeoff, folder, clock), clock)
 
 
-def save_sweep_without_page(
-    tradeoff: Tradeoff, folder: Path, timings: dict[str, float] | None = None
-) -> dict[str, Any]:
+def save_sweep_without_page(tradeoff: Tradeoff, folder: Path, clock: Stopwatch) -> dict[str, Any]:
     """Write all but ``sweep.html``, take that of an earlier sweep away, and return the record, which comes last."""
+    clock.seconds.update(tradeoff.timings)
     with staged(folder, (ROADMAP_NAME, CSV_NAME, PAGE_NAME, JSON_NAME)) as inner:
-        save_roadmap(tradeoff.roadmap, inner / ROADMAP_NAME)
-        record = sweep_record(tradeoff)
-        record["timings_s"] |= rounded(timings or {})
-        write_whole(inner / CSV_NAME, to_csv(record).encode())
-        record["files"] = hashes(inner, (ROADMAP_NAME, CSV_NAME))
+        with clock("files"):
+            save_roadmap(tradeoff.roadmap, inner / ROADMAP_NAME)
+            record = sweep_record(tradeoff)
+            write_whole(inner / CSV_NAME, to_csv(record).encode())
+            record["files"] = hashes(inner, (ROADMAP_NAME, CSV_NAME))
+        record["timings_s"] = clock.record()
         write_json(inner / JSON_NAME, record)
     return record
 
 
-def save_sweep_page(tradeoff: Tradeoff, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
-    """Write ``sweep.html``, and the record again with its hash and the seconds that took."""
-    return save_page(lambda: sweep_page(tradeoff), folder / PAGE_NAME, record, folder / JSON_NAME)
+def save_sweep_page(tradeoff: Tradeoff, folder: Path, record: dict[str, Any], clock: Stopwatch) -> dict[str, Any]:
+    """Write ``sweep.html``, and the record again with its hash and the seconds of ``clock``."""
+    return save_page(lambda: sweep_page(tradeoff), folder / PAGE_NAME, record, folder / JSON_NAME, clock)
 
 
 def sweep_table(tradeoff: Tradeoff) -> str:

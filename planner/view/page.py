@@ -14,7 +14,7 @@ from planner.base.arrays import Bools, Floats
 from planner.base.beside import hashes
 from planner.base.errors import Reason
 from planner.base.files import write_json, write_whole
-from planner.base.progress import Stopwatch, rounded
+from planner.base.progress import Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
 from planner.models.robot import Robot
@@ -106,13 +106,14 @@ def roadmap_page(roadmap: Roadmap, checker: CollisionChecker) -> str:
     return page(Content(world.robot, world.scene, message, configuration, details=details, roadmap=roadmap))
 
 
-def save_page(draw: Callable[[], str], page_file: Path, record: dict[str, Any], record_file: Path) -> dict[str, Any]:
-    """Write the page, and the record again with its hash and the seconds that took; returns that record."""
-    clock = Stopwatch()
+def save_page(
+    draw: Callable[[], str], page_file: Path, record: dict[str, Any], record_file: Path, clock: Stopwatch
+) -> dict[str, Any]:
+    """Write the page, and the record again with its hash and the seconds of ``clock``; returns that record."""
     with clock("page"):
         write_whole(page_file, draw().encode())
     files = record["files"] | hashes(page_file.parent, (page_file.name,))
-    record = {**record, "timings_s": record["timings_s"] | rounded(clock.seconds), "files": files}
+    record = {**record, "timings_s": clock.record(), "files": files}
     write_json(record_file, record)
     return record
 

@@ -21,7 +21,7 @@ STARTS = ("above", "below")
 NODE = 99
 """The node that the paper plots, numbered from 1."""
 
-# steps of 0.5 % in tau: the settling time is within 1 %, where neighbouring exponents differ by 5 % and more
+# steps of 0.5 % in tau: settling times and inputs within 1 %, where neighbouring exponents differ by 5 % and more
 SOLVER = gabf.Splitting(tolerance=0.005)
 
 

@@ -58,3 +58,13 @@ def test_a_stopwatch_sums_a_stage_that_is_entered_again() -> None:
         raise ZeroDivisionError
     assert set(clock.seconds) == {"a", "b"}
     assert rounded({"a": 0.12345678}) == {"a": 0.123457}
+
+
+def test_the_total_covers_stages_and_all_between(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [10.0]
+    monkeypatch.setattr("planner.base.progress.time.perf_counter", lambda: now[0])
+    clock = Stopwatch({"import": 2.0})
+    now[0] += 0.5
+    with clock("gabf"):
+        now[0] += 3.0
+    assert clock.record() == {"import": 2.0, "gabf": 3.0, "total": 5.5}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Run, assert_refused
+from tests.command_line import Run, assert_refused, assert_total_covers
 from tests.documents import ROOT
 
 SEAM = str(ROOT / "scenes/examples/seam.yaml")
@@ -32,6 +32,8 @@ def test_a_seam_is_followed_and_its_record_and_page_say_so(run: Run, tmp_path: P
     assert "100.0 % of 5 points followed" in words
     assert "at the 0.2 m/s asked for" in words
     assert (out / "plan.html").exists()
+    stages = {"import", "setup", "ladder", "proofs", "costs", "gabf", "path", "timing", "alternatives"}
+    assert_total_covers(record["timings_s"], stages | {"files", "settling", "record", "page"})
     code, text, _ = run("check", str(out / "trajectory.json"), "--robot", "panda", "--scene", "table")
     assert code == 0, text
 

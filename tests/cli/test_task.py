@@ -12,7 +12,7 @@ import pytest
 
 from planner.base.resources import data_folder
 from planner.trajectory.export import Format
-from tests.command_line import Run, assert_refused
+from tests.command_line import Run, assert_refused, assert_total_covers
 
 EXAMPLES = data_folder("scenes") / "examples"
 SCENE = str(EXAMPLES / "two-boards.yaml")
@@ -45,6 +45,8 @@ def test_it_writes_segments_and_events(tidy: Path) -> None:
     assert record["gabf"]["max_error_vs_oracle"] == 0.0
     assert record["cost"]["total"] > 0
     assert set(record["files"]) == {"plan.html", "roadmap.npz", "trajectory.json"}
+    assert_total_covers(record["timings_s"], set(record["timings_s"]) - {"total"})
+    assert {"import", "files", "record", "page"} <= set(record["timings_s"])
 
 
 def test_the_page_moves_the_object(tidy: Path) -> None:

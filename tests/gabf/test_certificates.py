@@ -1,5 +1,6 @@
 import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from planner import gabf
 from planner.gabf import certificates
 
-from .networks import chain, from_arcs, scattered, solve
+from .networks import AtTimes, chain, from_arcs, scattered, solve
 
 NET = scattered(100, seed=6)
 FINE = gabf.Splitting(0.005)
@@ -137,3 +138,100 @@ def test_a_run_that_did_not_settle_holds_no_certificate_on_its_settling():
     assert settling
     assert not any(c.holds for c in settling)
     assert all(c.measured is None and c.to_dict()["slack"] is None for c in settling)
+
+
+def tiny_steps(costs):
+    """Node i reads node i - 1 at the i-th cost."""
+    return from_arcs(len(costs) + 1, [(i + 1, i, cost) for i, cost in enumerate(costs)])
+
+
+def fan(n, far, near):
+    """Node k reads the source at far + (k - 1) near, and node k - 1 at ``near``."""
+    arcs = [(k, 0, far + (k - 1) * near) for k in range(1, n + 1)]
+    return from_arcs(n + 1, arcs + [(k, k - 1, near) for k in range(2, n + 1)])
+
+
+@pytest.mark.parametrize(
+    ("net", "law", "x0"),
+    [
+        (tiny_steps([1.0] + [9e-13] * 10), gabf.FixedTime(eta=1.0), 1000.0),
+        (tiny_steps([1e6] + [9e-7] * 20), gabf.SingularityFree(), None),
+        (fan(3000, 1.0, 9e-13), gabf.FixedTime(p=(9, 11)), 1.0),
+    ],
+    ids=["chain", "chain beside 1e6", "fan"],
+)
+def test_levels_nearer_than_ties_settle_one_after_another(net, law, x0):
+    """The bounds were 9.49, 9.49 and 7.15, as if the near levels were one."""
+    result = solve(net, law, x0)
+    settling = [c for c in gabf.certify(net, law, result) if c.quantity == "settling tau" and c.proven]
+    assert len(settling) == 4
+    assert min(c.bound for c in settling) >= result.settling_tau_bracket[0]
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_no_proven_bound_lies_before_the_bracket_on_networks_of_tiny_arcs(block):
+    for seed in range(12 * block, 12 * block + 12):
+        rng = np.random.default_rng(seed)
+        n, scale = int(rng.integers(2, 40)), 10.0 ** rng.integers(-6, 7)
+        costs = scale * np.where(rng.random(n) < 0.3, rng.uniform(0.1, 1.0, n), 10.0 ** rng.uniform(-13, -11, n))
+        costs[0] = scale
+        net = tiny_steps(costs.tolist()) if seed % 2 else fan(n, scale, float(costs.min()))
+        powers: Any = {"p": [(3, 5), (9, 11), (1, 9)][seed % 3], "m": [(9, 7), (15, 7)][seed % 2]}
+        law = [gabf.FixedTime(**powers), gabf.SingularityFree(**powers), gabf.Nominal()][int(rng.integers(3))]
+        x0 = None if isinstance(law, gabf.Nominal) or seed % 4 else scale * rng.uniform(0.0, 3.0)
+        result = solve(net, law, x0, settle_tolerance=10.0 ** rng.integers(-12, -5))
+        early = [c for c in gabf.certify(net, law, result) if c.proven and c.earliest and c.bound < c.earliest]
+        assert not early, (seed, early)
+
+
+def test_a_field_too_large_to_be_enclosed_keeps_its_bounds():
+    """A chain of 4000 nodes; that the bounds lie above a bracket is shown on one that can be enclosed."""
+    found = {}
+    for n in (41, 4001):
+        net = chain(n)
+        result = solve(net)
+        assert np.array_equal(result.x, np.arange(n))
+        settling = [c for c in gabf.certify(net, result.law, result) if c.quantity == "settling tau"]
+        assert all(c.holds for c in settling if c.proven)
+        found[n] = result.settling_tau_bracket, settling
+    assert found[4001][0] == (0.0, np.inf)
+    assert {(c.earliest, c.to_dict()["latest"]) for c in found[4001][1]} == {(0.0, None)}
+    assert [c.name for c in found[41][1]] == [c.name for c in found[4001][1]]
+    assert 0.0 < found[41][0][0] < found[41][0][1] <= min(c.bound for c in found[41][1])
+
+
+@pytest.mark.parametrize(
+    ("small", "large", "h"),
+    [(1.0, 1e12, 1.0), (1.0, 1e12, 0.1), (1e-6, 1e6, 1.0), (1e-11, 600.0, 1.0), (1e-6, 1.0, 0.1)],
+)
+def test_rounding_times_a_late_gain_is_no_input(small, large, h):
+    """The input was 1.6e5 for arcs of 1e-11; it is largest at the start, as far as h = 1 goes."""
+    net = tiny_steps([small] * 10 + [large])
+    law, start = gabf.PrescribedTime(h=h), gabf.oracle(net) + np.r_[0.0, np.full(11, 0.5 * small)]
+    result = solve(net, law, None if large == 1e12 else start, save=gabf.EverySteps())
+    assert all(c.holds for c in gabf.certify(net, law, result))
+    at_start = (law.gamma + 2.0 * (1.0 + h) / law.T) * gabf.residual(net, result.x0)
+    fine = solve(net, law, result.x0, gabf.Splitting(max_step=0.02))
+    assert result.largest_input == pytest.approx(fine.largest_input, rel=0.1)
+    assert h < 1.0 or result.largest_input == pytest.approx(at_start, rel=1e-9)
+
+
+@pytest.mark.parametrize("costs", [[1e300], [1.0, 1e300], [1e307, 1e307], [1e-300, 1e300]])
+@pytest.mark.parametrize("law", [gabf.PrescribedTime(), gabf.FixedTime(p=(1, 99), m=(99, 1)), gabf.SingularityFree()])
+def test_costs_near_the_largest_double_give_no_warning(costs, law):
+    """The tests make every warning of the package an error."""
+    net = tiny_steps(costs)
+    result = solve(net, law, save=gabf.EverySteps())
+    assert np.array_equal(result.x, gabf.oracle(net))
+    assert all(c.holds for c in gabf.certify(net, law, result) if c.proven and np.isfinite(c.bound))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_states_that_are_rounding_break_no_bound(seed):
+    """Errors stay at the rounding of x* while the bound goes to 0; saved states that are at rest have no bound."""
+    rng = np.random.default_rng(seed)
+    net = tiny_steps([*(10.0 ** rng.uniform(-6.0, 1.0, 20)), 1e12])
+    result = solve(net, gabf.Nominal(), save=gabf.EverySteps())
+    assert all(c.holds for c in gabf.certify(net, result.law, result))
+    rest = solve(net, gabf.PrescribedTime(), save=AtTimes([4.0, 5.0]))
+    assert {c.quantity for c in gabf.certify(net, rest.law, rest)} == {"-min x", "max x", "settling tau"}

@@ -30,6 +30,14 @@ def test_paths_that_tie_up_to_rounding_count_as_ties():
     assert (found.longest[3], found.fewest[3]) == (3, 1)
 
 
+@pytest.mark.parametrize(("far", "near"), [(1.0, 9e-13), (1e6, 9e-7), (0.5, 1e-15)])
+def test_a_chain_of_tiny_arcs_has_as_many_levels_as_arcs(far, near):
+    costs = [far] + [near] * 10
+    found = gabf.structure(from_arcs(12, [(i + 1, i, cost) for i, cost in enumerate(costs)]))
+    assert found.R == len(costs) == len(set(np.cumsum(costs)))
+    assert found.level.tolist() == list(range(12))
+
+
 def test_small_values_are_no_ties():
     found = gabf.structure(chain(5, 1e-20))
     assert (found.diameter, found.R) == (5, 4)

@@ -15,11 +15,12 @@ import pytest
 
 from planner.base.beside import mismatch
 from planner.base.errors import FileError
-from planner.base.progress import Progress
+from planner.base.progress import Progress, Stopwatch
 from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Obstacle
 from planner.paths.measure import path_manipulability, tool_path_length
+from planner.planning import result
 from planner.planning.plan import plan
 from planner.planning.result import plan_record, save_plan
 from planner.planning.summary import summary_rows
@@ -97,12 +98,33 @@ def test_the_bound_and_the_curve():
 
 
 def test_the_files(solved, tmp_path):
-    record = save_plan(solved, tmp_path, {"import": 0.5, "total": 3.0})
+    record = save_plan(solved, tmp_path, Stopwatch({"import": 0.5}))
     assert json.loads((tmp_path / "plan.json").read_text()) == json.loads(json.dumps(record))
     assert record["timings_s"]["import"] == 0.5
-    assert {"setup", "roadmap", "costs", "gabf", "path", "total"} <= set(record["timings_s"])
+    assert {"setup", "roadmap", "costs", "gabf", "path", "files", "settling", "page", "total"} <= set(
+        record["timings_s"]
+    )
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.html", "plan.json", "roadmap.npz"]
+
+
+def test_the_total_is_the_sum_of_the_stages_where_nothing_else_takes_time(tmp_path, monkeypatch):
+    """The clock moves only in the certificate of settling, in the motion's file and on the page."""
+    found, now = plan(robot="planar_2r", scene="empty", start="q:0,1", nodes=20), [0.0]
+
+    def taking(seconds, work):
+        def slow(*given):
+            now[0] += seconds
+            return work(*given)
+
+        return slow
+
+    monkeypatch.setattr("planner.base.progress.time.perf_counter", lambda: now[0])
+    monkeypatch.setattr(result.gabf, "certify", taking(100.0, result.gabf.certify))
+    monkeypatch.setattr(result, "save_parts", taking(10.0, result.save_parts))
+    monkeypatch.setattr(result, "plan_page", taking(1.0, result.plan_page))
+    timings = save_plan(replace(found, timings={"gabf": 0.25}), tmp_path)["timings_s"]
+    assert timings == {"gabf": 0.25, "files": 10.0, "settling": 100.0, "record": 0.0, "page": 1.0, "total": 111.25}
 
 
 def test_a_kill_between_two_files_is_noticed(tmp_path, monkeypatch):
@@ -170,7 +192,7 @@ def test_a_folder_that_is_not_there(solved, tmp_path):
 def test_interrupted_plans_are_saved_too(tmp_path):
     request = PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
     found = plan(request, progress=Progress(stop=lambda: True))
-    record = save_plan(found, tmp_path, {})
+    record = save_plan(found, tmp_path)
     assert record["outcome"] == "interrupted"
     assert [record[key] for key in ("cost", "manipulability", "gabf", "path_length")] == [None] * 4
     assert (record["path"], record["path_nodes"]) == ([], [])
@@ -180,7 +202,7 @@ def test_interrupted_plans_are_saved_too(tmp_path):
 
 def test_no_path_is_saved_too(solved, tmp_path):
     found = replace(solved, outcome=Outcome.NO_PATH, cost=None, path=np.zeros((0, 7)), path_nodes=solved.path_nodes[:0])
-    record = save_plan(found, tmp_path, {})
+    record = save_plan(found, tmp_path)
     assert record["outcome"] == "no_path"
     assert record["gabf"]["settling_time"] is not None
     assert record["manipulability"] is None

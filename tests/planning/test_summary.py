@@ -61,6 +61,13 @@ def test_a_short_settling_time_is_not_rounded_to_none() -> None:
         assert dict(summary_rows(record))["settled"].startswith(told)
 
 
+@pytest.mark.parametrize(("latest", "told"), [(None, True), (9.0, False)])
+def test_a_settling_time_that_is_not_enclosed_says_so(latest: float | None, told: bool) -> None:
+    record: dict[str, Any] = plan_record(solved())
+    record["gabf"] |= {"settling_tau_bracket": [0.0, latest]}
+    assert dict(summary_rows(record))["settled"].endswith("; not enclosed: too many steps") == told
+
+
 def test_another_configuration_of_the_same_tool_position_may_cost_less() -> None:
     plan, start = solved(), solved().path[0]
     bound = plan_record(plan)["quality"]["lower_bound"]

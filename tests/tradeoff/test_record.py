@@ -17,7 +17,7 @@ CONTRACT = {"beta_min", "beta_max", "path_nodes", "manipulability_cost", "distan
 
 
 def test_the_files(swept: Tradeoff, tmp_path: Path) -> None:
-    record = save_sweep(swept, tmp_path, {"total": 1.0})
+    record = save_sweep(swept, tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["roadmap.npz", "sweep.csv", "sweep.html", "sweep.json"]
     assert json.loads((tmp_path / "sweep.json").read_text()) == record
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"] == swept.roadmap.sha256
@@ -35,7 +35,7 @@ def test_the_files(swept: Tradeoff, tmp_path: Path) -> None:
 
 
 def test_the_table_holds_the_same_numbers(swept: Tradeoff, tmp_path: Path) -> None:
-    record = save_sweep(swept, tmp_path, {})
+    record = save_sweep(swept, tmp_path)
     with (tmp_path / "sweep.csv").open() as file:
         rows = list(csv.DictReader(file))
     for row, interval in zip(rows, record["intervals"], strict=True):

@@ -171,7 +171,7 @@ def test_when_every_way_fails_there_is_no_path(
     found = sweep(again)
     assert (found.outcome, found.complete, found.intervals) == (Outcome.NO_PATH, False, ())
     assert found.edges_removed == len(around)
-    record = save_sweep(found, tmp_path, {})
+    record = save_sweep(found, tmp_path)
     assert (record["outcome"], record["intervals"]) == ("no_path", [])
     assert (tmp_path / "sweep.csv").read_text().count("\n") == 1
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"]
@@ -192,7 +192,7 @@ def test_an_interrupted_sweep_keeps_what_is_proven(swept: Tradeoff, tmp_path: Pa
     assert (part.outcome, part.complete) == (Outcome.INTERRUPTED, False)
     assert outline(part) == outline(swept)[: len(part.intervals)], "only what is proven"
     assert len(part.intervals) < len(swept.intervals)
-    record = save_sweep(part, tmp_path, {})
+    record = save_sweep(part, tmp_path)
     assert record["complete"] is False
 
 
@@ -210,7 +210,7 @@ def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> Non
     part = sweep(request, after(30, "roadmap"))
     assert (part.outcome, part.intervals) == (Outcome.INTERRUPTED, ())
     assert 2 < len(part.roadmap.nodes) < 150
-    save_sweep(part, tmp_path, {})
+    save_sweep(part, tmp_path)
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == part.roadmap.sha256
 
 
