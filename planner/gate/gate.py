@@ -35,7 +35,7 @@ class Gate:
     ``robot`` and ``scene`` by name, file or as loaded. ``limits``: the robot's own where left out; ``judged`` are those
     that are asked for, of position, velocity, acceleration and jerk. ``min_manipulability`` is kept by all that is run,
     stops too, and so is what the scene and ``keep`` say. ``margin`` (m) is kept to everything; a larger one refuses
-    more. A first point at 0 s may be ``start_tolerance`` (rad, m, and these per s) from the robot's state. A check
+    more. A first point at 0 s may be ``start_tolerance`` (rad, m, these per s and s²) from the robot's state. A check
     changes nothing: several threads may check at once, also while another changes the world. Raises
     :class:`PlannerError` for what cannot be loaded, and where obstacles move along known motions.
     """
@@ -81,6 +81,11 @@ class Gate:
     def checker(self) -> CollisionChecker:
         """The checker of the world as it is now."""
         return self._guard.checker
+
+    @property
+    def revision(self) -> int:
+        """How many changes the world has had."""
+        return self._guard.revision
 
     @property
     def limits(self) -> MotionLimits:
@@ -145,4 +150,4 @@ class Gate:
         """A new world, or an error and the old one."""
         with self._changing:
             live = apply(self._live)
-            self._guard, self._live = Guard.of(live.checker, self._rules), live
+            self._guard, self._live = Guard.of(live.checker, self._rules, self.revision + 1), live

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
@@ -10,26 +12,33 @@ from planner.base.records import dataclass
 from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import Verdict
 from planner.collision.world import Contact
 from planner.gate.rules import RUNGS, Rules
 from planner.gate.verdict import Unsafe, Where
 from planner.native.gate import NativeGate
 from planner.native.world import NativeBounds
 from planner.setup.resolve import position_bounds
+from planner.trajectory.moving_obstacles import TimeProof
+from planner.trajectory.proof import MotionProof
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guard:
-    """A ``checker`` and ``rules``; ``bounds`` on motions, which obstacles (o,) are ``limited``: what proofs need."""
+    """A ``checker`` and ``rules``; ``bounds`` on motions, which obstacles (o,) are ``limited``: what proofs need.
+
+    ``revision`` counts the changes of the world.
+    """
 
     checker: CollisionChecker
     rules: Rules
     bounds: NativeBounds
     limited: Bools
     native: NativeGate
+    revision: int
 
     @staticmethod
-    def of(checker: CollisionChecker, rules: Rules) -> Guard:
+    def of(checker: CollisionChecker, rules: Rules, revision: int = 0) -> Guard:
         """The guard of a world; :class:`SceneError` for obstacles of known motions, whose clock nobody gives."""
         world, robot = checker.world, checker.robot
         if world.scene.moving:
@@ -56,7 +65,7 @@ class Guard:
             rules.apart,
             FARTHEST,
         )
-        return Guard(checker, rules, bounds, limited, native)
+        return Guard(checker, rules, bounds, limited, native, revision)
 
     def contact_at_start(self, q: Floats | None) -> Contact | None:
         """What touches however the robot moves, or holds the other within it at ``q`` (dof,), if that is given."""
@@ -72,6 +81,14 @@ class Guard:
             return False
         native, timed = self.checker.bound.native, spans if self.limited.any() else None
         return not native.prove_together(self.bounds, curves, PROOF, timed)[0].any()
+
+    def proof(self, pieces: int) -> dict[str, Any]:
+        """The proof of so many ``pieces`` that are proven to keep all rules, as ``trajectory.json`` has it."""
+        world, floor, yes = self.checker.world, self.rules.floor, np.ones(pieces, dtype=bool)
+        in_time = TimeProof((), yes, {}, np.inf)
+        free = np.full(pieces, int(Verdict.FREE)), np.full(pieces, -1)
+        proof = MotionProof(*free, (), floor, yes & (floor > 0), yes, in_time, None, self.rules.left, world.keeps.texts)
+        return proof.to_dict(world.margin, self.checker.name)
 
     def not_proven(self, on: Where, pair: int, touches: int, q: Floats) -> Unsafe:
         """Why the proof of a curve stopped at ``pair`` in ``q`` (dof,), by what :class:`Judgement` says of it."""

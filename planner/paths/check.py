@@ -53,7 +53,7 @@ class Proven:
 
 @dataclass(frozen=True, eq=False)
 class PathReport:
-    """What was found on a path (k, dof), sampled every ``step`` metres of motion by ``second_checker``.
+    """What was found on a path (k, dof), sampled every ``step`` metres of motion by ``second_checker``; true if ok.
 
     Where its values look like ``degrees`` nothing else was checked, as the motions between them mean nothing.
     ``clearance`` is the smallest one (m) and ``nearest`` its pair, None where no pair is checked. ``w`` (n,) is sampled
@@ -77,11 +77,23 @@ class PathReport:
     joint_length: float
     workspace_length: float
 
+    def __bool__(self) -> bool:
+        return self.ok
+
+    def __repr__(self) -> str:
+        return f"<PathReport: {len(self.path)} points, {self._wrong or 'ok'}>"
+
     @property
     def ok(self) -> bool:
         """Within limits, free and keeping what is kept wherever it was sampled, and no segment proven to touch."""
-        kept = not any(each.strays for each, _ in self.kept)
-        return self.excess is None and self.contact is None and self.proven.strikes is None and kept
+        return not self._wrong
+
+    @property
+    def _wrong(self) -> str:
+        """Everything that is wrong, in words."""
+        found = ["looks like degrees"] * self.degrees + ["beyond joint limits"] * (self.excess is not None)
+        found += ["touches"] * (self.contact is not None or self.proven.strikes is not None)
+        return ", ".join(found + ["strays from a constraint"] * any(each.strays for each, _ in self.kept))
 
 
 def check_path(

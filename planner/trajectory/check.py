@@ -46,7 +46,7 @@ class TrajectoryContact:
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryReport:
-    """What was found on a trajectory; where its times are at ``fault`` or it looks like ``degrees`` nothing else.
+    """What was found on a trajectory, true if ok; where times are at ``fault`` or all in ``degrees`` nothing else.
 
     ``contact`` is the first one, seen by coal every ``step`` metres of motion, by the checker at fewer states, or by a
     proof. ``w`` (n,) and what is ``kept`` are sampled at ``w_times`` (n,). ``nearest`` is the smallest clearance, None
@@ -67,12 +67,25 @@ class TrajectoryReport:
     nearest: Nearest | None = None
     kept: tuple[Kept, ...] = ()
 
+    def __bool__(self) -> bool:
+        return self.ok
+
+    def __repr__(self) -> str:
+        return f"<TrajectoryReport: {len(self.points.times)} points, {self._wrong or 'ok'}>"
+
     @property
     def ok(self) -> bool:
         """A controller runs it, within all limits, and no contact was found."""
+        return not self._wrong
+
+    @property
+    def _wrong(self) -> str:
+        """Everything that is wrong, in words."""
         if self.fault or self.degrees or self.proof is None:
-            return False
-        return not self.proof.excesses and self.contact is None and not any(each.strays for each in self.kept)
+            return self.fault or "looks like degrees"
+        found = [f"beyond its limit on {excess.kind}" for excess in self.proof.excesses]
+        found += ["touches"] * (self.contact is not None)
+        return ", ".join(found + ["strays from a constraint"] * any(each.strays for each in self.kept))
 
 
 @checks_kinds
