@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from planner.base.arrays import Floats, numbers
 from planner.base.errors import KindError, StateError
@@ -82,10 +82,9 @@ class Gate:
         """The checker of the world as it is now."""
         return self._guard.checker
 
-    @property
-    def revision(self) -> int:
-        """How many changes the world has had."""
-        return self._guard.revision
+    def to_dict(self) -> dict[str, Any]:
+        """What is judged, as plain data, and the revision of the world."""
+        return {"limits": self.limits.to_dict(), **self._guard.to_dict()}
 
     @property
     def limits(self) -> MotionLimits:
@@ -150,4 +149,4 @@ class Gate:
         """A new world, or an error and the old one."""
         with self._changing:
             live = apply(self._live)
-            self._guard, self._live = Guard.of(live.checker, self._rules, self.revision + 1), live
+            self._guard, self._live = Guard.of(live.checker, self._rules), live

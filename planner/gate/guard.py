@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -12,22 +13,21 @@ from planner.base.records import dataclass
 from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import Verdict
 from planner.collision.world import Contact
-from planner.gate.rules import RUNGS, Rules
+from planner.gate.rules import JUDGED, RUNGS, Rules
 from planner.gate.verdict import Unsafe, Where
 from planner.native.gate import NativeGate
 from planner.native.world import NativeBounds
 from planner.setup.resolve import position_bounds
-from planner.trajectory.moving_obstacles import TimeProof
-from planner.trajectory.proof import MotionProof
+
+_REVISIONS = count()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guard:
     """A ``checker`` and ``rules``; ``bounds`` on motions, which obstacles (o,) are ``limited``: what proofs need.
 
-    ``revision`` counts the changes of the world.
+    ``revision`` grows with every change of a world, and no two worlds of a process share one.
     """
 
     checker: CollisionChecker
@@ -38,7 +38,7 @@ class Guard:
     revision: int
 
     @staticmethod
-    def of(checker: CollisionChecker, rules: Rules, revision: int = 0) -> Guard:
+    def of(checker: CollisionChecker, rules: Rules) -> Guard:
         """The guard of a world; :class:`SceneError` for obstacles of known motions, whose clock nobody gives."""
         world, robot = checker.world, checker.robot
         if world.scene.moving:
@@ -65,7 +65,7 @@ class Guard:
             rules.apart,
             FARTHEST,
         )
-        return Guard(checker, rules, bounds, limited, native, revision)
+        return Guard(checker, rules, bounds, limited, native, next(_REVISIONS))
 
     def contact_at_start(self, q: Floats | None) -> Contact | None:
         """What touches however the robot moves, or holds the other within it at ``q`` (dof,), if that is given."""
@@ -82,13 +82,12 @@ class Guard:
         native, timed = self.checker.bound.native, spans if self.limited.any() else None
         return not native.prove_together(self.bounds, curves, PROOF, timed)[0].any()
 
-    def proof(self, pieces: int) -> dict[str, Any]:
-        """The proof of so many ``pieces`` that are proven to keep all rules, as ``trajectory.json`` has it."""
-        world, floor, yes = self.checker.world, self.rules.floor, np.ones(pieces, dtype=bool)
-        in_time = TimeProof((), yes, {}, np.inf)
-        free = np.full(pieces, int(Verdict.FREE)), np.full(pieces, -1)
-        proof = MotionProof(*free, (), floor, yes & (floor > 0), yes, in_time, None, self.rules.left, world.keeps.texts)
-        return proof.to_dict(world.margin, self.checker.name)
+    def to_dict(self) -> dict[str, Any]:
+        """The revision, and what is judged: kinds of limits, margin (m), floor, conditions."""
+        world, rules = self.checker.world, self.rules
+        judged = {"judged": [kind for kind in JUDGED if kind not in rules.left], "margin": world.margin}
+        kept = {"min_manipulability": rules.floor, "keep": list(world.keeps.texts)}
+        return {"revision": self.revision, **judged, **kept}
 
     def not_proven(self, on: Where, pair: int, touches: int, q: Floats) -> Unsafe:
         """Why the proof of a curve stopped at ``pair`` in ``q`` (dof,), by what :class:`Judgement` says of it."""

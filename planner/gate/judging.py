@@ -23,6 +23,7 @@ from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.gate import Chunk, Judgement
 from planner.native.motions import chunk_curves, stops_quickest
 from planner.trajectory.clearance import nearest_on_pieces
+from planner.trajectory.proof import ASSUMES
 from planner.trajectory.trajectory import Trajectory
 
 _LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
@@ -150,18 +151,18 @@ class Judged:
             return None
         used, ends = seconds > 0.0, np.append(0.0, np.cumsum(seconds))
         spans = np.column_stack([chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
-        if not (self.with_stops and pieces) and not self._proven_alone(stops[used], spans):
+        on, known = np.full(len(spans), _STOP), self.with_stops and pieces > 0
+        if not known and not (
+            self.guard.proven(stops[used], spans) and _first_not_kept(self.guard, stops[used], on) is None
+        ):
             return None
         columns = np.zeros((3, 3, robot.dof))  # q, qd, qdd where it begins, where the last piece begins, where it ends
         columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
         columns[1, 1] = stops[1, 1] / seconds[1]
         rows = [0, 1, 2] if used[0] else [0, 2]
         made = Trajectory.through(robot.joints, ends[rows], *columns[:, rows], law="stop")
-        return replace(made, proven=True, proof=self.guard.proof(len(spans)))
-
-    def _proven_alone(self, stop: Floats, spans: Floats) -> bool:
-        on = np.full(len(spans), _STOP)
-        return self.guard.proven(stop, spans) and _first_not_kept(self.guard, stop, on) is None
+        pieces_free = {"pieces": len(spans), "pieces_free": len(spans), "collision": self.guard.checker.name}
+        return replace(made, proven=True, proof=pieces_free | self.guard.to_dict() | {"assumes": ASSUMES})
 
     def clearance(self, pieces: int) -> float | None:
         """The smallest distance (m) along the first ``pieces``."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from planner.base.records import dataclass
 from planner.trajectory.trajectory import Trajectory
@@ -56,13 +56,6 @@ class Unsafe:
         return {**asdict(self), "text": str(self)}
 
 
-class Later(Protocol):
-    """What is worked out of a judged chunk when it is asked for: of its first ``pieces``."""
-
-    def stop(self, pieces: int) -> Trajectory | None: ...
-    def clearance(self, pieces: int) -> float | None: ...
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
     """Whether a chunk is ``safe``, and until when it is.
@@ -70,8 +63,8 @@ class Verdict:
     ``safe_until`` (s from now): all pieces until this point of the chunk are proven, and a stop from every point until
     there; the time of the last point where it is safe, 0 where nothing is. ``reason`` says why not, at ``first_bad`` s:
     where on the first bad piece the proof stopped, or the point from which no stop is proven. A verdict is true where
-    the chunk is safe. ``notes`` say what was not judged. ``revision`` counts the changes of the gate's world before the
-    check. ``stop`` and ``clearance`` are worked out when they are asked for, in the world of the check.
+    the chunk is safe. ``notes`` say what was not judged. ``revision`` is that of the world of the check: it grows with
+    every change. ``stop`` and ``clearance`` are worked out when they are asked for, in that world.
     """
 
     safe: bool
@@ -80,7 +73,7 @@ class Verdict:
     first_bad: float | None
     notes: tuple[str, ...]
     revision: int
-    _judged: Later
+    _judged: Any  # the judgement, which works out stop and clearance of its first pieces
     _pieces: int
 
     def __bool__(self) -> bool:

@@ -81,19 +81,13 @@ class PathReport:
         return self.ok
 
     def __repr__(self) -> str:
-        return f"<PathReport: {len(self.path)} points, {self._wrong or 'ok'}>"
+        return f"<PathReport: {len(self.path)} points, {'ok' if self.ok else 'not ok'}>"
 
     @property
     def ok(self) -> bool:
         """Within limits, free and keeping what is kept wherever it was sampled, and no segment proven to touch."""
-        return not self._wrong
-
-    @property
-    def _wrong(self) -> str:
-        """Everything that is wrong, in words."""
-        found = ["looks like degrees"] * self.degrees + ["beyond joint limits"] * (self.excess is not None)
-        found += ["touches"] * (self.contact is not None or self.proven.strikes is not None)
-        return ", ".join(found + ["strays from a constraint"] * any(each.strays for each, _ in self.kept))
+        kept = not any(each.strays for each, _ in self.kept)
+        return self.excess is None and self.contact is None and self.proven.strikes is None and kept
 
 
 def check_path(

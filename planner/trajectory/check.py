@@ -71,21 +71,14 @@ class TrajectoryReport:
         return self.ok
 
     def __repr__(self) -> str:
-        return f"<TrajectoryReport: {len(self.points.times)} points, {self._wrong or 'ok'}>"
+        return f"<TrajectoryReport: {len(self.points.times)} points, {'ok' if self.ok else 'not ok'}>"
 
     @property
     def ok(self) -> bool:
         """A controller runs it, within all limits, and no contact was found."""
-        return not self._wrong
-
-    @property
-    def _wrong(self) -> str:
-        """Everything that is wrong, in words."""
         if self.fault or self.degrees or self.proof is None:
-            return self.fault or "looks like degrees"
-        found = [f"beyond its limit on {excess.kind}" for excess in self.proof.excesses]
-        found += ["touches"] * (self.contact is not None)
-        return ", ".join(found + ["strays from a constraint"] * any(each.strays for each in self.kept))
+            return False
+        return not self.proof.excesses and self.contact is None and not any(each.strays for each in self.kept)
 
 
 @checks_kinds

@@ -44,8 +44,8 @@ def test_a_verdict_and_a_report_are_true_where_all_is_well_and_are_one_line() ->
     assert [bool(found) for found in (safe, unsafe, *reports)] == [True, False, True, False, True, False]
     assert (safe.safe, unsafe.safe, [report.ok for report in reports]) == (True, False, [True, False, True, False])
     assert repr(safe) == "<Verdict: safe until 1 s>"
-    assert repr(reports[1]) == "<PathReport: 2 points, beyond joint limits, touches>"
-    assert repr(reports[3]).startswith("<TrajectoryReport: 2 points, beyond its limit on ")
+    assert repr(reports[1]) == "<PathReport: 2 points, not ok>"
+    assert repr(reports[2]) == "<TrajectoryReport: 2 points, ok>"
     for shown in map(repr, (safe, unsafe, *reports)):
         assert "\n" not in shown
         assert len(shown) < 200
