@@ -36,6 +36,9 @@ class Certificate:
     words: dict[str, Any]
     open_pairs: tuple[tuple[str, str], ...]
 
+    def __repr__(self) -> str:
+        return f"<Certificate: {'whole' if self.whole else f'{len(self.open_pairs)} pairs open'}>"
+
     @property
     def whole(self) -> bool:
         """Every pair that is checked is proven apart on all of the path and the motion."""

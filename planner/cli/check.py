@@ -184,5 +184,5 @@ def _check_trajectory(
         rows = report_rows(report) + ([] if stops is None else [prefixes_row(stops)])
         show(facts(f"{path}: {checker.robot.name} in {checker.world.scene.name}", rows))
         unsafe = report.ok and stops is not None and not stops.safe
-        say(f"Not usable: {prefixes_row(stops)[1]}." if unsafe and stops else verdict_sentence(report))
+        say(f"Not usable: {prefixes_row(stops)[1]}." if unsafe and stops is not None else verdict_sentence(report))
     return 0 if report.ok and (stops is None or stops.safe) else EXIT_NOT_USABLE

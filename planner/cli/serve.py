@@ -8,7 +8,13 @@ from planner.cli.common import Debug
 from planner.cli.terminal import say
 
 
-def serve(host: str = "127.0.0.1", port: int = 0, token_file: Path | None = None, debug: Debug = False) -> int:
+def serve(
+    host: str = "127.0.0.1",
+    port: int = 0,
+    token_file: Path | None = None,
+    allow_xacro: bool = False,
+    debug: Debug = False,
+) -> int:
     """Serve the gate and the planner to programs in other languages, over a websocket, until Ctrl-C.
 
     Text frames are JSON, binary ones msgpack: load a robot and a scene, check chunks of joint targets, change the
@@ -20,12 +26,12 @@ def serve(host: str = "127.0.0.1", port: int = 0, token_file: Path | None = None
     planner serve --host 0.0.0.0 --port 8765 --token-file token
 
     Args:
-        host: Address to listen on: this machine's own, so that no other reaches it. Others need a token file.
+        host: Address to listen on: this machine's own, so that no other reaches it.
         port: Port to listen on; any free one where left out.
-        token_file: A file with one word, which only you can read: clients send it as 'Authorization: Bearer WORD'.
+        token_file: File with the token that clients send; a random one is written where there is no such file.
+        allow_xacro: Expand robots that are written as xacro, whose expressions run on this machine.
     """
-    from planner.serve.server import read_token
     from planner.serve.server import serve as run
 
-    run(host, port, None if token_file is None else read_token(token_file), say)
+    run(host, port, token_file, allow_xacro, say)
     return 0

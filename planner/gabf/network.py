@@ -51,6 +51,9 @@ class Network:
         _check_finite(self)
         _ = self.arcs
 
+    def __repr__(self) -> str:
+        return f"<Network: {len(self.indptr) - 1} nodes, {len(self.indices)} arcs, {len(self.sources)} sources>"
+
     @staticmethod
     def from_arcs(
         tails: Ints,

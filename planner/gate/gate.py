@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from planner.base.arrays import Floats, numbers
 from planner.base.errors import StateError
@@ -33,7 +33,7 @@ class Gate:
     ``robot`` and ``scene`` by name, file or as loaded. ``limits``: the robot's own where left out; ``judged`` are those
     that are asked for, of position, velocity, acceleration and jerk. ``min_manipulability`` is kept by all that is run,
     stops too, and so is what the scene and ``keep`` say. ``margin`` (m) is kept to everything; a larger one refuses
-    more. A first point at 0 s may be ``start_tolerance`` (rad, m, and these per s) from the robot's state. A check
+    more. A first point at 0 s may be ``start_tolerance`` (rad, m, these per s and s²) from the robot's state. A check
     changes nothing: several threads may check at once, also while another changes the world. Raises
     :class:`PlannerError` for what cannot be loaded, and where obstacles move along known motions.
     """
@@ -79,6 +79,10 @@ class Gate:
     def checker(self) -> CollisionChecker:
         """The checker of the world as it is now."""
         return self._guard.checker
+
+    def to_dict(self) -> dict[str, Any]:
+        """What is judged, as plain data, and the revision of the world."""
+        return {"limits": self.limits.to_dict(), **self._guard.to_dict()}
 
     @property
     def limits(self) -> MotionLimits:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import count
+from typing import Any
 
 import numpy as np
 
@@ -12,22 +14,28 @@ from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
-from planner.gate.rules import RUNGS, Rules
+from planner.gate.rules import JUDGED, RUNGS, Rules
 from planner.gate.verdict import Unsafe, Where
 from planner.native.gate import NativeGate
 from planner.native.world import NativeBounds
 from planner.setup.resolve import position_bounds
 
+_REVISIONS = count()
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guard:
-    """A ``checker`` and ``rules``; ``bounds`` on motions, which obstacles (o,) are ``limited``: what proofs need."""
+    """A ``checker`` and ``rules``; ``bounds`` on motions, which obstacles (o,) are ``limited``: what proofs need.
+
+    ``revision`` grows with every change of a world, and no two worlds of a process share one.
+    """
 
     checker: CollisionChecker
     rules: Rules
     bounds: NativeBounds
     limited: Bools
     native: NativeGate
+    revision: int
 
     @staticmethod
     def of(checker: CollisionChecker, rules: Rules) -> Guard:
@@ -57,7 +65,7 @@ class Guard:
             rules.apart,
             FARTHEST,
         )
-        return Guard(checker, rules, bounds, limited, native)
+        return Guard(checker, rules, bounds, limited, native, next(_REVISIONS))
 
     def contact_at_start(self, q: Floats | None) -> Contact | None:
         """What touches however the robot moves, or holds the other within it at ``q`` (dof,), if that is given."""
@@ -73,6 +81,13 @@ class Guard:
             return False
         native, timed = self.checker.bound.native, spans if self.limited.any() else None
         return not native.prove_together(self.bounds, curves, PROOF, timed)[0].any()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The revision, and what is judged: kinds of limits, margin (m), floor, conditions."""
+        world, rules = self.checker.world, self.rules
+        judged = {"judged": [kind for kind in JUDGED if kind not in rules.left], "margin": world.margin}
+        kept = {"min_manipulability": rules.floor, "keep": list(world.keeps.texts)}
+        return {"revision": self.revision, **judged, **kept}
 
     def not_proven(self, on: Where, pair: int, touches: int, q: Floats) -> Unsafe:
         """Why the proof of a curve stopped at ``pair`` in ``q`` (dof,), by what :class:`Judgement` says of it."""

@@ -6,12 +6,13 @@ the next one and stops there: so from any moment of the safe part on there is a 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.errors import ArrayError, choices
 from planner.constraints.keeps import Keeps
 from planner.gate.chunk import Given, read
 from planner.gate.guard import Guard
@@ -21,12 +22,15 @@ from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.gate import Chunk, Judgement
 from planner.native.motions import chunk_curves, stops_quickest
 from planner.trajectory.clearance import nearest_on_pieces
+from planner.trajectory.proof import ASSUMES
 from planner.trajectory.trajectory import Trajectory
 
 _LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
 _CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not judged; that of stops is"
 _ROUGH = "the state has no acceleration: the first piece is a cubic, and the jerk is not judged where it ends"
 _LED = "no state: what leads to the first point is not judged"
+_BENT = "the state has no acceleration: the jerk at the first point is not judged"
+_UNSTOPPED = "no stops were asked for: whether the robot can stop is not judged"
 _NOTES = {1: (_LINES,), 2: (_CUBICS,), 3: ()}  # by the columns
 _FREE, _AWAY, _BEYOND = range(3)  # numbers of reasons; 3: not proven
 _STOP = WHERE.index("stop")
@@ -38,7 +42,8 @@ def judge(guard: Guard, asked: tuple[Any, ...], stop: bool) -> Verdict:
     judged = None if given is None else Judged.of(guard, given, stop)
     if judged is None or not judged.found.usable:
         judged = Judged.of(guard, read(guard.checker.robot, *asked), stop)
-        assert judged.found.usable  # a sentence has been raised otherwise
+        if not judged.found.usable:
+            raise ArrayError("the chunk cannot be judged: give fewer or smaller numbers.")
     return judged.verdict()
 
 
@@ -70,10 +75,14 @@ class Judged:
     def verdict(self) -> Verdict:
         """What a user is told."""
         bad, found, notes = self._bad(), self.found, _NOTES[self.given.rows]
-        notes += (_ROUGH,) * found.rough + (_LED,) * (self._time(0) > 0.0)
+        notes += (_ROUGH,) * found.rough + (_LED,) * (self._time(0) > 0.0) + (_UNSTOPPED,) * (not self.with_stops)
+        notes += (_BENT,) * (found.approached and self.given.rows == 3 and self.given.state == 2)
+        if left := self.guard.rules.left:
+            notes += (f"limits on {choices(left)} are not judged: they were not asked for",)
+        of = notes, self.guard.revision, self
         if bad is None:
-            return Verdict(True, self._time(found.pieces_made), None, None, notes, self, found.pieces_made)
-        return Verdict(False, self._time(bad.piece), bad.why, bad.time, notes, self, bad.piece)
+            return Verdict(True, self._time(found.pieces_made), None, None, *of, found.pieces_made)
+        return Verdict(False, self._time(bad.piece), bad.why, bad.time, *of, bad.piece)
 
     @property
     def chunk(self) -> Chunk:
@@ -130,7 +139,10 @@ class Judged:
         return stops_quickest(knots, RUNGS, rules.most, (rules.lower, rules.upper))
 
     def stop(self, pieces: int) -> Trajectory | None:
-        """The proven motion to rest from the end of the first ``pieces`` on, if there is one."""
+        """The proven motion to rest from the end of the first ``pieces``, which are safe, if there is one.
+
+        Behind a safe piece the judgement has proven it; only that of a robot that is there now is proven here.
+        """
         robot, chunk = self.guard.checker.robot, self.chunk
         knot = chunk.knots[pieces]
         (stops,), (seconds,), _ = self.stops_from(knot[None])
@@ -138,14 +150,18 @@ class Judged:
             return None
         used, ends = seconds > 0.0, np.append(0.0, np.cumsum(seconds))
         spans = np.column_stack([chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
-        on = np.full(len(spans), _STOP)
-        if not self.guard.proven(stops[used], spans) or _first_not_kept(self.guard, stops[used], on) is not None:
+        on, known = np.full(len(spans), _STOP), self.with_stops and pieces > 0
+        if not known and not (
+            self.guard.proven(stops[used], spans) and _first_not_kept(self.guard, stops[used], on) is None
+        ):
             return None
         columns = np.zeros((3, 3, robot.dof))  # q, qd, qdd where it begins, where the last piece begins, where it ends
         columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
         columns[1, 1] = stops[1, 1] / seconds[1]
         rows = [0, 1, 2] if used[0] else [0, 2]
-        return Trajectory.through(robot.joints, ends[rows], *columns[:, rows], law="stop")
+        made = Trajectory.through(robot.joints, ends[rows], *columns[:, rows], law="stop")
+        pieces_free = {"pieces": len(spans), "pieces_free": len(spans), "collision": self.guard.checker.name}
+        return replace(made, proven=True, proof=pieces_free | self.guard.to_dict() | {"assumes": ASSUMES})
 
     def clearance(self, pieces: int) -> float | None:
         """The smallest distance (m) along the first ``pieces``."""

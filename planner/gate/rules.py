@@ -24,7 +24,8 @@ class Rules:
     """Limits ``most`` (3, dof), with what rounding may add, infinite ones ask for nothing, and limits on positions.
 
     ``lower`` and ``upper`` (dof,) are those, infinite where they are not asked for.
-    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad, rad/s): of a point at 0 s from the state.
+    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad, rad/s, rad/s²): of a point at 0 s from the
+    state. Limits of kinds that are ``left`` are not asked for.
     """
 
     most: Floats
@@ -32,6 +33,7 @@ class Rules:
     upper: Floats
     floor: float
     apart: float
+    left: tuple[str, ...]
 
     @staticmethod
     def of(
@@ -47,5 +49,6 @@ class Rules:
                 raise OptionError(f"{name} is {value:g}: give a number from 0 on.")
         none = np.full(len(limits.joints), np.inf)
         most = np.array([getattr(limits, kind) if kind in judged else none for kind in KINDS])
+        left = tuple(kind for kind in JUDGED if kind not in judged)
         lower, upper = position_bounds(robot) if POSITION in judged else (-none, none)
-        return Rules(most * (1.0 + ROUNDING), lower, upper, float(floor), float(apart))
+        return Rules(most * (1.0 + ROUNDING), lower, upper, float(floor), float(apart), left)

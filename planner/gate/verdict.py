@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from planner.trajectory.trajectory import Trajectory
 
@@ -55,21 +55,15 @@ class Unsafe:
         return {**asdict(self), "text": str(self)}
 
 
-class Later(Protocol):
-    """What is worked out of a judged chunk when it is asked for: of its first ``pieces``."""
-
-    def stop(self, pieces: int) -> Trajectory | None: ...
-    def clearance(self, pieces: int) -> float | None: ...
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
     """Whether a chunk is ``safe``, and until when it is.
 
     ``safe_until`` (s from now): all pieces until this point of the chunk are proven, and a stop from every point until
     there; the time of the last point where it is safe, 0 where nothing is. ``reason`` says why not, at ``first_bad`` s:
-    where on the first bad piece the proof stopped, or the point from which no stop is proven. ``notes`` say what was
-    not judged. ``stop`` and ``clearance`` are worked out when they are asked for, in the world of the check.
+    where on the first bad piece the proof stopped, or the point from which no stop is proven. A verdict is true where
+    the chunk is safe. ``notes`` say what was not judged. ``revision`` is that of the world of the check: it grows with
+    every change. ``stop`` and ``clearance`` are worked out when they are asked for, in that world.
     """
 
     safe: bool
@@ -77,8 +71,15 @@ class Verdict:
     reason: Unsafe | None
     first_bad: float | None
     notes: tuple[str, ...]
-    _judged: Later
+    revision: int
+    _judged: Any  # the judgement, which works out stop and clearance of its first pieces
     _pieces: int
+
+    def __bool__(self) -> bool:
+        return self.safe
+
+    def __repr__(self) -> str:
+        return f"<Verdict: {self}>"
 
     def __str__(self) -> str:
         if self.safe:
@@ -87,14 +88,15 @@ class Verdict:
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data, without what is worked out later; s."""
-        found = {name: getattr(self, name) for name in ("safe", "safe_until", "first_bad")}
+        found = {name: getattr(self, name) for name in ("safe", "safe_until", "first_bad", "revision")}
         return found | {"reason": self.reason and self.reason.to_dict(), "notes": list(self.notes)}
 
     @property
     def stop(self) -> Trajectory | None:
-        """The proven motion to rest from ``safe_until`` on, its times from 0 there; None where there is none.
+        """The proven motion to rest from ``safe_until`` on, its times from 0 there; never None of a safe chunk.
 
-        That can be only at 0 s, of a robot that is too fast or too near already, or where no stops were asked for.
+        It is None where nothing is safe and no stop is proven from where the robot is, of a robot that is too fast or
+        too near already. Where no stops were asked for one is sought now, and may not be there.
         """
         return self._judged.stop(self._pieces)
 

@@ -52,7 +52,7 @@ class Proven:
 
 @dataclass(frozen=True, eq=False)
 class PathReport:
-    """What was found on a path (k, dof), sampled every ``step`` metres of motion by ``second_checker``.
+    """What was found on a path (k, dof), sampled every ``step`` metres of motion by ``second_checker``; true if ok.
 
     Where its values look like ``degrees`` nothing else was checked, as the motions between them mean nothing.
     ``clearance`` is the smallest one (m) and ``nearest`` its pair, None where no pair is checked. ``w`` (n,) is sampled
@@ -75,6 +75,12 @@ class PathReport:
     kept: tuple[tuple[Kept, Place], ...]
     joint_length: float
     workspace_length: float
+
+    def __bool__(self) -> bool:
+        return self.ok
+
+    def __repr__(self) -> str:
+        return f"<PathReport: {len(self.path)} points, {'ok' if self.ok else 'not ok'}>"
 
     @property
     def ok(self) -> bool:

@@ -11,11 +11,12 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import msgpack
 import pydantic_core
 from websockets.exceptions import ConnectionClosed
+from websockets.sync.connection import Connection as Socket
 
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import Progress
@@ -28,17 +29,6 @@ _MOST_JOBS, _MOST_EVENTS = 16, 1000  # of one client: under way, not yet sent
 _REPORT_EVERY = 0.05  # s between two messages on progress
 
 Work = Callable[[Progress], dict[str, Any]]
-
-
-class Socket(Protocol):
-    """What a client is reached by: texts and bytes."""
-
-    def send(self, message: str | bytes) -> None:
-        """Send one frame; it waits for who reads slowly."""
-        ...
-
-    @property
-    def socket(self) -> socket.socket: ...  # what lies under it
 
 
 def hang_up(on: Socket) -> None:
@@ -103,7 +93,7 @@ class Connection:
                 self._events.put(None, timeout=0.05)
                 break
             except queue.Full:  # nobody reads them
-                _emptied(self._events)
+                self._events.queue.clear()
         self._teller.join()
 
     def _answer(self, to: _To, request: ask.Request) -> None:
@@ -267,11 +257,3 @@ def _packed(message: dict[str, Any]) -> bytes:
     packed = msgpack.packb(message)
     assert packed is not None  # no packer of its own was given
     return packed
-
-
-def _emptied(events: queue.Queue[Any]) -> None:
-    while True:
-        try:
-            events.get_nowait()
-        except queue.Empty:
-            return

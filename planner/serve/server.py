@@ -1,19 +1,21 @@
-"""A websocket server at the loopback address, or at another one for who knows a token."""
+"""A websocket server for clients that know its token."""
 
 from __future__ import annotations
 
-import ipaddress
 import logging
+import os
 import secrets
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http import HTTPStatus
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-from planner.base.errors import FileError, InstallationError, OptionError, PlannerError
+from planner.base.errors import FileError, InstallationError, PlannerError
+from planner.base.files import is_file
 from planner.base.interrupts import until_signal
 from planner.base.yamlfile import read_text
 from planner.serve.worlds import Worlds
@@ -26,27 +28,28 @@ _PATIENCE = 2.0  # s in which clients may end their connections when the server 
 _AWAY = "left without waiting for what was being answered."
 
 
-def serve(host: str = HOST, port: int = 0, token: str | None = None, announce: Any = lambda sentence: None) -> None:
+def serve(host: str, port: int, token_file: Path | None, allow_xacro: bool, announce: Callable[[str], None]) -> None:
     """Serve until SIGINT or SIGTERM, then end what is under way; from the main thread only."""
     asked = threading.Event()
-    with until_signal(asked, _AWAY), running(host, port, token) as address:
-        announce(f"Serving {address}; Ctrl-C ends it.")
-        while not asked.wait(0.5):
-            pass
+    with until_signal(asked, _AWAY), TemporaryDirectory(prefix="planner-serve-") as folder:
+        path = token_file or Path(folder) / "token"
+        with running(token_in(path), host, port, allow_xacro) as address:
+            announce(f"Serving {address}; token in {path}; Ctrl-C ends it.")
+            while not asked.wait(0.5):
+                pass
 
 
 @contextmanager
-def running(host: str = HOST, port: int = 0, token: str | None = None) -> Iterator[str]:
+def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = False) -> Iterator[str]:
     """A server, gone when the block ends: its address.
 
-    ``token``: only who sends it, as ``Authorization: Bearer <token>``, is served; needed where ``host`` is not of this
-    machine alone. Pages in a browser, which send an Origin, are not. Raises :class:`OptionError` for a port or a host
-    that cannot be used so, :class:`InstallationError` where the packages are missing.
+    Only clients that send the ``token``, as ``Authorization: Bearer <token>``, are served; pages in a browser, which
+    send an Origin, are not. Raises :class:`OptionError` for a port that cannot be used,
+    :class:`InstallationError` where the packages are missing.
     """
     require_port(port)
-    require_token(host, token)
     Connection, hang_up, websocket_server, closed = _library()
-    worlds, talking = Worlds(), set[Any]()
+    worlds, talking = Worlds(allow_xacro), set[Any]()
 
     def talk(socket: Any) -> None:
         """One client from its first frame to its last."""
@@ -69,7 +72,7 @@ def running(host: str = HOST, port: int = 0, token: str | None = None) -> Iterat
     def admit(socket: Any, request: Any) -> Any:
         """None for who knows the token, else the answer that turns it away."""
         given = request.headers.get("Authorization", "")
-        if token is None or secrets.compare_digest(given.encode(), f"Bearer {token}".encode()):
+        if secrets.compare_digest(given.encode(), f"Bearer {token}".encode()):
             return None
         return socket.respond(HTTPStatus.UNAUTHORIZED, "Send the token, as Authorization: Bearer TOKEN.\n")
 
@@ -95,33 +98,27 @@ def running(host: str = HOST, port: int = 0, token: str | None = None) -> Iterat
         patience.start()
         server.shutdown()
         patience.cancel()
+        leave()  # websockets before 17 leaves connections open
         thread.join()
         sys.setswitchinterval(before)
 
 
-def require_token(host: str, token: str | None) -> None:
-    """Raise :class:`OptionError` where others than this machine could ask without a token, or for one that is short."""
-    if token is None and not _is_of_this_machine(host):
-        raise OptionError(f"host {host} can be reached from elsewhere: give a --token-file, or leave --host out.")
-    if token is not None and len(token) < _SHORTEST:
-        raise OptionError(f"the token is shorter than {_SHORTEST} characters: 'openssl rand -hex 32' makes one.")
-
-
-def read_token(path: Path) -> str:
-    """The token in a file that others cannot read."""
+def token_in(path: Path) -> str:
+    """The token in a file that others cannot read; a random one is written where there is no file."""
+    try:
+        with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+            file.write(f"{secrets.token_hex(32)}\n")
+    except FileExistsError:
+        if not is_file(path):
+            raise FileError(f"token file {path} is a folder, a pipe or a device: give a file.") from None
+    except OSError as error:
+        raise FileError(f"token file {path} cannot be written: {error.strerror}; choose another place.") from None
     text = read_text(path, "token file").strip()
     if path.stat().st_mode & 0o077:
         raise FileError(f"token file {path} can be read by others: run chmod 600 {path}.")
-    if not text.isascii() or not text.isprintable() or " " in text:
-        raise FileError(f"token file {path} holds more than one word of plain characters: write the token alone.")
+    if len(text) < _SHORTEST or not text.isascii() or not text.isprintable() or " " in text:
+        raise FileError(f"token file {path} must hold one word of {_SHORTEST} plain characters or more: remove it.")
     return text
-
-
-def _is_of_this_machine(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 def _library() -> tuple[Any, Any, Any, Any]:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from planner.base.errors import OptionError, PlannerError, choices
@@ -18,7 +19,9 @@ from planner.planning.motion import timed
 from planner.planning.result import Plan
 from planner.problem.request import LimitsRequest, TimingRequest
 from planner.serve import messages as ask
+from planner.serve.files import require_models
 from planner.session.session import Session
+from planner.setup.sources import robot_sources, scene_sources
 from planner.trajectory.file import trajectory_record
 from planner.trajectory.trajectory import Trajectory
 
@@ -68,6 +71,7 @@ class World:
             "robot": robot.name,
             "scene": scene.name,
             "joints": list(robot.joints),
+            **self.gate.to_dict(),
             "obstacles": [item.name for item in scene.obstacles],
             "carried": [item.name for item in scene.carried],
             "notes": self._notes,
@@ -89,7 +93,7 @@ class World:
             state=[row for row in rows if row is not None] or None,
             stop=asked.stop,
         )
-        found = verdict.to_dict()
+        found = {"world": self.name, **verdict.to_dict()}
         if "stop" in asked.want:
             found["stop"] = _record(verdict.stop, self.gate.robot.name, self.gate.scene.name)
         if "clearance" in asked.want:
@@ -112,7 +116,8 @@ class World:
             if done:
                 self.tell({"event": "world", **self.record()})
         new = [note for note in self._notes if note not in before]
-        return {"changes": done, "seconds": time.perf_counter() - begin, "notes": new}
+        seconds, revision = time.perf_counter() - begin, self.record()["revision"]
+        return {"changes": done, "revision": revision, "seconds": seconds, "notes": new}
 
     def plan(self, question: Callable[[Session, Progress], Plan], motion: bool, progress: Progress) -> dict[str, Any]:
         """The answer to a question, asked in the world as it is when its turn comes."""
@@ -159,14 +164,18 @@ class World:
 
 
 class Worlds:
-    """The worlds of a server by name; clients share them."""
+    """The worlds of a server by name; clients share them. Xacro is expanded only where that is allowed."""
 
-    def __init__(self) -> None:
+    def __init__(self, allow_xacro: bool = False) -> None:
+        self._allow_xacro = allow_xacro
         self._alone, self._known = threading.Lock(), dict[str, World]()
 
     def load(self, asked: ask.Load, progress: Progress) -> World:
         """A world anew; none where that is to end before it is there."""
         self._require_new(asked)
+        limits = [] if asked.limits.file is None else [Path(asked.limits.file)]
+        for paths in (robot_sources(asked.robot), scene_sources(asked.scene), limits):
+            require_models(paths, self._allow_xacro)
         world = World.of(asked, progress)
         with self._alone:
             _go_on(progress)
@@ -223,6 +232,8 @@ def _applied(asked: ask.Changing, gate: Gate) -> Callable[[Session], object]:
             turned = {"quaternion": asked.quaternion or (0, 0, 0, 1)} if asked.rpy is None else {"rpy": asked.rpy}
             return lambda session: session.move(name, asked.position, **turned)
         case ask.Add():
+            if asked.obstacle.type == "mesh":
+                require_models([Path(asked.obstacle.file)])
             given: dict[str, Any] = {"obstacle": obstacle_of(asked.obstacle)}
         case _:
             given = asked.model_dump(exclude={"do"})

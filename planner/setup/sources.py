@@ -33,13 +33,13 @@ def sources_hash(request: SweepRequest) -> str:
 
 
 def _sources(request: SweepRequest) -> Iterator[Path]:
-    yield from _of_robot(str(request.robot), request.srdf)
-    yield from _of_scene(str(request.scene))
+    yield from robot_sources(str(request.robot), request.srdf)
+    yield from scene_sources(str(request.scene))
     yield from (Path(path) for path in (request.motion_plan_request, request.roadmap) if path is not None)
 
 
-def _of_robot(name: str, srdf: Place | None) -> Iterator[Path]:
-    """robot.yaml or URDF, then what they name: URDF, SRDF, meshes, as far as they can be read."""
+def robot_sources(name: str, srdf: Place | None = None) -> Iterator[Path]:
+    """robot.yaml or URDF, then files that they name: URDF, SRDF, meshes; each before it is read, if it can be."""
     yield robot_file(name)
     with contextlib.suppress(PlannerError):
         folder, file = find_robot(name)
@@ -53,8 +53,8 @@ def _of_robot(name: str, srdf: Place | None) -> Iterator[Path]:
             yield from mesh_files(_description(stamp, tuple(sorted(file.urdf.args.items())) if file else ()))
 
 
-def _of_scene(name: str) -> Iterator[Path]:
-    """The scene's file, and its meshes."""
+def scene_sources(name: str) -> Iterator[Path]:
+    """The scene's file before it is read, and its meshes."""
     path = scene_file(name) or Path(name)
     stamp = stamp_of(path)
     yield path

@@ -45,7 +45,7 @@ class TrajectoryContact:
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryReport:
-    """What was found on a trajectory; where its times are at ``fault`` or it looks like ``degrees`` nothing else.
+    """What was found on a trajectory, true if ok; where times are at ``fault`` or all in ``degrees`` nothing else.
 
     ``contact`` is the first one, seen by coal every ``step`` metres of motion, by the checker at fewer states, or by a
     proof. ``w`` (n,) and what is ``kept`` are sampled at ``w_times`` (n,). ``nearest`` is the smallest clearance, None
@@ -65,6 +65,12 @@ class TrajectoryReport:
     w_times: Floats | None = None
     nearest: Nearest | None = None
     kept: tuple[Kept, ...] = ()
+
+    def __bool__(self) -> bool:
+        return self.ok
+
+    def __repr__(self) -> str:
+        return f"<TrajectoryReport: {len(self.points.times)} points, {'ok' if self.ok else 'not ok'}>"
 
     @property
     def ok(self) -> bool:

@@ -12,6 +12,7 @@ from typing import Any
 import msgpack
 from websockets.sync.client import ClientConnection, connect
 
+TOKEN = "0123456789abcdef-secret"
 PAGE = Path(__file__).parents[2] / "docs" / "howto" / "serve.md"
 
 
@@ -22,8 +23,9 @@ class Refused(Exception):
 class Client:
     """Asks, and keeps the ``events`` that come meanwhile."""
 
-    def __init__(self, address: str, packed: bool = False, **more: Any) -> None:
+    def __init__(self, address: str, packed: bool = False, token: str = TOKEN, **more: Any) -> None:
         self._held = ExitStack()
+        more["additional_headers"] = {"Authorization": f"Bearer {token}"}
         self.socket: ClientConnection = self._held.enter_context(connect(address, compression=None, **more))
         self.packed, self.events, self._ids = packed, list[dict[str, Any]](), itertools.count(1)
 

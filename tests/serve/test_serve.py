@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import signal
 import socket
+import stat
 import subprocess
 import sys
 import threading
@@ -21,6 +23,7 @@ from typing import Any
 import msgpack
 import numpy as np
 import pytest
+import yaml
 from websockets.exceptions import InvalidStatus
 
 import planner
@@ -30,20 +33,19 @@ from planner.base.progress import Progress
 from planner.kinematics.manipulability import manipulability
 from planner.serve.connection import Connection
 from planner.serve.messages import METHODS, schema
-from planner.serve.server import read_token, require_token, running
+from planner.serve.server import running, token_in
 from planner.serve.worlds import World
 from tests.command_line import command
 from tests.models.files.test_dae import TETRAHEDRON
-from tests.serve.client import Client, Refused, code_on_page
+from tests.serve.client import TOKEN, Client, Refused, code_on_page
 
 ROW = {"do": "add", "obstacle": {"name": "post", "type": "sphere", "radius": 0.1, "position": [0.75, 0.0, 0.0]}}
 CHUNK = {"positions": [[0.0, 0.0], [0.2, 0.1], [0.4, 0.2]], "times": [0.0, 0.5, 1.0]}
-TOKEN = "0123456789abcdef-secret"
 
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    with running() as there:
+    with running(TOKEN) as there:
         yield there
 
 
@@ -84,14 +86,17 @@ def test_a_check_is_the_gates_verdict(address: str, client: Client, packed: bool
     chunk = {**CHUNK, "state": {"q": [0.0, 0.0], "qd": [0.0, 0.0]}, "want": ["stop", "clearance"]}
     with Client(address, packed) as other:
         free = other.ask("check", **chunk)
-        client.ask("change", changes=[ROW])
+        changed = client.ask("change", changes=[ROW])
         blocked = other.ask("check", **{**chunk, "positions": [[0.0, 0.0]], "times": [0.5]})
         client.ask("change", changes=[{"do": "remove", "name": "post"}])
+    assert free["world"] == blocked["world"] == "main"
+    assert free["revision"] < blocked["revision"] == changed["revision"]
     verdict = Gate("planar_2r", "empty").check(q, times=times, state=(np.zeros(2), np.zeros(2)))
     assert (free["safe"], free["safe_until"]) == (verdict.safe, verdict.safe_until)
     assert free["notes"] == list(verdict.notes)
-    if verdict.stop is not None:
-        assert [point["q"] for point in free["stop"]["points"]] == verdict.stop.columns[0].tolist()
+    assert verdict.stop is not None
+    assert [point["q"] for point in free["stop"]["points"]] == verdict.stop.columns[0].tolist()
+    assert free["stop"]["proven"]
     assert not blocked["safe"]
     assert blocked["reason"]["kind"] == "contact"
     assert "post" in blocked["reason"]["text"]
@@ -347,43 +352,43 @@ def test_who_subscribes_is_told_and_who_never_reads_holds_up_nobody(address: str
 
 
 def test_who_has_no_token_is_turned_away_and_so_is_a_page() -> None:
-    with running(token=TOKEN) as address:
-        for headers in ({}, {"Authorization": "Bearer wrong"}):
+    with running(TOKEN) as address:
+        for token in ("", "wrong", TOKEN[:-1], TOKEN + "x"):
             with pytest.raises(InvalidStatus, match="401"):
-                Client(address, additional_headers=headers)
-        with Client(address, additional_headers={"Authorization": f"Bearer {TOKEN}"}) as client:
+                Client(address, token=token)
+        with Client(address) as client:
             assert client.ask("worlds") == {"worlds": []}
-    with running() as address, pytest.raises(InvalidStatus, match="403"):
+    with running(TOKEN) as address, pytest.raises(InvalidStatus, match="403"):
         Client(address, origin="http://elsewhere.example")
 
 
-def test_elsewhere_needs_a_token_of_some_length_that_nobody_else_can_read(tmp_path: Path) -> None:
-    require_token("127.0.0.1", None)
-    require_token("::1", None)
-    for host in ("0.0.0.0", "10.0.0.1", "::", "robot.local"):
-        with pytest.raises(OptionError, match="can be reached from elsewhere"):
-            require_token(host, None)
-    with pytest.raises(OptionError, match="shorter than 16"):
-        require_token("127.0.0.1", "short")
-    file = tmp_path / "token"
+def test_a_token_is_of_some_length_and_others_cannot_read_it(tmp_path: Path) -> None:
+    file, pipe = tmp_path / "token", tmp_path / "pipe"
+    token = token_in(file)
+    assert (len(token), stat.S_IMODE(file.stat().st_mode), token_in(file)) == (64, 0o600, token)
+    assert token_in(tmp_path / "other") != token
     file.write_text(TOKEN + "\n")
+    assert token_in(file) == TOKEN
     file.chmod(0o644)
     with pytest.raises(FileError, match="can be read by others"):
-        read_token(file)
+        token_in(file)
     file.chmod(0o600)
-    assert read_token(file) == TOKEN
-    file.write_text("two words, and more")
-    with pytest.raises(FileError, match="more than one word"):
-        read_token(file)
-    with pytest.raises(FileError):
-        read_token(tmp_path / "none")
+    for text in ("two words, and more", "short", ""):
+        file.write_text(text)
+        with pytest.raises(FileError, match="must hold one word of 16"):
+            token_in(file)
+    os.mkfifo(pipe)
+    with pytest.raises(FileError, match="a pipe"):
+        token_in(pipe)
+    with pytest.raises(FileError, match="cannot be written"):
+        token_in(tmp_path / "none" / "token")
 
 
 def test_a_port_that_is_taken_is_a_sentence(address: str) -> None:
     port = int(address.rstrip("/").rsplit(":", 1)[1])
-    with pytest.raises(PlannerError, match="cannot be used"), running(port=port):
+    with pytest.raises(PlannerError, match="cannot be used"), running(TOKEN, port=port):
         pass
-    with pytest.raises(OptionError, match="port"), running(port=70_000):
+    with pytest.raises(OptionError, match="port"), running(TOKEN, port=70_000):
         pass
 
 
@@ -401,10 +406,15 @@ def _resident() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
-def test_the_clients_on_the_page_work(address: str) -> None:
+def token_file(folder: Path) -> Path:
+    (folder / "token").write_text(TOKEN + "\n")
+    return folder / "token"
+
+
+def test_the_clients_on_the_page_work(address: str, tmp_path: Path) -> None:
     namespace: dict[str, Any] = {}
     exec(code_on_page("python"), namespace)
-    motion, verdict = namespace["demonstrate"](address)
+    motion, verdict = namespace["demonstrate"](address, token_file(tmp_path))
     assert motion["proven"]
     assert verdict["safe_until"] >= 0
     assert len(code_on_page("python").splitlines()) <= 52
@@ -428,7 +438,13 @@ def test_the_javascript_on_the_page_works(address: str, tmp_path: Path) -> None:
     script.write_text(code_on_page("javascript").replace('scene: "empty"', 'scene: "empty", world: "js"'))
     text = script.read_text().replace('ask("check", {', 'ask("check", { world: "js",')
     script.write_text(text)
-    done = subprocess.run([node, str(script), address], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(
+        [node, str(script), address, str(token_file(tmp_path))],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert len(found["joints"]) == 2
@@ -494,11 +510,15 @@ def test_the_command_serves_until_interrupted(tmp_path: Path) -> None:
     process = command("serve", cwd=tmp_path)
     try:
         assert process.stdout is not None
-        address = process.stdout.readline().split()[1].rstrip(";")
-        with Client(address) as client:
+        told = re.fullmatch("Serving (.*); token in (.*); Ctrl-C ends it.\n", process.stdout.readline())
+        assert told is not None
+        address, file = told[1], Path(told[2])
+        assert stat.S_IMODE(file.stat().st_mode) == 0o600
+        with Client(address, token=file.read_text().strip()) as client:
             assert client.ask("worlds") == {"worlds": []}
             process.send_signal(signal.SIGINT)
             assert process.wait(timeout=60) == 0
+        assert not file.exists()
     finally:
         process.kill()
         process.wait()
@@ -563,6 +583,7 @@ def _asking(address: str, request: dict[str, Any]) -> tuple[socket.socket, bytes
     deaf = socket.create_connection(("127.0.0.1", port), timeout=1.0)
     lines = ["GET / HTTP/1.1", f"Host: 127.0.0.1:{port}", "Upgrade: websocket", "Connection: Upgrade"]
     lines += ["Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==", "Sec-WebSocket-Version: 13"]
+    lines.append(f"Authorization: Bearer {TOKEN}")
     deaf.sendall("".join(f"{line}\r\n" for line in (*lines, "")).encode())
     assert deaf.recv(1000).startswith(b"HTTP/1.1 101")
     return deaf, bytes([0x81, 0x80 | 126]) + len(body).to_bytes(2, "big") + bytes(4) + body
@@ -583,7 +604,7 @@ def test_changes_are_answered_though_one_who_subscribed_never_reads(address: str
 
 def test_the_server_ends_though_a_client_never_reads() -> None:
     begin = time.monotonic()
-    with running() as address:
+    with running(TOKEN) as address:
         deaf, frame = _asking(address, {"id": "x" * 180, "method": "nothing"})
         with suppress(TimeoutError):
             while time.monotonic() - begin < 60:
@@ -606,3 +627,97 @@ def test_plans_of_a_world_that_is_replaced_say_so(address: str) -> None:
             if "event" not in message:
                 answers[message["id"]] = message["error"]["message"]
     assert answers == dict.fromkeys((first, second), "world 'old' was replaced meanwhile: ask again.")
+
+
+def test_load_and_worlds_show_what_is_judged_and_verdicts_note_what_is_not(address: str) -> None:
+    asked = {"robot": "panda", "scene": "shelf", "world": "told", "nodes": 60, "margin": 0.02, "replace": True}
+    asked |= {"min_manipulability": 0.01, "keep": ["axis:z,0,0,1,3"], "judged": ["velocity", "position"]}
+    with Client(address) as client:
+        loaded = client.ask("load", **asked, limits={"acceleration": 3.0})
+        (listed,) = (each for each in client.ask("worlds")["worlds"] if each["world"] == "told")
+        home = Robot.load("panda").home
+        found = client.ask("check", world="told", positions=[list(home)] * 2, times=[0.5, 1.0], stop=False)
+        again = client.ask("load", **asked)
+    assert listed == loaded
+    assert loaded["limits"]["acceleration"] == [3.0] * 7
+    assert "--acceleration" in loaded["limits"]["source"]["acceleration"]
+    assert (loaded["judged"], loaded["margin"]) == (["position", "velocity"], 0.02)
+    assert (loaded["min_manipulability"], loaded["keep"]) == (0.01, ["axis:z,0,0,1,3"])
+    notes = " ".join(found["notes"])
+    for said in ("acceleration, jerk are not judged", "no stops were asked for", "no state"):
+        assert said in notes
+    assert (found["world"], found["revision"]) == ("told", loaded["revision"])
+    assert again["revision"] > loaded["revision"]
+
+
+def name_file(client: Client, way: str, path: Path) -> dict[str, Any]:
+    """The answer to a client that names a file of the server in one ``way``."""
+    if way == "mesh":
+        mesh = {"name": "m", "type": "mesh", "file": str(path), "position": [1, 1, 1]}
+        return client.ask("change", changes=[{"do": "add", "obstacle": mesh}])
+    named = {"file": str(path)} if way == "limits" else str(path)
+    return client.ask("load", **{"robot": "planar_2r", "scene": "empty", way: named}, nodes=60, replace=True)
+
+
+SECRET = "hunter2"
+LEAKS = {  # files that are no robots, scenes, joint limits or meshes, each as a reader would quote it
+    "passwd": f"root:x:0:0:{SECRET}:/root:/bin/sh\nrobots:x:1:1::/:/bin/sh\n",
+    "plain.yaml": f"{SECRET}: 1\nother: {SECRET}\n",
+    "twice.yaml": f"{SECRET}: 1\n{SECRET}: 2\n",
+    "alias.yaml": f"a: *{SECRET}\n",
+    "page.xml": f"<html><{SECRET}/></html>",
+    "page.urdf": f"<{SECRET}/>",
+    "notes.scene": f"{SECRET}\n{SECRET} {SECRET}\n",
+    "empty.yaml": "",
+}
+
+
+@pytest.mark.parametrize("name", LEAKS)
+@pytest.mark.parametrize("way", ["robot", "scene", "limits", "mesh"])
+def test_errors_quote_nothing_of_files_that_are_no_models(client: Client, tmp_path: Path, name: str, way: str) -> None:
+    path = tmp_path / name
+    path.write_text(LEAKS[name])
+    with pytest.raises(Refused) as refused:
+        name_file(client, way, path)
+    assert SECRET not in str(refused.value)
+    assert str(path) in str(refused.value)
+
+
+@pytest.mark.parametrize("way", ["robot", "scene", "limits", "mesh", "robot's URDF", "scene's mesh"])
+def test_a_pipe_is_refused_and_holds_up_nothing(client: Client, tmp_path: Path, way: str) -> None:
+    pipe = tmp_path / "pipe.stl"
+    os.mkfifo(pipe)
+    mesh = {"name": "m", "type": "mesh", "file": str(pipe), "position": [1, 1, 1]}
+    (tmp_path / "robot.yaml").write_text(f"name: x\nurdf: {{file: {pipe}}}\n")
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump({"obstacles": [mesh]}))
+    named = tmp_path / f"{way.split(chr(39))[0]}.yaml" if "'" in way else pipe
+    begin = time.monotonic()
+    with pytest.raises(Refused, match="a pipe or a device"):
+        name_file(client, way.split("'")[0], named)
+    assert time.monotonic() - begin < 10.0
+
+
+def test_robots_and_scenes_in_files_are_read_and_their_faults_are_told(client: Client, tmp_path: Path) -> None:
+    """Models of all kinds that a client names pass, and errors quote those that are faulty."""
+    root = Path(__file__).parents[2]
+    (tmp_path / "planning.yaml").write_text("name: x\nworld:\n  collision_objects: []\n")
+    (tmp_path / "text.scene").write_text("(noname)+++\n.\n")
+    (tmp_path / "faulty.yaml").write_text("obstacles: []\nobstacels: []\n")
+    scenes = [root / "scenes" / "shelf.yaml", root / "scenes" / "empty.yaml"]
+    for scene in (*scenes, tmp_path / "planning.yaml", tmp_path / "text.scene"):
+        client.ask("load", robot=str(root / "robots" / "planar_2r"), scene=str(scene), nodes=60, replace=True)
+    with pytest.raises(Refused, match="did you mean 'obstacles'"):
+        client.ask("load", robot="planar_2r", scene=str(tmp_path / "faulty.yaml"), replace=True)
+    with pytest.raises(Refused, match="not found"):
+        client.ask("load", robot="planar_2r", scene=str(tmp_path / "none.yaml"), replace=True)
+
+
+def test_xacro_is_expanded_only_where_that_is_allowed(client: Client, tmp_path: Path) -> None:
+    urdf = (Path(__file__).parents[2] / "robots" / "examples" / "arm.urdf").read_text()
+    (tmp_path / "arm.urdf.xacro").write_text(urdf.replace("<robot ", '<robot xmlns:xacro="x" ', 1))
+    (tmp_path / "robot.yaml").write_text("name: x\nurdf: {file: arm.urdf.xacro}\n")
+    with running(TOKEN, allow_xacro=True) as address, Client(address) as other:
+        for name in ("arm.urdf.xacro", "robot.yaml"):
+            with pytest.raises(Refused, match="--allow-xacro"):
+                name_file(client, "robot", tmp_path / name)
+            assert name_file(other, "robot", tmp_path / name)["joints"]

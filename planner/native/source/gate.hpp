@@ -11,7 +11,8 @@
 
 namespace planner {
 
-constexpr double longest_time = 9e9;  // s that nanoseconds count
+constexpr double longest_time = 9e9;           // s that nanoseconds count
+constexpr size_t most_kept = size_t{1} << 17;  // numbers of a chunk's curves: the memory of longer ones is freed
 
 // The first of pieces (count, degree + 1, dof) that is beyond a limit, by its exact extrema, or -1: positions from lower to
 // upper (dof,), and `most` (kinds, dof), infinite where there is none, of so many derivatives by time, of pieces that take
@@ -135,14 +136,14 @@ struct Chunk {
         return true;
     }
 
-    // How far a first point at 0 s is from where the robot is, or from its velocity; of which joint.
-    double jump(int dof, int* joint) const {
-        double most = 0.0;
-        for (int j = 0; j < dof && approached; ++j) {
-            const double faster = degree > 1 ? pieces[dof + j] / seconds[0] - knots[dof + j] : 0.0;
-            const double here = std::max(std::fabs(approach[dof + j]), std::fabs(faster));
-            if (here > most) most = here, *joint = j;
-        }
+    // How far a first point at 0 s is from the robot's state in derivatives from `low` to `high`; of which joint.
+    double jump(int low, int high, int dof, int* joint) const {
+        double most = 0.0, unit = 1.0;
+        for (int order = 0; order <= high && approached; ++order, unit *= order / seconds[0])
+            for (int j = 0; j < dof && order >= low; ++j) {
+                const double here = std::fabs(pieces[order * dof + j] * unit - knots[order * dof + j]);
+                if (here > most) most = here, *joint = j;
+            }
         return most;
     }
 
@@ -224,7 +225,11 @@ class Gate {
         for (int j = 0; j < dof && state_rows && chunk.degree == 1; ++j)  // of other curves it is where they begin
             if (!(std::fabs(chunk.knot(0, 1, dof)[j]) <= rules_.most[j])) bad = 0, where[0] = 1, where[1] = j;
         if (bad >= 0) found.reason = beyond_limit, found.kind = where[0], found.joint = where[1], found.piece = bad;
-        if (chunk.jump(dof, where) > rules_.apart)
+        const int known = std::min(rows, state_rows) - 1;  // derivatives of both the state and the first point
+        if (chunk.jump(2, known, dof, where) > rules_.apart && rules_.most[2 * dof + where[0]] < infinity)
+            found.reason = beyond_limit, found.kind = 3, found.place = on_approach, found.joint = where[0],
+            found.piece = bad = 0;
+        if (chunk.jump(0, std::min(known, 1), dof, where) > rules_.apart)
             found.reason = not_there, found.place = on_approach, found.joint = where[0], found.piece = bad = 0;
         auto place = taken();
         place->prepare(chunk, dof, stop);
@@ -321,6 +326,7 @@ class Gate {
         return new_place();
     }
     void given_back(std::unique_ptr<Room> place) {
+        if (place->curves.capacity() > most_kept) return;
         const std::lock_guard<std::mutex> alone(alone_);
         idle_.push_back(std::move(place));
     }

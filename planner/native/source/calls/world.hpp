@@ -86,7 +86,8 @@ int world_add(World* world, int joint, int kind, int n, const double* points, do
     });
 }
 
-// Spheres (n,) that together hold body `item`, in its joint's frame; bodies in order.
+// Spheres (n,) that together hold body `item`, in its joint's frame; bodies in order. They are kept larger by the rounding
+// of distances, so that no bound by them exceeds the true distance.
 int world_add_spheres(World* world, int item, int n, const double* centres, const double* radii) {
     return answered([&] {
         Item& body = item_of(*world, item, true);
@@ -96,7 +97,7 @@ int world_add_spheres(World* world, int item, int n, const double* centres, cons
         body.first_sphere = static_cast<int>(world->radii.size()), body.spheres = n;
         for (int k = 0; k < n; ++k) {
             world->sphere_x.push_back(centres[3 * k]), world->sphere_y.push_back(centres[3 * k + 1]);
-            world->sphere_z.push_back(centres[3 * k + 2]), world->radii.push_back(radii[k]);
+            world->sphere_z.push_back(centres[3 * k + 2]), world->radii.push_back(radii[k] + rounding);
         }
     });
 }
