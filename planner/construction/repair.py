@@ -182,7 +182,8 @@ class _Judge:
         for batch in self._batches(rows):
             start, delta = self._segments(batch)
             gap = checker.bound.coarse(*joint_placements(checker.chain, start + 0.5 * delta)) - self.world.margin
-            least = np.where(moving, gap - 0.5 * product(np.abs(delta), reach.T), np.inf).min(axis=1, initial=np.inf)
+            motion = product(checker.chain.sizes(delta), reach.T)
+            least = np.where(moving, gap - 0.5 * motion, np.inf).min(axis=1, initial=np.inf)
             clear[batch] = least > 0
             self._note(batch[least > 0], least[least > 0])
         return clear

@@ -76,7 +76,9 @@ def record_of(world: World) -> WorldRecord:
 
 @lru_cache(maxsize=16)
 def _kinematics(chain: Chain) -> str:
-    return content_hash(_rounded(getattr(chain, item.name)) for item in fields(chain))
+    followed = {"leader", "factor", "zero"}  # they tell nothing where no joint follows another
+    names = [item.name for item in fields(chain) if chain.follows or item.name not in followed]
+    return content_hash(_rounded(getattr(chain, name)) for name in names)
 
 
 @lru_cache(maxsize=256)

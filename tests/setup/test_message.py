@@ -205,7 +205,7 @@ def test_the_group_is_what_is_planned(tmp_path: Path) -> None:
     """The Panda's SRDF has the group arm_and_hand: with it a finger is planned, unless the options say otherwise."""
     wide = changed(REQUEST, "group_name", "arm_and_hand")
     wide["goal_constraints"][0]["joint_constraints"] += [{"joint_name": "panda_finger_joint1", "position": 0.02}]
-    assert "panda_finger_joint1" in refusal_of(lambda: asked(tmp_path, wide))  # joint2 mimics it, and has a body
+    assert "panda_finger_joint1" in refusal_of(lambda: asked(tmp_path, wide))  # which the robot file holds
     arm = asked(tmp_path, changed(REQUEST, "group_name", "arm"))
     assert arm.robot.joints == tuple(f"panda_joint{k}" for k in range(1, 8))
     assert "group_name" not in told(arm)
