@@ -16,6 +16,7 @@ from benchmarks.certificate.mutations import Case
 from benchmarks.gate.attack import Attack
 from planner.base.polynomials import evaluate
 from planner.certificate import verify, verify_proof
+from planner.certificate.geometry import geometry_of
 from planner.certificate.verify_proof import Refused
 from planner.collision import BACKENDS, make_checker
 from planner.collision.coal import CoalChecker, CoalInTime
@@ -28,6 +29,7 @@ from planner.gate.gate import Gate
 from planner.kinematics.forward import Chain, joint_placements, tool_pose
 from planner.kinematics.inverse import beyond_reach, solve_position
 from planner.kinematics.manipulability import jacobian, manipulability, node_manipulability
+from planner.kinematics.reach import Reach
 from planner.models.moving import KnownMotion, MovingObstacle
 from planner.models.poses import pose
 from planner.models.robot import Robot
@@ -38,6 +40,7 @@ from planner.planning.result import Plan
 from planner.problem.conditions import KeepAxis, KeepSphere
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
+from tests.kinematics.test_reach import some_points
 from tests.linkages import PALLETIZER, Linkage, linkage_of, palletizer, random_linkage
 from tests.random_shapes import random_pose
 from tests.refusals import refusal_of
@@ -192,6 +195,20 @@ def test_a_leader_is_kept_to_what_its_follower_can(leader, kind, limits, said, k
 
 
 @pytest.mark.parametrize("which", LINKAGES)
+def test_no_point_moves_further_than_its_reach(which: str | int) -> None:
+    robot, rng = linkage(which).robot, np.random.default_rng(5)
+    q = random_q(robot, 40)
+    delta = random_q(robot, 40, seed=1) - q
+    delta *= rng.choice([0.01, 0.3, 1.0], (40, 1)) * (rng.random(delta.shape) < 0.5)
+    (turn, shift), (turned, shifted) = (joint_placements(Chain.of(robot), rows) for rows in (q, q + delta))
+    most = Reach.of(robot).motion(delta)
+    for k, body in enumerate(robot.bodies):
+        points = some_points(body, rng)
+        moved = points @ (turned - turn)[body.joint].transpose(0, 2, 1) + (shifted - shift)[body.joint][:, None]
+        assert (np.linalg.norm(moved, axis=2).max(axis=1) <= most[:, k] + 1e-9).all()
+
+
+@pytest.mark.parametrize("which", LINKAGES)
 def test_inverse_kinematics_brings_the_tool_there(which: str | int) -> None:
     made, rng = linkage(which), np.random.default_rng(3)
     for q in random_q(made.robot, 3, seed=4):
@@ -236,7 +253,7 @@ def test_one_turn_of_a_leader_is_not_all_there_is(urdf_file) -> None:
     """What follows by a half touches where the leader has turned by more than half a turn."""
     box = '<box size="0.1 0.1 0.1"/>'
     links = link_xml("base") + link_xml("column") + link_xml("tool") + link_xml("arm", box, '<origin xyz="1 0 0"/>')
-    links += link_xml("hand", box, f'<origin xyz="{np.cos(2.9)} {np.sin(2.9)} 0"/>')
+    links += link_xml("hand", box, f'<origin xyz="{np.cos(3.09)} {np.sin(3.09)} 0"/>')
     joints = joint_xml("on", "base", "column", "fixed") + joint_xml("at", "base", "hand", "fixed")
     joints += joint_xml("lead", "column", "tool", limit="-6 6") + joint_xml("led", "column", "arm", limit="-3 3")
     path = urdf_file(links + joints[:-8] + '<mimic joint="lead" multiplier="0.5"/></joint>')
@@ -329,6 +346,25 @@ def test_a_certificate_of_a_robot_whose_rod_stands_is_none_of_this_one(tmp_path:
     assert verify_proof.check(folder, free.path)
     with pytest.raises(Refused, match="'rod_joint' moves, not planned"):
         verify_proof.check(folder, palletizer().path)
+
+
+@pytest.mark.parametrize("which", LINKAGES)
+def test_the_checker_knows_how_far_all_joints_move_at_most(which: str | int) -> None:
+    made, rng = linkage(which), np.random.default_rng(6)
+    curves = np.concatenate([curves_of(made.robot, 20, 3, seed=7), np.zeros((20, 2, made.robot.dof))], axis=1)
+    low = rng.uniform(0.0, 0.9, 20)
+    data = geometry_of(World.of(made.robot, BALL, frozenset())) | {
+        "piece": np.arange(20),
+        "low": low,
+        "high": low + 0.1,
+    }
+    q, most = verify_proof.middles(data, curves, np.arange(20))
+    for k, curve in enumerate(curves):
+        states = evaluate(np.repeat(curve[None], 101, axis=0), np.linspace(low[k], low[k] + 0.1, 101))
+        moved = np.abs(np.array([made.values(state) for state in states]) - made.values(q[k])).max(axis=0)
+        rows = [made.model.getJointId(name) - 1 for name in list(made.robot.model.names)[1:]]
+        assert (moved[rows] <= most[k] + 1e-15).all()
+        assert (moved[rows] >= 0.3 * most[k]).all()
 
 
 @pytest.mark.parametrize("which", SEEDS[:6])

@@ -11,7 +11,7 @@ from planner.kinematics.manipulability import jacobian, manipulability
 from planner.kinematics.manipulability_proof import ManipulabilityBound, prove_floor
 from planner.kinematics.tool_bound import column_rates
 from planner.models.robot import Robot
-from tests.linkages import palletizer
+from tests.linkages import palletizer, random_linkage
 from tests.worlds import joint_xml, link_xml, load, random_q
 
 
@@ -24,9 +24,9 @@ def sliding(urdf_file) -> Robot:
 
 
 def made(name: str, urdf_file) -> Robot:
-    return {"sliding": lambda: sliding(urdf_file), "palletizer": lambda: palletizer().robot}.get(
-        name, lambda: load(name)
-    )()
+    made = {"sliding": lambda: sliding(urdf_file), "palletizer": lambda: palletizer().robot}
+    made["linkage"] = lambda: random_linkage(9).robot
+    return made.get(name, lambda: load(name))()
 
 
 def rates_by_differences(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -41,7 +41,7 @@ def rates_by_differences(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.nd
     return linear, angular
 
 
-@pytest.mark.parametrize("name", ["iiwa14", "ur5", "kinova", "planar_2r", "sliding", "palletizer"])
+@pytest.mark.parametrize("name", ["iiwa14", "ur5", "kinova", "planar_2r", "sliding", "palletizer", "linkage"])
 def test_no_column_changes_faster_than_is_claimed(name: str, urdf_file) -> None:
     robot = made(name, urdf_file)
     claimed = column_rates(robot)
@@ -50,7 +50,7 @@ def test_no_column_changes_faster_than_is_claimed(name: str, urdf_file) -> None:
             assert (found <= most + 1e-6).all()
 
 
-@pytest.mark.parametrize("name", ["iiwa14", "ur5", "planar_2r", "sliding", "palletizer"])
+@pytest.mark.parametrize("name", ["iiwa14", "ur5", "planar_2r", "sliding", "palletizer", "linkage"])
 def test_an_optimiser_finds_no_smaller_w_than_the_bound(name: str, urdf_file) -> None:
     """Random steps downhill in w within the spread; the bound of no spread is w itself."""
     robot = made(name, urdf_file)
