@@ -112,7 +112,7 @@ def linkage_of(text: str, tool: str, joints: tuple[str, ...] | None = None) -> L
 
 @cache
 def palletizer() -> Linkage:
-    """Four followers of two kinds: a rod beside the chain, and two joints that keep the tool level."""
+    """Three followers: a rod that is no part of the chain, and two joints that keep the tool level."""
     return linkage_of(PALLETIZER, "tcp")
 
 

@@ -53,7 +53,7 @@ class Chain:
         """By how much (..., joints) all joints move where the planned ones move by ``delta`` (..., dof)."""
         return np.abs(self.factor * delta[..., self.leader])
 
-    @property
+    @cached_property
     def dof(self) -> int:
         """How many joints are planned."""
         return int(self.leader.max()) + 1

@@ -94,8 +94,8 @@ class ToolBound:
     def __init__(self, robot: Robot, frame: Frame | None = None) -> None:
         self.robot, self.frame = robot, frame or Frame.tool(robot)
         reach, chain = self.frame.reach(robot), Chain.of(robot)
-        share = np.abs(chain.coupling)
-        self.reach, self.turns = reach @ share, ((reach > 0) & ~chain.prismatic) @ share
+        share, turns = np.abs(chain.coupling), (reach > 0) & ~chain.prismatic
+        self.reach, self.turns = reach @ share, turns.astype(float) @ share
         self.rates = column_rates(robot, self.frame)[0]
 
     def __call__(self, coefficients: Floats, rounded: Floats | float = 0.0) -> tuple[Floats, Floats]:

@@ -224,7 +224,7 @@ def _require_held(
 
 
 def _unplanned(name: str, robot: Robot, values: Mapping[str, float]) -> float:
-    """Where a joint is that is held, or that follows a planned one: no number where ``values`` lack that."""
+    """The value of a joint that is held or follows another; NaN where ``values`` lack its leader."""
     for item in robot.followers:
         if item.joint == name:
             return item.multiplier * values.get(item.leader, np.nan) + item.offset

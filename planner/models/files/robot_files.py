@@ -133,9 +133,12 @@ class RobotFiles:
         return [name for name in self.model.names[1:] if name in chosen and name not in held]
 
     def leaders(self, frame: str, held: Collection[str] = ()) -> list[str]:
-        """The joints that move ``frame``, base first: the leaders of those that mimic others and are not ``held``."""
+        """The joints that move ``frame``, base first; leaders stand for those that follow them.
+
+        A joint that is ``held`` follows no other.
+        """
         joints = urdf.chain_joints(self.model, frame)
-        leaders = {joint if joint in held else self.description.mimic(joint).leader for joint in joints}
+        leaders = {self.description.mimic(joint, held).leader for joint in joints}
         return [joint for joint in self.model.names[1:] if joint in leaders]
 
     def _chosen_joints(self, tool: str, choice: JointChoice, held: Collection[str]) -> list[str]:

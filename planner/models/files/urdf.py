@@ -246,9 +246,10 @@ def build_model(description: Description) -> pin.Model:
 def follow(
     description: Description, model: pin.Model, planned: Sequence[str], fixed: Mapping[str, float]
 ) -> tuple[dict[str, float], tuple[Mimic, ...]]:
-    """``fixed`` with the values of joints that mimic held ones, and the joints that follow ``planned`` ones.
+    """The values of all joints that are held, and the joints that follow ``planned`` ones.
 
-    A joint that ``fixed`` names stands there; it may not follow a planned one. Raises :class:`RobotError`.
+    Held are ``fixed`` joints, which may not follow a planned one, and those that mimic joints that stand. Raises
+    :class:`RobotError`.
     """
     held, followers = dict(fixed), list[Mimic]()
     for own in description.mimics:
@@ -278,9 +279,9 @@ def follow(
 
 
 def narrow(model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[str]) -> tuple[set[str], list[Note]]:
-    """Narrow limits of ``model`` to those within which followers keep theirs; which joints turn without end, and notes.
+    """Narrow limits in ``model`` so that followers keep theirs; the joints that turn without end, and notes.
 
-    A leader turns without end where all of its followers do, by whole multiples.
+    Of the ``continuous`` joints those turn without end whose followers all do, by whole multiples.
     """
     endless, notes = set(continuous), list[Note]()
     lower, upper, velocity = model.lowerPositionLimit, model.upperPositionLimit, model.upperVelocityLimit
