@@ -81,7 +81,8 @@ def _w(data: dict[str, Any], words: dict[str, Any], q: Floats) -> float:
         turn, origin = placed[joint]
         axis = turn @ data["axis"][joint - 1]
         slides = bool(data["prismatic"][joint - 1])
-        matrix[:, joint - 1] = [*axis, 0, 0, 0] if slides else [*np.cross(axis, tool - origin), *axis]
+        column = np.array([*axis, 0, 0, 0] if slides else [*np.cross(axis, tool - origin), *axis])
+        matrix[:, data["leader"][joint - 1]] += data["factor"][joint - 1] * column
         joint = int(data["parent"][joint - 1])
     rows = {"pose": 6, "translation": 3, "planar": 2}[words["rows"]]
     return float(np.linalg.svd(matrix[:rows], compute_uv=False).prod())
@@ -135,6 +136,7 @@ def _points(data: dict[str, Any], item: int) -> tuple[Floats, float]:
 def _placed(data: dict[str, Any], q: Floats) -> list[tuple[Floats, Floats]]:
     """Rotation and origin of the base and every joint."""
     placed = [(np.eye(3), np.zeros(3))]
+    q = data["factor"] * q[data["leader"]] + data["zero"]  # of all joints
     for j in range(len(q)):
         turn, origin = placed[data["parent"][j]]
         origin, turn = origin + turn @ data["shift"][j], turn @ data["turn"][j]

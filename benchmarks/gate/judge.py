@@ -139,16 +139,20 @@ def states_on(curve: Spline, reach: Floats, apart: float) -> Floats:
 @lru_cache(maxsize=8)
 def reach_of(robot: Robot) -> Floats:
     """(bodies, dof): metres by which a point of a body moves at most per unit of a joint, of any configuration."""
+    led = {item.joint: (item.leader, abs(item.multiplier), abs(item.offset)) for item in robot.followers}
     found = np.zeros((len(robot.bodies), robot.dof))
     for body, row in zip(robot.bodies, found, strict=True):
         points, radius = corners(body.shape)
         far = float(np.linalg.norm(points @ body.placement[:3, :3].T + body.placement[:3, 3], axis=1).max()) + radius
         joint = body.joint
         while joint:
-            slides = bool(robot.prismatic[joint - 1])
-            row[joint - 1] = 1.0 if slides else far
+            name, slides = robot.model.names[joint], robot.model.joints[joint].shortname().startswith("JointModelP")
+            leader, factor, zero = led.get(name, (name, 1.0, 0.0))
+            column = robot.joints.index(leader)
+            row[column] += factor * (1.0 if slides else far)
             far += float(np.linalg.norm(robot.model.jointPlacements[joint].translation))
-            far += float(max(abs(robot.lower[joint - 1]), abs(robot.upper[joint - 1]))) if slides else 0.0
+            most = max(abs(robot.lower[column]), abs(robot.upper[column]))
+            far += float(factor * most + zero) if slides else 0.0
             joint = robot.model.parents[joint]
     return found
 

@@ -46,15 +46,16 @@ def geometry_of(world: World, cuts: Cuts = _WHOLE) -> Arrays:
 
 def words_of(world: World, cuts: Cuts = _WHOLE) -> dict[str, Any]:
     """What the certificate says in words."""
-    robot, model = world.robot, world.robot.model
-    own = np.array_equal(robot.lower, model.lowerPositionLimit) and np.array_equal(
-        robot.upper, model.upperPositionLimit
+    robot, model, rows = world.robot, world.robot.model, world.robot.rows
+    own = np.array_equal(robot.lower, model.lowerPositionLimit[rows]) and np.array_equal(
+        robot.upper, model.upperPositionLimit[rows]
     )
     return {
         "format": FORMAT,
         "robot": robot.name,
         "scene": world.scene.name,
         "joints": list(robot.joints),
+        "tree": list(model.names)[1:],
         "items": [part.name for part in _parts(world, cuts)],
         "cuts": dict(cuts),
         "held": dict(robot.fixed_joints),
@@ -146,6 +147,9 @@ def _joints(world: World) -> Arrays:
         "turn": chain.rotations[:, 0],
         "shift": chain.offset,
         "axis": chain.axis,
+        "leader": chain.leader,
+        "factor": chain.factor,
+        "zero": chain.zero,
         "lower": robot.lower,
         "upper": robot.upper,
         "wraps": robot.continuous.astype(np.uint8),

@@ -23,7 +23,7 @@ import numpy as np
 Array = np.ndarray
 Data = dict[str, Any]
 Shape = tuple[Array, float, bool]  # the convex hull of points (k, 3) with a radius around it, or a cylinder of two
-FORMAT, MOST = 3, 1000.0  # rad, m, also velocities times seconds and so on: larger numbers are refused [1]
+FORMAT, MOST = 4, 1000.0  # rad, m, also velocities times seconds and so on: larger numbers are refused [1]
 TURNED = 2e-11  # what a joint's rotation is off at most, computed [6]
 OFF = 2e-11  # of the sum of a polynomial's coefficients: what it is off at most, computed [5], and derivatives [11]
 ROUNDED = 1.0 + 1e-12  # what sums of products of non-negative numbers are too small by at most [7]
@@ -37,10 +37,13 @@ KINDS, INTERPOLATED = ["velocity", "acceleration", "jerk"], ["lines", "cubics", 
 # what the file holds: names; the kind of number, the shape (a name is one size throughout), the least and the most [1]
 LAYOUT: dict[str, tuple[str, tuple[int | str, ...], float, float]] = {
     "meta": ("u1", ("bytes",), 0, 255),  # JSON
-    "parent": ("i8", ("dof",), 0, 100),  # of each joint: the number of the one before it, from 1; 0 the base
-    "prismatic wraps": ("u1", ("dof",), 0, 1),  # joints that slide, joints without limits
-    "turn": ("f8", ("dof", 3, 3), -2, 2),  # a joint's frame in the frame of that joint: rotation and origin
-    "shift axis": ("f8", ("dof", 3), -MOST, MOST),
+    "parent": ("i8", ("joints",), 0, 100),  # of each joint: the number of the one before it, from 1; 0 the base
+    "prismatic": ("u1", ("joints",), 0, 1),  # joints that slide
+    "turn": ("f8", ("joints", 3, 3), -2, 2),  # a joint's frame in the frame of that joint: rotation and origin
+    "shift axis": ("f8", ("joints", 3), -MOST, MOST),
+    "leader": ("i8", ("joints",), 0, 99),  # the planned joint that a joint is, or follows: factor times it, plus zero
+    "factor zero": ("f8", ("joints",), -MOST, MOST),
+    "wraps": ("u1", ("dof",), 0, 1),  # planned joints without limits
     "lower upper": ("f8", ("dof",), -1e300, 1e300),
     "base tool": ("f8", (4, 4), -MOST, MOST),  # the tool, whose w it is, in the frame of its joint
     "carrier": ("i8", (), 0, 100),  # that joint
@@ -116,13 +119,18 @@ def once(named: list[tuple[str, Any]]) -> Data:
 
 def require_sound(data: Data, meta: Data) -> None:
     """Indices point at what is there, axes are unit vectors [2], shapes are shapes, time goes on."""
-    dof, count = len(data["parent"]), data["count"]
+    tree, dof, count = len(data["parent"]), len(data["wraps"]), data["count"]
     require(meta["format"] == FORMAT, "the certificate is of another version's format: write it again.")
-    for names, size in ((meta["joints"], dof), (meta["items"], len(count))):
+    for names, size in ((meta["joints"], dof), (meta["tree"], tree), (meta["items"], len(count))):
         require(len(names) == size == len({str(name) for name in names}), "joints and items need a name each.")
-    require((data["parent"] <= np.arange(dof)) & (1 <= dof <= 100), "a joint stands before what carries it.")
-    require(np.append(data["joint"], data["carrier"]) <= dof, "an item or the tool hangs on no joint.")
-    require((data["prismatic"] == 0) | (data["wraps"] == 0), "a joint slides and turns.")
+    require((data["parent"] <= np.arange(tree)) & (1 <= dof <= tree <= 100), "a joint stands before what carries it.")
+    require(np.append(data["joint"], data["carrier"]) <= tree, "an item or the tool hangs on no joint.")
+    require(data["leader"] < dof, "a joint follows one that is not planned.")
+    steps = (data["prismatic"] > 0) | (data["factor"] % 1.0 != 0.0)  # a whole turn of the leader is none of this joint
+    require(
+        (data["wraps"][data["leader"]] == 0) | ~steps,
+        "a joint slides and turns, or follows one that turns in parts of turns.",
+    )
     require(np.abs(np.linalg.norm(data["axis"], axis=1) - 1.0) <= 1e-13, "a joint's axis is no unit vector.")
     require(((count == 2) | (data["cylinder"] == 0)) & (count.sum() == len(data["points"])), "an item is no shape.")
     require(len(data["clock"]) != 1 and (np.diff(data["clock"]) > 0).all(), "time does not go on.")
@@ -244,7 +252,8 @@ def rotation(axis: Array, angle: Any) -> Array:
 
 
 def frames(data: Data, q: Array) -> tuple[Array, Array]:
-    """Rotations (dof + 1, n, 3, 3) and origins (dof + 1, n, 3) of the base and all joints in configurations [6]."""
+    """Rotations (joints + 1, n, 3, 3) and origins (joints + 1, n, 3) of base and joints at q (n, dof) [6]."""
+    q = data["factor"] * q[:, data["leader"]] + data["zero"]  # now of all joints
     turn, origin = np.empty((q.shape[1] + 1, len(q), 3, 3)), np.zeros((q.shape[1] + 1, len(q), 3))
     turn[0] = np.eye(3)
     for j, (before, axis, slides) in enumerate(zip(data["parent"], data["axis"], data["prismatic"] > 0, strict=True)):
@@ -255,9 +264,11 @@ def frames(data: Data, q: Array) -> tuple[Array, Array]:
 
 
 def reaches(data: Data, pieces: Array) -> tuple[Array, float]:
-    """(items + 1, dof) how fast a joint moves items and tool at most [8], 0 if it carries them not; for rounding, m."""
+    """(items + 1, joints) how fast a joint moves items and tool at most [8], 0 if it carries none; for rounding, m."""
     made, joints = [*data["shapes"], (data["tool"][None, :3, 3], 0.0)], np.append(data["joint"], data["carrier"])
-    travel = np.where(data["prismatic"] > 0, np.abs(pieces).sum(axis=1).max(axis=0), 0.0)
+    most = np.abs(pieces).sum(axis=1).max(axis=0)[data["leader"]] * np.abs(data["factor"]) + np.abs(data["zero"])
+    require(most <= MOST, "a joint follows another farther than any goes.")  # [1]
+    travel = np.where(data["prismatic"] > 0, ROUNDED * most, 0.0)
     found, size = np.zeros((len(made), len(travel))), 1.0
     for item, (points, radius, *_) in enumerate(made):
         joint, far = joints[item] - 1, np.linalg.norm(points, axis=1).max() + radius
@@ -328,14 +339,15 @@ def require_witnesses(data: Data, meta: Data, pieces: Array) -> float:
 
 
 def middles(data: Data, pieces: Array, rows: Array) -> tuple[Array, Array]:
-    """(n, dof) each: configurations in the middles of the intervals, how far joints move from there at most [7]."""
+    """Configurations (n, dof) in the middles of the intervals, how far all joints (n, joints) move from there [7]."""
     low, high, c = data["low"][rows], data["high"][rows], pieces[data["piece"][rows]]
     middle, off = 0.5 * (low + high), OFF * np.abs(c).sum(axis=1)
     half = np.maximum(high - middle, middle - low)
     for k in range(5):  # Taylor's expansion at the middle, by Horner's scheme once a power
         for j in range(4, k - 1, -1):
             c[:, j] += middle[:, None] * c[:, j + 1]
-    return c[:, 0], off + sum(np.abs(c[:, k]) * half[:, None] ** k for k in range(1, 6))
+    moved = off + sum(np.abs(c[:, k]) * half[:, None] ** k for k in range(1, 6))
+    return c[:, 0], np.abs(data["factor"]) * moved[:, data["leader"]]
 
 
 def gaps_and_motions(data: Data, pieces: Array, reach: Array, rows: Array) -> tuple[Array, Array]:
@@ -371,8 +383,10 @@ def least_w(data: Data, pieces: Array, reach: Array, spare: float, count: int, r
         matrix[:, 3:, k] = 0.0 if data["prismatic"][k] else axis
     turns = (order < order[:, None]) & (count == 6)  # the joint before turns the axis of the one behind
     rate = np.hypot(reach[np.maximum(order, order[:, None])], turns) * (np.outer(reach, reach) > 0)
-    change = ROUNDED * np.linalg.norm(moved @ rate.T, axis=1) + 4.0 * len(reach) * spare
-    matrix, one = matrix[:, :count], np.eye(min(count, len(reach)))
+    led = data["factor"][:, None] * (data["leader"][:, None] == np.arange(len(data["wraps"])))  # [12]
+    change = ROUNDED * np.linalg.norm(moved @ rate.T @ np.abs(led), axis=1)
+    change += 4.0 * len(reach) * spare * max(1.0, np.abs(led).sum(axis=0).max())
+    matrix, one = matrix[:, :count] @ led, np.eye(min(count, led.shape[1]))
     u, s, v = np.linalg.svd(matrix, full_matrices=False)  # nothing rests on how good it is
     wrong = (u.transpose(0, 2, 1) @ u - one, v @ v.transpose(0, 2, 1) - one, matrix - (u * s[:, None]) @ v)
     bent, skewed, lost = (np.linalg.norm(each, axis=(1, 2))[:, None] for each in wrong)
@@ -385,21 +399,24 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
     root: Any = ET.parse(file).getroot()
     joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, 0
     links = {joint.find("child").get("link"): joint for joint in joints.values()}
-    moved = meta["moved"] = set(meta["joints"])
-    for name in [*joints] * len(joints):  # what mimics a planned joint moves too, and what mimics that
-        moved |= {name for mimic in joints[name].findall("mimic") if mimic.get("joint") in moved}
-    for k, (name, joint) in enumerate((name, joints.get(name, ET.Element(""))) for name in meta["joints"]):
-        kind, limit = joint.get("type"), joint.find("limit")
-        require(kind in MOVING and joint.find("mimic") is None, f"joint '{name}' does not move by itself in {file}.")
+    led = {name: follow(joints, name) for name in joints}
+    meta["moved"] = {name for name, (leader, factor, _) in led.items() if leader in meta["joints"] and factor}
+    for k, name in enumerate(meta["tree"]):
+        own = led.get(name, [""])[0] == name if name in meta["joints"] else name in meta["moved"]
+        require(own and joints[name].get("type") in MOVING, f"joint '{name}' does not move by itself in {file}.")
+        joint, (leader, factor, zero) = joints[name], led[name]
+        kind, limit, row = joint.get("type"), joint.find("limit"), meta["joints"].index(leader)
+        data["leader"][k], data["factor"][k], data["zero"][k] = row, factor, zero
         data["parent"][k], at = place(data, meta, links, joint.find("parent").get("link"))
         at = at @ origin_in(joint)
         data["turn"][k], data["shift"][k], data["axis"][k] = at[:3, :3], at[:3, 3], axis_of(joint)
-        data["prismatic"][k], data["wraps"][k] = kind == "prismatic", kind == "continuous"
+        data["prismatic"][k], data["wraps"][row] = kind == "prismatic", data["wraps"][row] and kind == "continuous"
         most = sum(float(each.get("velocity", "0")) for each in joint.findall("limit")[:1])  # 0: nobody says
-        require(most <= 0 or data["limits"][:1, k] <= most * (1 + LIMIT), f"'{name}' may not be that fast in {file}.")
+        fast = data["limits"][:1, row] * abs(factor)
+        require(most <= 0 or fast <= most * (1 + LIMIT), f"'{name}' may not be that fast in {file}.")
         if kind != "continuous" and not meta["widened"]:
-            data["lower"][k] = max(data["lower"][k], float(limit.get("lower", "0")))
-            data["upper"][k] = min(data["upper"][k], float(limit.get("upper", "0")))
+            low, high = sorted((float(limit.get(side, "0")) - zero) / factor for side in ("lower", "upper"))
+            data["lower"][row], data["upper"][row] = max(data["lower"][row], low), min(data["upper"][row], high)
     for link in root.findall("link"):
         for k, element in enumerate(link.iter("collision")):
             name, geometry = f"{link.get('name')}_{k}", element.find("geometry")[0]
@@ -419,14 +436,25 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
     return f"Joints and shapes are those of {file.name}{but}; {', '.join(left)} are as the certificate has them."
 
 
+def follow(joints: Data, name: str) -> tuple[str, float, float]:
+    """The joint that leads ``name`` through all <mimic>, and the factor and zero with which it does."""
+    factor, zero = 1.0, 0.0
+    for _ in joints:
+        if (mimic := joints[name].find("mimic")) is None:
+            break
+        zero += factor * float(mimic.get("offset", "0"))
+        factor, name = factor * float(mimic.get("multiplier", "1")), mimic.get("joint")
+    return name, factor, zero
+
+
 def place(data: Data, meta: Data, links: Data, link: str) -> tuple[int, Array]:
-    """The number of the planned joint that carries a link, 0 the base, and where the link is in its frame (4, 4)."""
+    """The number of the joint that carries a link, 0 the base, and where the link is in its frame (4, 4)."""
     if link not in links:
         return 0, data["base"]
     joint, held = links[link], np.eye(4)
     name, kind, value = joint.get("name"), joint.get("type"), float(meta["held"].get(joint.get("name"), 0.0))
-    if name in meta["joints"]:
-        return meta["joints"].index(name) + 1, held
+    if name in meta["tree"]:
+        return meta["tree"].index(name) + 1, held
     require(kind == "fixed" or (kind in MOVING and name not in meta["moved"]), f"'{name}' moves, not planned.")
     held[:3, 3] = value * (kind == "prismatic") * axis_of(joint)
     held[:3, :3] = rotation(axis_of(joint), value * (kind in MOVING[:2]))

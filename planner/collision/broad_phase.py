@@ -14,6 +14,7 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.process_lock import PROCESS
 from planner.collision.world import World
+from planner.kinematics.forward import Chain
 from planner.models.poses import se3
 from planner.models.shapes import Obstacle
 from planner.native.loading import threads
@@ -133,13 +134,14 @@ class _View:
         """(n,) which configurations (n, dof) bring a pair as near as its margin, of all ``margins`` (pairs,) m."""
         with self.part.alone:
             self._place(world)
+            q = Chain.of(world.robot).values(q)
             return self.part.pool.touching(q, np.where(self.pairs >= 0, margins[self.pairs], 0.0))
 
     def touching_pairs(self, world: World, q: Floats) -> Ints:
         """The numbers of the pairs that touch at a configuration (dof,)."""
         with self.part.alone:
             self._place(world)
-            return self.pairs[self.part.pool.touching_rows(q)]
+            return self.pairs[self.part.pool.touching_rows(Chain.of(world.robot).values(q))]
 
     def _place(self, world: World) -> None:
         for row, k in enumerate(self.numbers.tolist()):

@@ -238,7 +238,8 @@ class CoalInTime:
             return self._pool.touching(whole, margins)
 
     def _whole(self, q: Floats, t: Floats) -> Floats:
-        return np.hstack([q, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
+        own = Chain.of(self.world.robot).values(q)
+        return np.hstack([own, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
 
 
 def _free_flyer(poses: Floats) -> Floats:

@@ -113,4 +113,4 @@ def dense_states(world: World, start: Floats, delta: Floats, step: float) -> tup
     from one to the next, (pairs,).
     """
     states = states_along(start, delta, float(world.reach.motion(delta[None]).max(initial=0.0)), step)
-    return states, product(world.pair_reach, np.abs(delta)) / (len(states) - 1)
+    return states, product(world.pair_reach, world.reach.chain.sizes(delta)) / (len(states) - 1)

@@ -191,10 +191,13 @@ class _Proof:
     def _begin(self) -> None:
         """With the box of all joint values as the only one."""
         robot, world = self._whole.robot, self._whole.world
-        self._reach = pair_reach(robot, *(world.bodies[k] for k in world.self_pairs[self._pair]))
+        reach = pair_reach(robot, *(world.bodies[k] for k in world.self_pairs[self._pair]))
+        self._reach = reach @ np.abs(self._whole.chain.coupling)
         self._looks, self._most = 0, _BOXES_OF_TWO if (self._reach > 0).sum() <= 2 else _BOXES
         centre, width = 0.5 * (robot.lower + robot.upper)[None], robot.upper - robot.lower
-        width = np.where(robot.prismatic, width, np.minimum(width, 2 * np.pi))  # one turn is all there is
+        leads = np.bincount(self._whole.chain.leader) > 1
+        # one turn is all there is, but for what follows in other steps
+        width = np.where(robot.prismatic | leads, width, np.minimum(width, 2 * np.pi))
         self._boxes = centre, np.where(self._reach > 0, 0.5 * width, 0.0)[None]
 
     def _gaps(self, q: Floats, need: Floats) -> Floats:

@@ -139,10 +139,10 @@ class World:
 
     @cached_property
     def pair_reach(self) -> Floats:
-        """(pairs, dof): metres by which a joint's motion can change a pair's distance at most, per unit."""
+        """(pairs, joints): metres by which a joint's motion can change a pair's distance at most, per unit."""
         scene = np.repeat(self.reach.bodies, len(self.obstacles), axis=0)
         own = [pair_reach(self.robot, self.bodies[i], self.bodies[k]) for i, k in self.self_pairs.tolist()]
-        return np.vstack([scene, np.reshape(own, (len(own), self.robot.dof))])
+        return np.vstack([scene, np.reshape(own, (len(own), scene.shape[1]))])
 
     @cached_property
     def rounding(self) -> Floats:

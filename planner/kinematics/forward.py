@@ -14,6 +14,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.resolutions import TOOL_ALONG_EDGE
+from planner.models.files.urdf import slides
 from planner.models.robot import Robot
 from planner.native.library import NativeChain
 
@@ -22,21 +23,50 @@ from planner.native.library import NativeChain
 class Chain:
     """The joint tree of a robot as arrays; row j describes joint j + 1 of the Pinocchio model.
 
-    Joint j's placement in its parent is P (C0 + sin q C1 + (1 - cos q) C2) with P the fixed placement's rotation
-    (Rodrigues' formula), or P and a shift q along ``slide`` where it is prismatic.
+    Its value is x_j = factor_j q_leader(j) + zero_j with q the values of the planned joints: factor 1 and zero 0 where
+    it is planned, else it follows its leader, as ``<mimic>`` in a URDF says. Its placement in its parent is
+    P (C0 + sin x C1 + (1 - cos x) C2) with P the fixed placement's rotation (Rodrigues' formula), or P and a shift x
+    along ``slide`` where it is prismatic. A path q(s) is a path x(s) of the tree: bounds on that hold for it.
     """
 
-    parent: Ints  # (dof,) Pinocchio joint index, 0 the base
-    rotations: Floats  # (dof, 3, 3, 3): C0, C1, C2
-    offset: Floats  # (dof, 3), in the parent's frame
-    axis: Floats  # (dof, 3), in the joint's own frame
-    slide: Floats  # (dof, 3), in the parent's frame
-    prismatic: Bools  # (dof,)
+    parent: Ints  # (joints,) Pinocchio joint index, 0 the base
+    rotations: Floats  # (joints, 3, 3, 3): C0, C1, C2
+    offset: Floats  # (joints, 3), in the parent's frame
+    axis: Floats  # (joints, 3), in the joint's own frame
+    slide: Floats  # (joints, 3), in the parent's frame
+    prismatic: Bools  # (joints,)
+    leader: Ints  # (joints,) numbers of planned joints
+    factor: Floats  # (joints,)
+    zero: Floats  # (joints,) rad, m
 
     @cached_property
     def native(self) -> NativeChain:
         """The same tree in the compiled library."""
-        return NativeChain(self.parent, self.prismatic, self.rotations, self.offset, self.slide, self.axis)
+        tree = self.parent, self.prismatic, self.rotations, self.offset, self.slide, self.axis
+        return NativeChain(*tree, (self.leader, self.factor, self.zero))
+
+    def values(self, q: Floats) -> Floats:
+        """The values x (..., joints) of all joints at configurations (..., dof)."""
+        return self.factor * q[..., self.leader] + self.zero if self.follows else q
+
+    def sizes(self, delta: Floats) -> Floats:
+        """By how much (..., joints) all joints move where the planned ones move by ``delta`` (..., dof)."""
+        return np.abs(self.factor * delta[..., self.leader])
+
+    @cached_property
+    def dof(self) -> int:
+        """How many joints are planned."""
+        return int(self.leader.max()) + 1
+
+    @property
+    def follows(self) -> bool:
+        """Whether some joint follows another."""
+        return len(self.parent) > self.dof
+
+    @cached_property
+    def coupling(self) -> Floats:
+        """(joints, dof) dx / dq: a Jacobian in x times it is one in q."""
+        return self.factor[:, None] * (self.leader[:, None] == np.arange(self.dof))
 
     @staticmethod
     def of(robot: Robot) -> Chain:
@@ -48,8 +78,13 @@ class Chain:
     def _of_arm(robot: Robot) -> Chain:
         model = robot.model
         data = model.createData()
-        joints = range(1, model.njoints)
-        prismatic = robot.prismatic
+        joints, leader = range(1, model.njoints), np.zeros(model.njoints - 1, dtype=np.int64)
+        prismatic, factor, zero = slides(model), np.ones(model.njoints - 1), np.zeros(model.njoints - 1)
+        leader[robot.rows] = np.arange(robot.dof)
+        for item in robot.followers:
+            row = model.getJointId(item.joint) - 1
+            leader[row], factor[row] = robot.joints.index(item.leader), item.multiplier
+            zero[row] = item.offset
         axes = np.array([_axis(model, data, joint, bool(prismatic[joint - 1])) for joint in joints])
         placements = [model.jointPlacements[joint] for joint in joints]
         return Chain(
@@ -59,6 +94,9 @@ class Chain:
             axis=frozen(axes),
             slide=frozen([p.rotation @ a for p, a in zip(placements, axes, strict=True)]),
             prismatic=frozen(prismatic, np.bool_),
+            leader=frozen(leader, np.int64),
+            factor=frozen(factor),
+            zero=frozen(zero),
         )
 
 
@@ -95,13 +133,14 @@ def tool_path_lengths(robot: Robot, start: Floats, delta: Floats) -> Floats:
 def tool_pose(robot: Robot, q: Floats) -> pin.SE3:
     """The tool frame's placement in the world for one configuration (dof,)."""
     data = robot.model.createData()
-    pin.framesForwardKinematics(robot.model, data, np.asarray(q, dtype=float))
+    pin.framesForwardKinematics(robot.model, data, Chain.of(robot).values(np.asarray(q, dtype=float)))
     return data.oMf[robot.tool_id].copy()
 
 
 def travel(robot: Robot, chain: Chain, row: int) -> float:
     """How far (m) the joint of ``row`` can shift what it carries: 0 for one that turns."""
-    return float(max(abs(robot.lower[row]), abs(robot.upper[row]))) if chain.prismatic[row] else 0.0
+    led = max(abs(robot.lower[chain.leader[row]]), abs(robot.upper[chain.leader[row]]))
+    return float(abs(chain.factor[row]) * led + abs(chain.zero[row])) if chain.prismatic[row] else 0.0
 
 
 def _axis(model: pin.Model, data: pin.Data, joint: int, prismatic: bool) -> Floats:

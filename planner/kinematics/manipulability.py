@@ -23,12 +23,13 @@ def jacobian(robot: Robot, q: Floats) -> Floats:
 
 def jacobians(robot: Robot, q: Floats) -> Floats:
     """The :func:`jacobian` (n, rows, dof) at each of several configurations (n, dof)."""
-    model, aligned = robot.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    model, aligned, chain = robot.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, Chain.of(robot)
     data, matrices = model.createData(), np.zeros((len(q), 6, model.nv))
-    for k, row in enumerate(q):
+    for k, row in enumerate(chain.values(q)):
         # Pinocchio drops an axis where there is one joint
         matrices[k] = pin.computeFrameJacobian(model, data, row, robot.tool_id, aligned).reshape(6, model.nv)
-    return matrices[:, ROWS[robot.manipulability]]
+    rows = matrices[:, ROWS[robot.manipulability]]
+    return rows @ chain.coupling if chain.follows else rows
 
 
 def manipulability(robot: Robot, q: Floats) -> Floats:

@@ -1,5 +1,6 @@
 """How far any point of a link can be from a joint's axis: the factor between joint motion and motion in the room.
 
+Joints are those of a :class:`~planner.kinematics.forward.Chain`, which include joints that follow planned ones.
 Turning joint j by dq moves no point of a link further than R_j |dq|, with R_j the link's reach from that axis, and
 a sum over the joints bounds the motion along any straight joint-space segment (Schwarzer, Saha and Latombe 2005).
 """
@@ -20,26 +21,28 @@ from planner.models.shapes import Body, farthest, farthest_from_axis
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """``bodies`` (n_bodies, dof): metres a point of the body moves at most per unit of each joint (0: not carried).
+    """``bodies`` (n_bodies, joints): metres a point of the body moves at most per unit of each joint (0: not carried).
 
     Valid for every configuration within the joint limits.
     """
 
     bodies: Floats
+    chain: Chain
 
     @staticmethod
     def of(robot: Robot, bodies: tuple[Body, ...] | None = None) -> Reach:
         """Reach of the robot's own bodies, or of any others that its joints carry."""
         if bodies is None:
             return _own_reach(robot)
-        return Reach(frozen(np.reshape([_reach_of(robot.arm, body) for body in bodies], (len(bodies), robot.dof))))
+        chain, reach = Chain.of(robot), [_reach_of(robot.arm, body) for body in bodies]
+        return Reach(frozen(np.reshape(reach, (len(bodies), len(chain.parent)))), chain)
 
     def motion(self, delta: Floats) -> Floats:
         """The most that any point of each body moves (m), (n, n_bodies), along joint segments ``delta`` (n, dof)."""
-        return product(np.abs(delta), self.bodies.T)
+        return product(self.chain.sizes(delta), self.bodies.T)
 
     def relative(self, pairs: np.ndarray) -> Floats:
-        """(n_pairs, dof): the same for one body seen from another; joints that carry both do not count."""
+        """(n_pairs, joints): the same for one body seen from another; joints that carry both do not count."""
         first, second = self.bodies[pairs[:, 0]], self.bodies[pairs[:, 1]]
         return np.where((first > 0) & (second > 0), 0.0, first + second)
 
@@ -53,7 +56,8 @@ def _own_reach(robot: Robot) -> Reach:
 @lru_cache(maxsize=2048)
 def _reach_of(robot: Robot, body: Body) -> Floats:
     """Walking down from the body: the distance from a joint's origin to the body's farthest point, never too small."""
-    chain, reach = Chain.of(robot), np.zeros(robot.dof)
+    chain = Chain.of(robot)
+    reach = np.zeros(len(chain.parent))
     if body.joint == 0:
         return frozen(reach)
     joint = body.joint - 1
@@ -73,7 +77,7 @@ def _reach_of(robot: Robot, body: Body) -> Floats:
 
 
 def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
-    """(dof,) metres by which a joint's motion can change the distance of two bodies at most, per unit of each joint.
+    """(joints,) metres by which a joint's motion can change the distance of two bodies at most, per unit of each joint.
 
     Where the first hangs above the second, a joint between them as well moves the one as seen from the other: whichever
     body reaches less far from its axis bounds the change. So it is never more than :meth:`Reach.relative`.

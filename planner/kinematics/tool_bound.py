@@ -53,7 +53,7 @@ class Frame:
         return Frame(joint, moved)
 
     def reach(self, robot: Robot) -> Floats:
-        """(dof,) how far (m) its origin is from each joint's axis at most; 1 for a slide, 0 for what carries it not."""
+        """(joints,) how far (m) its origin is from a joint's axis at most; 1 for a slide, 0 for what carries it not."""
         return Reach.of(robot, (Body("tool", "tool", self.joint, Sphere(_POINT), self.placement),)).bodies[0]
 
     def poses(self, robot: Robot, q: Floats) -> tuple[Floats, Floats]:
@@ -65,19 +65,20 @@ class Frame:
 def column_rates(robot: Robot, frame: Frame | None = None) -> tuple[Floats, Floats]:
     """How fast column i of a frame's Jacobian changes with joint k at most, linear and angular part, (dof, dof) each.
 
-    Valid for every configuration within the joint limits; the tool's, if no frame is given.
+    Valid for every configuration within the joint limits; the tool's, if no frame is given. Where joints follow others
+    the column of a planned one is the sum of theirs.
     """
-    reach = (frame or Frame.tool(robot)).reach(robot)
-    turns, carries = ~robot.prismatic, reach > 0
+    reach, chain = (frame or Frame.tool(robot)).reach(robot), Chain.of(robot)
+    turns, carries, share = ~chain.prismatic, reach > 0, np.abs(chain.coupling)
     both = carries[:, None] & carries[None, :]
-    index = np.arange(robot.dof)
+    index = np.arange(len(reach))
     later = np.maximum(index[:, None], index[None, :])
     before = index[None, :] < index[:, None]  # [i, k]: joint k carries joint i
     turn_turn = both & turns[:, None] & turns[None, :]
     turned_slide = both & ~turns[:, None] & turns[None, :] & before
     slid_turn = both & turns[:, None] & ~turns[None, :] & ~before
     linear = np.where(turn_turn, reach[later], 0.0) + np.where(turned_slide | slid_turn, 1.0, 0.0)
-    return linear, np.where(turn_turn & before, 1.0, 0.0)
+    return share.T @ linear @ share, share.T @ np.where(turn_turn & before, 1.0, 0.0) @ share
 
 
 class ToolBound:
@@ -92,9 +93,10 @@ class ToolBound:
 
     def __init__(self, robot: Robot, frame: Frame | None = None) -> None:
         self.robot, self.frame = robot, frame or Frame.tool(robot)
-        self.reach = self.frame.reach(robot)
+        reach, chain = self.frame.reach(robot), Chain.of(robot)
+        share, turns = np.abs(chain.coupling), (reach > 0) & ~chain.prismatic
+        self.reach, self.turns = reach @ share, turns.astype(float) @ share
         self.rates = column_rates(robot, self.frame)[0]
-        self.turns = ((self.reach > 0) & ~robot.prismatic).astype(float)
 
     def __call__(self, coefficients: Floats, rounded: Floats | float = 0.0) -> tuple[Floats, Floats]:
         """For curves (m, degree + 1, dof) whose derivatives are known to ``rounded`` (m, dof)."""

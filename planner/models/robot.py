@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Bools, Floats, frozen, placement
+from planner.base.arrays import Bools, Floats, Ints, frozen, placement
 from planner.base.errors import ArrayError, RobotError, choices
 from planner.base.hashing import content_hash
 from planner.base.notes import Note
@@ -65,6 +65,7 @@ class Robot:
     states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # named by its SRDF, of the planned joints
     motion: MotionFile | None = None  # of the planned joints, in their order; None: nobody has said
     shares: Mapping[str, float] = field(default_factory=dict)  # of its velocities and accelerations, as a request asks
+    followers: tuple[urdf.Mimic, ...] = ()  # the joints that follow planned ones, which ``model`` has too
     world_frame: str = ""  # how its SRDF calls the frame that its base stands in
     notes: tuple[Note, ...] = ()  # of what was passed over in its files, or in a request to it
 
@@ -95,7 +96,12 @@ class Robot:
     @property
     def prismatic(self) -> Bools:
         """(dof,) which joints slide (their values are metres)."""
-        return np.array([self.model.joints[k].shortname().startswith("JointModelP") for k in range(1, self.dof + 1)])
+        return urdf.slides(self.model)[self.rows]
+
+    @cached_property
+    def rows(self) -> Ints:
+        """(dof,) the numbers of the planned joints among those of ``model``, which followers belong to as well."""
+        return frozen([self.model.getJointId(joint) - 1 for joint in self.joints], np.int64)
 
     @cached_property
     def tool_id(self) -> int:
@@ -204,8 +210,6 @@ def without_carried(robot: Robot, name: str) -> Robot:
 def held_in(robot: Robot, item: Carried) -> pin.Frame:
     """The frame that a carried shape is placed in; :class:`RobotError` where it does not move with its link."""
     holder = robot.model.frames[urdf.frame_id(robot.model, item.link)]
-    for frame in (item.link, item.frame or item.link):
-        urdf.require_not_following(robot.source, frame, robot.joints, robot.fixed_joints)
     if item.frame in ("", item.link):
         return holder
     found = [each for each in robot.model.frames if each.name == item.frame and each.parentJoint == holder.parentJoint]
@@ -222,7 +226,6 @@ def with_tool(robot: Robot, tool: str | None) -> Robot:
     if tool is None or tool == robot.tool:
         return robot
     urdf.frame_id(robot.model, tool)
-    urdf.require_not_following(robot.source, tool, robot.joints, robot.fixed_joints)
     return replace(robot, tool=tool)
 
 
@@ -241,7 +244,7 @@ def load_visuals(robot: Robot) -> tuple[Body, ...]:
     full = urdf.build_model(robot.source)
     try:
         geometry = read_geometry(robot.source, full, "visual")
-        _, placed = urdf.reduce(full, geometry.model, robot.joints, robot.fixed_joints, robot.base)
+        _, placed = urdf.reduce(full, geometry.model, tuple(robot.model.names), robot.fixed_joints, robot.base)
         return (*bodies(placed, geometry), *robot.carried)
     except RobotError as error:
         _log.warning("the page shows the shapes that collide, as those to look at cannot be read: %s", error)
@@ -265,37 +268,41 @@ def assemble(
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
     base = pose() if base is None else placement("base", base)
     geometry = read_geometry(description, files.model, "collision")
-    held = urdf.followed(description, files.model, geometry.model, planned, fixed, tool)
-    model, placed = urdf.reduce(files.model, geometry.model, planned, held, base)
-    lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
-    _check_limits(model, lower, upper)
+    held, followers = urdf.follow(description, files.model, planned, fixed)
+    moving = [*planned, *(item.joint for item in followers)]
+    model, placed = urdf.reduce(files.model, geometry.model, moving, held, base)
+    _check_limits(model)
+    endless, narrowed = urdf.narrow(model, followers, description.continuous)
+    rows = [model.getJointId(name) - 1 for name in planned]
+    lower, upper = frozen(model.lowerPositionLimit[rows]), frozen(model.upperPositionLimit[rows])
     home = [files.home.get(name, at) for name, at in zip(planned, np.clip(0.0, lower, upper), strict=True)]
     return Robot(
         name=files.name,
         description=(file.description if file else "") or f"from {files.origin}",
-        joints=tuple(model.names[1:]),
+        joints=tuple(planned),
         lower=lower,
         upper=upper,
-        velocity=frozen(model.upperVelocityLimit),
-        continuous=frozen([joint in description.continuous for joint in model.names[1:]], np.bool_),
+        velocity=frozen(model.upperVelocityLimit[rows]),
+        continuous=frozen([joint in endless for joint in planned], np.bool_),
         tool=tool,
         home=frozen(home),
-        manipulability=(file.manipulability if file else None) or ("pose" if model.nv >= 6 else "translation"),
+        manipulability=(file.manipulability if file else None) or ("pose" if len(planned) >= 6 else "translation"),
         disabled_pairs=files.disabled_pairs,
         base=frozen(base),
         source=description,
         states=states_of_joints(files.srdf, planned) if files.srdf else {},
         motion=files.motion(planned),
         world_frame=files.srdf.world_frame if files.srdf else "",
-        notes=(*files.notes, *dae_notes(mesh_files(description)), *_held_beyond_limits(files.model, held)),
+        notes=(*files.notes, *dae_notes(mesh_files(description)), *_held_beyond_limits(files.model, held), *narrowed),
         model=model,
         bodies=bodies(placed, geometry),
         fixed_joints=held,
+        followers=followers,
     )
 
 
 def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:
-    between = urdf.chain_joints(files.model, tool)
+    between = files.leaders(tool)
     if not between:
         raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another tool frame.")
     if not set(planned) & set(between):
@@ -319,8 +326,9 @@ def _held_beyond_limits(model: pin.Model, held: Mapping[str, float]) -> Iterator
             )
 
 
-def _check_limits(model: pin.Model, lower: Floats, upper: Floats) -> None:
-    for joint, name, low, high in zip(list(model.joints)[1:], model.names[1:], lower, upper, strict=True):
+def _check_limits(model: pin.Model) -> None:
+    limits = model.names[1:], model.lowerPositionLimit, model.upperPositionLimit
+    for joint, name, low, high in zip(list(model.joints)[1:], *limits, strict=True):
         if not (np.isfinite(low) and np.isfinite(high) and low < high):
             raise RobotError(
                 f"joint '{name}' has limits [{low:g}, {high:g}]: give it finite limits, lower below upper, in the URDF."
@@ -348,6 +356,7 @@ def _identity(robot: Robot) -> str:
     data = model.createData()
     pin.forwardKinematics(model, data, np.full(model.nq, 0.5))
     values += [np.round(data.oMi[joint].homogeneous, 9) + 0.0 for joint in range(1, model.njoints)]
+    values += [[item.joint, item.leader, item.multiplier, item.offset] for item in robot.followers]
     for body in robot.bodies:
         values += [body.link, body.joint, body.placement, *body.shape.content()]
     return content_hash(values)

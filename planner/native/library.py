@@ -43,19 +43,30 @@ class NativeChain:
     """The joint tree of a robot; arrays as in :class:`planner.kinematics.forward.Chain`."""
 
     def __init__(
-        self, parent: Ints, prismatic: Bools, rotations: Floats, offset: Floats, slide: Floats, axis: Floats
+        self,
+        parent: Ints,
+        prismatic: Bools,
+        rotations: Floats,
+        offset: Floats,
+        slide: Floats,
+        axis: Floats,
+        following: tuple[Ints, Floats, Floats] | None = None,
     ) -> None:
-        self.dof = dof = len(parent)
-        vectors = [_floats(array, dof, 3) for array in (offset, slide, axis)]
-        arrays = _ints(parent, dof), _bytes(prismatic, dof), _floats(rotations, dof, 3, 3, 3), *vectors
-        self.handle = _library.chain_new(self.dof, *(_at(a) for a in arrays))
+        """``following``: leader, factor and zero (joints,); without them every joint is planned."""
+        self.joints = n = len(parent)
+        leader, factor, zero = following or (np.arange(n), np.ones(n), np.zeros(n))
+        self.dof = int(np.max(leader, initial=-1)) + 1
+        vectors = [_floats(array, n, 3) for array in (offset, slide, axis)]
+        arrays = _ints(parent, n), _bytes(prismatic, n), _floats(rotations, n, 3, 3, 3), *vectors
+        arrays = *arrays, _ints(leader, n), _floats(factor, n), _floats(zero, n)
+        self.handle = _library.chain_new(n, self.dof, *map(_at, arrays))
         given_back(self, _library.chain_free, self.handle)
 
     def placements(self, q: Floats) -> tuple[Floats, Floats]:
-        """World rotations (dof + 1, n, 3, 3) and positions (dof + 1, n, 3) of the base and all joints."""
+        """World rotations (joints + 1, n, 3, 3) and positions (joints + 1, n, 3) of the base and all joints."""
         n = len(q)
         q = _floats(q, n, self.dof)
-        rotation, position = np.empty((self.dof + 1, n, 3, 3)), np.empty((self.dof + 1, n, 3))
+        rotation, position = np.empty((self.joints + 1, n, 3, 3)), np.empty((self.joints + 1, n, 3))
         _library.chain_placements(self.handle, n, _at(q), _at(rotation), _at(position))
         return rotation, position
 
@@ -156,7 +167,7 @@ class KeptBounds(NamedTuple):
 
     reach: Floats  # (f, dof) m, of :meth:`planner.kinematics.tool_bound.Frame.reach`
     rates: Floats  # (f, dof, dof), how fast columns of the linear Jacobian change
-    turns: Floats  # (f, dof), 1 for joints that turn the frame
+    turns: Floats  # (f, dof), how fast joints turn the frame
     per_metre: Floats  # (p,)
     per_turn: Floats  # (p,)
 

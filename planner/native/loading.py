@@ -22,7 +22,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 34  # of the functions' arguments: what planner_version() says
+_VERSION = 35  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -101,7 +101,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
 _FREED = ("chain", "boxes", "keeping", "world", "glance", "gate", "arcs")
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "planner_version": (_int, ()),
-    "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
+    "chain_new": (_Pointer, (_int, _int, *9 * [_Pointer])),
     "world_new": (_Pointer, (_Pointer, _double)),
     "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer, _double)),
     "world_take": (_int, (_Pointer, _Pointer, _int)),

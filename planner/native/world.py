@@ -41,7 +41,7 @@ class NativeWorld:
     """
 
     def __init__(self, chain: NativeChain, margin: float) -> None:
-        self.dof, self.bodies, self.pairs = chain.dof, 0, 0
+        self.dof, self.joints, self.bodies, self.pairs = chain.dof, chain.joints, 0, 0
         self.handle = _library.world_new(chain.handle, margin)
         given_back(self, _library.world_free, self.handle)
 
@@ -104,11 +104,11 @@ class NativeWorld:
         _library.world_set_speed_limit(self.handle, item, limit)
 
     def set_travel(self, travel: Floats) -> None:
-        """How far slides go from 0 at most (dof,) m, infinite for joints that turn.
+        """How far slides go from 0 at most (joints,) m, infinite for joints that turn.
 
         Reaches hold no farther: motions that go beyond are undecided.
         """
-        _library.world_set_travel(self.handle, _at(_floats(travel, self.dof)))
+        _library.world_set_travel(self.handle, _at(_floats(travel, self.joints)))
 
     def add_spheres(self, item: int, centres: Floats, radii: Floats) -> None:
         """Spheres (k, 3), (k,) that together hold body ``item``, in its joint's frame."""
@@ -137,17 +137,17 @@ class NativeWorld:
 
     def _placed(self, rotation: Floats, position: Floats) -> tuple[Floats, Floats, int]:
         """Placements as :meth:`NativeChain.placements` gives them, and of how many configurations they are."""
-        frames, n = self.dof + 1, position.shape[1]
+        frames, n = self.joints + 1, position.shape[1]
         return _floats(rotation, frames, n, 3, 3), _floats(position, frames, n, 3), n
 
     def bounds(self, reach: Floats, body_reach: Floats, is_static: Bools) -> NativeBounds:
         """How fast things move at most, for proofs, which take no time to read it again.
 
-        ``reach`` (pairs, dof) bounds how fast a joint's motion changes a pair's distance, ``body_reach`` (bodies, dof)
-        how fast it moves a body's points, in any configuration; pairs that are ``is_static`` (pairs,) are left out.
+        ``reach`` (pairs, joints) bounds how fast a joint's motion changes a pair's distance, ``body_reach`` (bodies,
+        joints) how fast it moves a body's points, in any configuration; pairs that are ``is_static`` are left out.
         """
-        dof, pairs = self.dof, self.pairs
-        arrays = _floats(reach, pairs, dof), _floats(body_reach, self.bodies, dof), _bytes(is_static, pairs)
+        joints, pairs = self.joints, self.pairs
+        arrays = _floats(reach, pairs, joints), _floats(body_reach, self.bodies, joints), _bytes(is_static, pairs)
         return NativeBounds(arrays)
 
     def coarse(self, rotation: Floats, position: Floats) -> Floats:

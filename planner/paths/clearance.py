@@ -76,7 +76,7 @@ class _Search:
     def __init__(self, checker: CollisionChecker, path: Floats) -> None:
         self.path, self.clearance = path, Clearance(checker)
         # two bodies may come nearer by what both of them move
-        motion = (np.abs(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
+        motion = (checker.chain.sizes(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
         self.passed = so_far(motion)  # (k,) motion from the start to each waypoint
         self.best = Place(0, 0.0, path[0], np.inf)
         length = float(self.passed[-1])

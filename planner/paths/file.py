@@ -150,6 +150,7 @@ def left_out(names: Sequence[str] | None, robot: Robot) -> list[str]:
     if not others:
         return []
     still = ", which stay where the robot has them" if set(others) <= set(robot.fixed_joints) else ""
+    still = ", which follow planned ones" if {*others} <= {item.joint for item in robot.followers} else still
     return [f"positions of {choices(others)} are left out: these are no planned joints of {robot.name}{still}"]
 
 

@@ -86,7 +86,8 @@ def notes_on(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> t
     """Notes of what a robot cannot make use of in a request; ``choice`` says who chose the planned joints."""
     lacking = [name for name in message.start if name not in robot.source.joints]
     held = {name: value for name, value in message.start.items() if name not in (*robot.joints, *lacking)}
-    other = [name for name, value in held.items() if abs(robot.fixed_joints.get(name, 0.0) - value) > _SAME]
+    start = message.start
+    other = [name for name, value in held.items() if abs(_unplanned(name, robot, start) - value) > _SAME]
     found = []
     if lacking:
         text = f"{message.where}: its start_state names joints that the robot lacks, passed over: {choices(lacking)}."
@@ -133,11 +134,16 @@ def kept_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> tuple[tup
     found = list(_region(message.path, robot, scene, where))
     for each in message.path_joints:
         lower, upper = each.position - each.tolerance_below, each.position + each.tolerance_above
-        if each.joint_name not in robot.joints:
-            _require_held(each.joint_name, each.position, (lower, upper), robot, start, where)
+        name = each.joint_name
+        for item in robot.followers:
+            if item.joint == name:
+                name = item.leader
+                lower, upper = sorted((end - item.offset) / item.multiplier for end in (lower, upper))
+        if name not in robot.joints:
+            _require_held(name, each.position, (lower, upper), robot, start, where)
             continue
         try:
-            found.append(KeepJoint(each.joint_name, lower, upper))
+            found.append(KeepJoint(name, lower, upper))
         except OptionError as error:
             raise SceneError(f"{where}: {error}") from None
     try:
@@ -194,15 +200,17 @@ def _joint_target(goal: JointGoal, robot: Robot, start: Mapping[str, float]) -> 
         below, above = (max(tolerance, _SAME) for tolerance in goal.tolerances[name])
         if name in robot.joints:
             continue
-        _require_held(name, value, (value - below, value + above), robot, start, "the request's goal")
+        _require_held(
+            name, value, (value - below, value + above), robot, {**start, **goal.values}, "the request's goal"
+        )
     return planned
 
 
 def _require_held(
-    name: str, value: float, within: tuple[float, float], robot: Robot, start: Mapping[str, float], what: str
+    name: str, value: float, within: tuple[float, float], robot: Robot, values: Mapping[str, float], what: str
 ) -> None:
     """Raise :class:`StateError` where a joint that is not planned is not held ``within`` what a constraint asks."""
-    held = robot.fixed_joints.get(name, 0.0) if name in robot.source.joints else start.get(name)
+    held = _unplanned(name, robot, values) if name in robot.source.joints else values.get(name)
     if held is None:
         raise StateError(
             f"{what} names joint '{name}'{nearest(name, robot.joints)}, which the robot lacks; choose "
@@ -213,6 +221,14 @@ def _require_held(
             f"{what} wants joint '{name}' at {value:g}, but it is not planned, and held at {held:g}; "
             "plan it too (--group or --joints), or take the constraint out."
         )
+
+
+def _unplanned(name: str, robot: Robot, values: Mapping[str, float]) -> float:
+    """The value of a joint that is held or follows another; NaN where ``values`` lack its leader."""
+    for item in robot.followers:
+        if item.joint == name:
+            return item.multiplier * values.get(item.leader, np.nan) + item.offset
+    return robot.fixed_joints.get(name, 0.0)
 
 
 def _link_target(goal: LinkGoal, robot: Robot, scene: Scene, where: str) -> tuple[str, Target]:

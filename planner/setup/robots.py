@@ -54,7 +54,8 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
     if message is not None:
         choice, start = choice_of(message, choice, files), start_of(message, scene)
         planned = files.planned_joints(tool, choice, fixed)
-        held = {name: start[name] for name in files.model.names[1:] if name in start and name not in planned}
+        free = [name for name in files.model.names[1:] if name in start and name not in planned]
+        held = {name: start[name] for name in free if files.description.mimic(name).leader not in planned}
         _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
         fixed |= held
     base = placement.base.matrix() if request.base is None else pose(*parse_base(request.base))

@@ -193,7 +193,7 @@ def draw_gap(canvas: Canvas, robot: Robot, gap: Gap) -> None:
 
 
 def joint_matrices(robot: Robot, q: Floats) -> Floats:
-    """(n, joints, 4, 4) placements of every planned joint's frame."""
+    """(n, joints, 4, 4) placements of every joint's frame, those that follow planned ones too."""
     rotation, position = joint_placements(Chain.of(robot), q)
     matrices = np.zeros((*position.shape[:2], 4, 4))
     matrices[..., :3, :3], matrices[..., :3, 3], matrices[..., 3, 3] = rotation, position, 1.0

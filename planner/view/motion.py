@@ -86,7 +86,10 @@ def chain_data(robot: Robot) -> dict[str, Any]:
     chain, frame = Chain.of(robot), robot.model.frames[robot.tool_id]
     return {
         "parent": chain.parent.tolist(),
-        "rotations": chain.rotations.reshape(robot.dof, 3, 9).tolist(),
+        "leader": chain.leader.tolist(),
+        "factor": chain.factor.tolist(),
+        "zero": chain.zero.tolist(),
+        "rotations": chain.rotations.reshape(-1, 3, 9).tolist(),
         "offset": chain.offset.tolist(),
         "slide": chain.slide.tolist(),
         "prismatic": chain.prismatic.tolist(),

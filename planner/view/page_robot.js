@@ -38,7 +38,8 @@ const plus = (u, v, scale = 1) => [0, 1, 2].map((i) => u[i] + scale * v[i]);
 function placements(q) {
   const chain = data.chain;
   const frames = [{ rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1], position: [0, 0, 0] }];
-  q.forEach((value, j) => {
+  chain.leader.forEach((leader, j) => {
+    const value = chain.factor[j] * q[leader] + chain.zero[j];
     const { rotation, position } = frames[chain.parent[j]];
     const [c0, c1, c2] = chain.rotations[j];
     let origin = plus(position, turned(rotation, chain.offset[j]));

@@ -29,7 +29,7 @@ from planner.problem.request import PlanRequest, TimingRequest
 from planner.trajectory.timing import time_path
 from tests.worlds import joint_xml, link_xml, load, make_post, scene_of
 
-LINES = 500
+LINES = 600
 TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
 
 

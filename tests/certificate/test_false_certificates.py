@@ -228,7 +228,7 @@ def test_a_joint_that_stands_before_what_carries_it_in_the_urdf(tmp_path: Path) 
     folder, _ = folder_of(tmp_path / "out", make_post(), AROUND)
     case, urdf = Case.of(folder), load("planar_2r").source.path
     assert verify_proof.check(folder, urdf)
-    words = {**case.words, "joints": case.words["joints"][::-1]}
+    words = {**case.words, "joints": case.words["joints"][::-1], "tree": case.words["tree"][::-1]}
     case.plan["joints"] = words["joints"]
     case.accepts({**case.data, "joint": np.array([-1, 0, 2, 1])[case.data["joint"] + 1]}, words)
     with pytest.raises(Refused, match="stands before what carries it"):

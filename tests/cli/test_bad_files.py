@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import RobotError
+from planner.models.files.robot_files import JointChoice
 from planner.models.robot import Robot, load_visuals
 from planner.models.scene import Scene
 from tests.refusals import refusal_of
@@ -86,13 +87,14 @@ def test_a_held_joint_follows_the_one_it_mimics(urdf_file: Callable[..., str]) -
     assert Robot.load(path, tool="b", fixed_joints={"other": 0.2}).fixed_joints == {"other": 0.2}, "as it was asked"
 
 
-def test_a_mimic_joint_that_would_have_to_move_is_refused(urdf_file: Callable[..., str]) -> None:
+def test_a_mimic_joint_is_neither_planned_nor_held_by_itself(urdf_file: Callable[..., str]) -> None:
     path = urdf_file(GRIPPER)
-    with pytest.raises(RobotError, match="'other' mimics 'finger', which is planned, and moves a collision body"):
-        Robot.load(path, tool="c")
-    with pytest.raises(RobotError, match="'other' mimics 'finger' and cannot be planned by itself"):
-        Robot.load(path, tool="d")
-    assert Robot.load(path, tool="c", fixed_joints={"other": 0.0}).joints == ("j", "finger")
+    for tool in ("c", "d"):
+        assert Robot.load(path, tool=tool).joints == ("j", "finger")
+    with pytest.raises(RobotError, match="'other' mimics 'finger' and cannot be planned by itself: plan 'finger'"):
+        Robot.load(path, tool="d", choice=JointChoice(joints=("j", "other")))
+    with pytest.raises(RobotError, match="'other' mimics 'finger', which is planned, so it cannot be held"):
+        Robot.load(path, tool="c", fixed_joints={"other": 0.0})
     nowhere = urdf_file(GRIPPER.replace('mimic joint="finger"', 'mimic joint="nobody"'))
     with pytest.raises(RobotError, match="mimics 'nobody'"):
         Robot.load(nowhere, tool="b")

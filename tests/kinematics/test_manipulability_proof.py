@@ -11,6 +11,7 @@ from planner.kinematics.manipulability import jacobian, manipulability
 from planner.kinematics.manipulability_proof import ManipulabilityBound, prove_floor
 from planner.kinematics.tool_bound import column_rates
 from planner.models.robot import Robot
+from tests.linkages import palletizer, random_linkage
 from tests.worlds import joint_xml, link_xml, load, random_q
 
 
@@ -20,6 +21,12 @@ def sliding(urdf_file) -> Robot:
     inside += joint_xml("j1", "a", "b") + joint_xml("j2", "b", "c", "prismatic", "1 0 0", xyz="0.3 0 0.1")
     inside += joint_xml("j3", "c", "d", axis="0 1 0", xyz="0.2 0.1 0") + joint_xml("j4", "d", "e", xyz="0.3 0 0")
     return Robot.load(urdf_file(inside, name="sliding"))
+
+
+def made(name: str, urdf_file) -> Robot:
+    made = {"sliding": lambda: sliding(urdf_file), "palletizer": lambda: palletizer().robot}
+    made["linkage"] = lambda: random_linkage(9).robot
+    return made.get(name, lambda: load(name))()
 
 
 def rates_by_differences(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -34,19 +41,19 @@ def rates_by_differences(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.nd
     return linear, angular
 
 
-@pytest.mark.parametrize("name", ["iiwa14", "ur5", "kinova", "planar_2r", "sliding"])
+@pytest.mark.parametrize("name", ["iiwa14", "ur5", "kinova", "planar_2r", "sliding", "palletizer", "linkage"])
 def test_no_column_changes_faster_than_is_claimed(name: str, urdf_file) -> None:
-    robot = sliding(urdf_file) if name == "sliding" else load(name)
+    robot = made(name, urdf_file)
     claimed = column_rates(robot)
     for q in random_q(robot, 10, seed=5):
         for found, most in zip(rates_by_differences(robot, q), claimed, strict=True):
             assert (found <= most + 1e-6).all()
 
 
-@pytest.mark.parametrize("name", ["iiwa14", "ur5", "planar_2r", "sliding"])
+@pytest.mark.parametrize("name", ["iiwa14", "ur5", "planar_2r", "sliding", "palletizer", "linkage"])
 def test_an_optimiser_finds_no_smaller_w_than_the_bound(name: str, urdf_file) -> None:
     """Random steps downhill in w within the spread; the bound of no spread is w itself."""
-    robot = sliding(urdf_file) if name == "sliding" else load(name)
+    robot = made(name, urdf_file)
     rng, bound = np.random.default_rng(4), ManipulabilityBound(robot)
     centres = random_q(robot, 6, seed=2)
     np.testing.assert_allclose(bound(centres, 0.0 * centres)[1], manipulability(robot, centres), rtol=1e-7, atol=1e-15)

@@ -12,6 +12,7 @@ from planner.base.polynomials import evaluate
 from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
 from planner.models.files.robot_files import JointChoice
 from planner.models.robot import Robot
+from tests.linkages import palletizer, random_linkage
 from tests.worlds import joint_xml, link_xml, load, random_q
 
 
@@ -25,7 +26,9 @@ def sliding(urdf_file) -> Robot:
 
 
 def made(name: str, urdf_file) -> Robot:
-    return sliding(urdf_file) if name == "sliding" else load(name)
+    made = {"sliding": lambda: sliding(urdf_file), "palletizer": lambda: palletizer().robot}
+    made["linkage"] = lambda: random_linkage(9).robot
+    return made.get(name, lambda: load(name))()
 
 
 def deviations(bound: ToolBound, curves: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -63,7 +66,7 @@ def climb(bound: ToolBound, degree: int, size: float, kind: int, seed: int, step
     return float(best.max())
 
 
-@pytest.mark.parametrize("name", ["iiwa14", "ur5", "planar_2r", "sliding"])
+@pytest.mark.parametrize("name", ["iiwa14", "ur5", "planar_2r", "sliding", "palletizer", "linkage"])
 @pytest.mark.parametrize("degree", [1, 2, 5])
 @pytest.mark.parametrize("size", [1e-2, 1.0])
 def test_a_hill_climb_never_exceeds_the_bound(name: str, degree: int, size: float, urdf_file) -> None:
@@ -103,7 +106,7 @@ def ball(centre: np.ndarray, radius: Any):
     return lambda curve, s, rotation, position: (radius - np.linalg.norm(position - centre, axis=1))[:, None, None]
 
 
-@pytest.mark.parametrize("name", ["iiwa14", "ur5", "sliding"])
+@pytest.mark.parametrize("name", ["iiwa14", "ur5", "sliding", "palletizer", "linkage"])
 def test_balls_hold_or_break_as_dense_samples_say(name: str, urdf_file) -> None:
     robot, rng = made(name, urdf_file), np.random.default_rng(2)
     bound, s = ToolBound(robot), np.linspace(0, 1, 2001)

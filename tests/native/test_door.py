@@ -128,7 +128,7 @@ def moving(times: list[float], size: float = 0.1, **other: np.ndarray) -> Callab
     return lambda: with_obstacle().set_motion(1, np.array(times), **given, size=size)
 
 
-def chain_with(**other: np.ndarray) -> Callable[[], object]:
+def chain_with(**other: Any) -> Callable[[], object]:
     given = {
         "parent": np.array([0, 1]),
         "prismatic": np.zeros(2, dtype=bool),
@@ -190,6 +190,10 @@ WRONG: dict[str, Callable[[], object]] = {
     "chain: rotations of one": chain_with(rotations=np.zeros((1, 3, 3, 3))),
     "chain: an axis of two": chain_with(axis=np.zeros((2, 2))),
     "chain: an offset with NaN": chain_with(offset=np.full((2, 3), np.nan)),
+    "chain: a leader below 0": chain_with(following=(np.array([-1, 0]), np.ones(2), np.zeros(2))),
+    "chain: more leaders than joints": chain_with(following=(np.array([0, 2]), np.ones(2), np.zeros(2))),
+    "chain: a factor with NaN": chain_with(following=(np.array([0, 0]), np.array([1.0, np.nan]), np.zeros(2))),
+    "chain: zeros of one": chain_with(following=(np.array([0, 0]), np.ones(2), np.zeros(1))),
     "placements: columns": lambda: CHAIN.placements(Q[:, :1]),
     "points: columns": lambda: CHAIN.points(Q[:, :1], 0, np.zeros(3)),
     "points: joint": lambda: CHAIN.points(Q, 4, np.zeros(3)),

@@ -16,6 +16,7 @@ from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, PlanRequest
 from planner.setup.open import Query, make_query
 from planner.trajectory.limits import MotionLimits
+from tests.linkages import palletizer
 from tests.models.files.moveit.samples import REQUEST, SCENE, changed
 from tests.refusals import refusal_of
 
@@ -205,7 +206,7 @@ def test_the_group_is_what_is_planned(tmp_path: Path) -> None:
     """The Panda's SRDF has the group arm_and_hand: with it a finger is planned, unless the options say otherwise."""
     wide = changed(REQUEST, "group_name", "arm_and_hand")
     wide["goal_constraints"][0]["joint_constraints"] += [{"joint_name": "panda_finger_joint1", "position": 0.02}]
-    assert "panda_finger_joint1" in refusal_of(lambda: asked(tmp_path, wide))  # joint2 mimics it, and has a body
+    assert "panda_finger_joint1" in refusal_of(lambda: asked(tmp_path, wide))  # which the robot file holds
     arm = asked(tmp_path, changed(REQUEST, "group_name", "arm"))
     assert arm.robot.joints == tuple(f"panda_joint{k}" for k in range(1, 8))
     assert "group_name" not in told(arm)
@@ -315,3 +316,29 @@ def test_goals_that_were_refused_are_met(tmp_path: Path) -> None:
 def test_a_fixed_orientation_is_too_thin_to_be_kept(tmp_path: Path) -> None:
     text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.0, 0.1, 0.1))))
     assert "path_constraints: 'euler:0,0.1,0.1,1,0,0,0 of panda_hand' leaves 0 rad" in text
+
+
+def of_palletizer(goal: dict[str, float], rod: float = 0.2, kept: list[dict] | None = None) -> dict:
+    """From j2 = 0.2 to a goal of joints; ``rod`` is where the start says that the rod is, which follows j2."""
+    start = {"name": ["j1", "j2", "j3", "rod_joint"], "position": [0.0, 0.2, 0.1, rod]}
+    constraints = [{"joint_name": name, "position": value} for name, value in goal.items()]
+    asked_for = {"start_state": {"joint_state": start}, "goal_constraints": [{"joint_constraints": constraints}]}
+    return asked_for | ({"path_constraints": {"joint_constraints": kept}} if kept else {})
+
+
+def test_followers_are_where_their_leaders_put_them(tmp_path: Path) -> None:
+    ends = {"j1": 0.3, "j2": 0.4, "j3": 0.0}
+    named = {"robot": str(palletizer().path), "tool": "tcp"}
+    scene = {"name": "none", "world": {"collision_objects": []}}
+    query = asked(tmp_path, of_palletizer(ends | {"rod_joint": 0.4}), scene, **named)
+    assert query.robot.joints == ("j1", "j2", "j3")
+    assert not set(query.robot.fixed_joints) & {"rod_joint", "level_2", "level_3"}
+    assert "elsewhere than start_state says" not in told(query)
+    assert "holds rod_joint elsewhere than start_state" in told(
+        asked(tmp_path, of_palletizer(ends, 0.5), scene, **named)
+    )
+    wrong = of_palletizer(ends | {"rod_joint": 0.1})
+    assert "wants joint 'rod_joint' at 0.1" in refusal_of(lambda: asked(tmp_path, wrong, scene, **named))
+    bar = [{"joint_name": "level_2", "position": -0.3, "tolerance_above": 0.4, "tolerance_below": 0.2}]
+    kept = asked(tmp_path, of_palletizer(ends, kept=bar), scene, **named)
+    np.testing.assert_allclose([kept.robot.lower[1], kept.robot.upper[1]], [-0.1, 0.5])

@@ -34,6 +34,7 @@ from planner.view.motion import chain_data
 from planner.view.page import Content, page
 from planner.view.state import inspect_state, state_page
 from tests.browser import Tab, browser
+from tests.linkages import random_linkage
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap, random_q
 
 STAGE = (slice(0, 525), slice(345, None))  # of a picture: neither panel nor player
@@ -175,15 +176,15 @@ def test_the_robot_stands_where_python_puts_it(tab: Tab, made: Plan) -> None:
 
 
 def test_forward_kinematics_of_every_robot(tab: Tab, urdf_file: Callable[..., str]) -> None:
-    """Revolute, continuous and sliding joints, in a chain and placed anywhere."""
+    """Revolute, continuous and sliding joints, in a chain and placed anywhere, and those that follow others."""
     inside = link_xml("a") + link_xml("b") + link_xml("c") + joint_xml("slide", "a", "b", "prismatic", "0 0.6 0.8")
     inside += joint_xml("turn", "b", "c", "continuous", "0 1 0", xyz="0.1 0.2 0.3")
-    for robot in (*map(load, ROBOTS), Robot.load(urdf_file(inside))):
+    for robot in (*map(load, ROBOTS), Robot.load(urdf_file(inside)), *(random_linkage(k).robot for k in range(4))):
         q = random_q(robot, 4)
         tab.run(f"void (data.chain = {json.dumps(chain_data(robot))})")
         place = "placements(q).slice(1).map(f => columns(f.rotation, f.position))"
         frames = np.array(tab.run(f"{json.dumps(q.tolist())}.map(q => {place})"))
-        frames = frames.reshape(4, robot.dof, 4, 4).transpose(0, 1, 3, 2)
+        frames = frames.reshape(4, -1, 4, 4).transpose(0, 1, 3, 2)
         np.testing.assert_allclose(frames, joint_matrices(robot, q), atol=1e-9, err_msg=robot.name)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -117,7 +117,7 @@ class RobotFiles:
         Raises :class:`RobotError` for names that the robot does not have, and where a joint chosen by name is held.
         """
         held = {**(self.file.fixed_joints if self.file else {}), **fixed}
-        chosen = self._chosen_joints(self.tool(tool, choice), choice)
+        chosen = self._chosen_joints(self.tool(tool, choice), choice, held)
         for name in chosen:
             if not self.model.existJointName(name):
                 known = (
@@ -133,7 +133,16 @@ class RobotFiles:
                 )
         return [name for name in self.model.names[1:] if name in chosen and name not in held]
 
-    def _chosen_joints(self, tool: str, choice: JointChoice) -> list[str]:
+    def leaders(self, frame: str, held: Collection[str] = ()) -> list[str]:
+        """The joints that move ``frame``, base first; leaders stand for those that follow them.
+
+        A joint that is ``held`` follows no other.
+        """
+        joints = urdf.chain_joints(self.model, frame)
+        leaders = {self.description.mimic(joint, held).leader for joint in joints}
+        return [joint for joint in self.model.names[1:] if joint in leaders]
+
+    def _chosen_joints(self, tool: str, choice: JointChoice, held: Collection[str]) -> list[str]:
         if choice.joints is not None:
             return list(choice.joints)
         if choice.group is not None:
@@ -141,7 +150,7 @@ class RobotFiles:
         if self.file and self.file.joints:
             return list(self.file.joints)
         passive = self.srdf.passive if self.srdf else frozenset()
-        return [joint for joint in urdf.chain_joints(self.model, tool) if joint not in passive]
+        return [joint for joint in self.leaders(tool, held) if joint not in passive]
 
     def _groups(self) -> Srdf:
         if self.srdf is None:
@@ -153,7 +162,7 @@ class RobotFiles:
         tool = tool or (self.file.tool if self.file else None)
         if choice.group is not None:
             joints = group_joints(self._groups(), choice.group, self.description, self.model)
-            if tool is None or joints[-1] not in urdf.chain_joints(self.model, tool):
+            if tool is None or joints[-1] not in self.leaders(tool):
                 return group_tip(self._groups(), choice.group, self.description, self.model)
         return _known_tool(self.model, tool)
 
@@ -185,7 +194,7 @@ class RobotFiles:
 
     def _by_joint(self, file: RobotFile, values: Sequence[float], what: str) -> dict[str, float]:
         """One value for each joint that the robot file plans; :class:`RobotError` where there are more or fewer."""
-        joints = file.joints or urdf.chain_joints(self.model, _known_tool(self.model, file.tool))
+        joints = file.joints or self.leaders(_known_tool(self.model, file.tool))
         if len(joints) != len(values):
             raise RobotError(
                 f"robot file {self.origin}: {what} has {len(values)} values, the robot {len(joints)} joints, "

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Bools, Floats
 from planner.base.errors import RobotError, choices
 from planner.base.notes import Note
 from planner.base.silenced import Silenced
@@ -27,6 +27,8 @@ from planner.models.shapes import Mesh
 
 MJCF = "mujoco"  # the root element of MJCF files
 _LINK = " (link)"
+_MOST = 1000.0  # rad, m: a joint that follows goes no farther
+_SAME = 1e-9  # relative to rad, m: limits that are nearer to each other are the same
 
 
 @dataclass(frozen=True)
@@ -70,27 +72,21 @@ class Description:
             for kind in ("collision", "visual")
         }
 
-    def following(self, frame: str, planned: Iterable[str], held: Collection[str]) -> str | None:
-        """A joint that moves ``frame``, a link or fixed joint, as it mimics one of the ``planned``; None without one.
+    def mimic(self, joint: str, held: Collection[str] = ()) -> Mimic:
+        """How ``joint`` follows the joint at the end of its chain of leaders, or the first one that is ``held``.
 
-        Those that are ``held`` mimic nobody.
+        A joint that mimics no other follows itself. Raises :class:`RobotError` for leaders in a circle.
         """
-        moving = self.moving(planned, held) - {*planned}
-        above = {child: (joint, parent) for joint, (parent, child) in self.joints.items()}
-        frame = self.sites[frame][0] if frame in self.sites else frame
-        link = frame if frame in self.links else self.joints.get(frame, ("", ""))[1]
-        while moving and link in above:
-            joint, link = above[link]
-            if joint in moving:
-                return joint
-        return None
-
-    def moving(self, planned: Iterable[str], held: Collection[str]) -> set[str]:
-        """The ``planned`` joints, and those that mimic them and are not ``held``."""
-        moving, free = {*planned}, [item for item in self.mimics if item.joint not in held]
-        for _ in free:  # one may mimic another
-            moving |= {item.joint for item in free if item.leader in moving}
-        return moving
+        own, found = {item.joint: item for item in self.mimics}, Mimic(joint, joint, 1.0, 0.0)
+        for _ in range(len(own) + 1):
+            if found.leader in held or found.leader not in own:
+                return found
+            above = own[found.leader]
+            offset = found.multiplier * above.offset + found.offset
+            found = Mimic(joint, above.leader, found.multiplier * above.multiplier, offset)
+        raise RobotError(
+            f"joint '{joint}' of {self.path} mimics '{own[joint].leader}', and their leaders form a circle: mend it."
+        )
 
     def child_of(self, joint: str) -> str:
         """The link that ``joint`` moves."""
@@ -230,65 +226,87 @@ def build_model(description: Description) -> pin.Model:
     return model
 
 
-def followed(
-    description: Description,
-    model: pin.Model,
-    geometry: pin.GeometryModel,
-    planned: Sequence[str],
-    fixed: Mapping[str, float],
-    tool: str,
-) -> dict[str, float]:
-    """``fixed`` with the values of held joints that mimic others, which they follow unless ``fixed`` names them.
+def follow(
+    description: Description, model: pin.Model, planned: Sequence[str], fixed: Mapping[str, float]
+) -> tuple[dict[str, float], tuple[Mimic, ...]]:
+    """The values of all joints that are held, and the joints that follow ``planned`` ones.
 
-    Raises :class:`RobotError` where a mimic joint is planned, or follows a planned joint and moves a body or the tool.
+    Held are ``fixed`` joints, which may not follow a planned one, and those that mimic joints that stand. Raises
+    :class:`RobotError`.
     """
-    held, waiting = dict(fixed), {item.joint: item for item in description.mimics if item.joint not in fixed}
-    moving = description.moving(planned, fixed)
-    while waiting:
-        # a leader may mimic another joint: that one first
-        item = next((item for item in waiting.values() if item.leader not in waiting), None)
-        if item is None or not (model.existJointName(item.leader) and model.existJointName(item.joint)):
-            wrong = item or next(iter(waiting.values()))
+    held, followers = dict(fixed), list[Mimic]()
+    for own in description.mimics:
+        if not (model.existJointName(own.leader) and model.existJointName(own.joint)):
             raise RobotError(
-                f"joint '{wrong.joint}' of {description.path} mimics {shown(wrong.leader)}, but those are not two "
+                f"joint '{own.joint}' of {description.path} mimics {shown(own.leader)}, but those are not two "
                 "moving joints of which one leads: mend the file."
             )
-        del waiting[item.joint]
-        follows = f"joint '{item.joint}' mimics '{item.leader}'"
+        item = description.mimic(own.joint)
         if item.joint in planned:
             raise RobotError(
-                f"{follows} and cannot be planned by itself: choose another tool frame, or remove its <mimic>."
+                f"joint '{item.joint}' mimics '{item.leader}' and cannot be planned by itself: plan '{item.leader}', "
+                "or remove its <mimic>."
             )
-        if item.leader not in moving:
-            value = item.multiplier * held.get(item.leader, 0.0) + item.offset
-            held |= {item.joint: value} if value else {}
-        elif any(model.getJointId(item.joint) in model.supports[each.parentJoint] for each in geometry.geometryObjects):
+        if item.joint in fixed and item.leader in planned:
             raise RobotError(
-                f"{follows}, which is planned, and moves a collision body: hold it with fixed_joints, or remove its "
-                "<mimic> from the URDF."
+                f"joint '{item.joint}' mimics '{item.leader}', which is planned, so it cannot be held: take it out of "
+                "fixed_joints, or remove its <mimic> from the URDF."
             )
-    require_not_following(description, tool, planned, fixed)
-    return held
+        if item.leader in planned and item.multiplier:
+            followers.append(item)
+        elif item.joint not in fixed:
+            item = description.mimic(own.joint, fixed)
+            value = item.multiplier * fixed.get(item.leader, 0.0) + item.offset
+            held |= {item.joint: value} if value else {}
+    return held, tuple(followers)
 
 
-def require_not_following(description: Description, frame: str, planned: Iterable[str], held: Collection[str]) -> None:
-    """Raise :class:`RobotError` where a joint that mimics a ``planned`` one, and is not ``held``, moves ``frame``."""
-    joint = description.following(frame, planned, held)
-    if joint is not None:
-        raise RobotError(
-            f"frame '{frame}' is moved by joint '{joint}', which mimics one that is planned, and would stand here: "
-            "choose another frame, hold the joint with fixed_joints, or remove its <mimic> from the URDF."
-        )
+def narrow(model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[str]) -> tuple[set[str], list[Note]]:
+    """Narrow limits in ``model`` so that followers keep theirs; the joints that turn without end, and notes.
+
+    Of the ``continuous`` joints those turn without end whose followers all do, by whole multiples.
+    """
+    endless, notes = set(continuous), list[Note]()
+    lower, upper, velocity = model.lowerPositionLimit, model.upperPositionLimit, model.upperVelocityLimit
+    for item in followers:
+        leader, own = (model.getJointId(name) - 1 for name in (item.leader, item.joint))
+        before, low, high, fast = (lower[leader], upper[leader], velocity[leader]), -np.inf, np.inf, np.inf
+        if item.joint not in continuous:
+            low, high = sorted((end - item.offset) / item.multiplier for end in (lower[own], upper[own]))
+        if item.joint not in continuous or item.multiplier != round(item.multiplier):
+            endless.discard(item.leader)
+        if velocity[own] > 0:
+            fast = velocity[own] / abs(item.multiplier)
+        lower[leader] = low if low > before[0] + _SAME else before[0]
+        upper[leader] = high if high < before[1] - _SAME else before[1]
+        velocity[leader] = fast if fast < (before[2] or np.inf) - _SAME else before[2]
+        narrower, slower = before[:2] != (lower[leader], upper[leader]), before[2] != velocity[leader]
+        farthest = max(abs(item.multiplier * end[leader] + item.offset) for end in (lower, upper))
+        if not lower[leader] < upper[leader] or farthest > _MOST:
+            raise RobotError(
+                f"joint '{item.joint}' mimics '{item.leader}' and cannot follow it within its own limits: mend its "
+                "<mimic> or the limits in the URDF."
+            )
+        if narrower or slower or item.leader in continuous - endless:
+            speed = f" and to a velocity of {velocity[leader]:.6g}" if slower else ""
+            text = f"joint '{item.joint}' follows '{item.leader}', which is kept to [{lower[leader]:.6g}, "
+            notes.append(Note(f"{text}{upper[leader]:.6g}]{speed}, so that both keep their limits.", grave=False))
+    return endless, notes
+
+
+def slides(model: pin.Model) -> Bools:
+    """(joints,) which joints of ``model`` slide (their values are metres)."""
+    return np.array([joint.shortname().startswith("JointModelP") for joint in list(model.joints)[1:]])
 
 
 def reduce(
     model: pin.Model,
     geometry: pin.GeometryModel,
-    planned: Sequence[str],
+    moving: Collection[str],
     fixed: Mapping[str, float],
     base: Floats,
 ) -> tuple[pin.Model, pin.GeometryModel]:
-    """The model of the ``planned`` joints, the others held at ``fixed`` (else at neutral), placed at ``base``."""
+    """The model of the ``moving`` joints, the others held at ``fixed`` (else at neutral), placed at ``base``."""
     reference = pin.neutral(model)
     for name, value in fixed.items():
         if not model.existJointName(name):
@@ -296,7 +314,7 @@ def reduce(
         if not abs(value) <= FARTHEST:
             raise RobotError(f"joint '{name}' cannot be held at {value:g}: give a value of at most {FARTHEST:g}.")
         reference[model.joints[model.getJointId(name)].idx_q] = value
-    locked = [model.getJointId(name) for name in model.names[1:] if name not in planned]
+    locked = [model.getJointId(name) for name in model.names[1:] if name not in moving]
     _rename(model, "", _LINK)  # for now: Pinocchio looks joints up among all frames
     try:
         reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)

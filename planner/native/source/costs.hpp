@@ -78,7 +78,7 @@ constexpr int most_doublings = 7;  // of the states on longer motions
 class Pricing {
    public:
     Pricing(const Chain& chain, const Tool& tool, const Prices& prices)
-        : chain_(chain), tool_(tool), prices_(prices), scratch_(chain.dof()) {}
+        : chain_(chain), tool_(tool), prices_(prices), scratch_(chain) {}
 
     // Costs (count,) of motions from start to end (count, dof).
     void price(int count, const double* start, const double* end, double* costs) {

@@ -52,21 +52,25 @@ class Glance {
     // Whether it finds nothing along a motion from `start` by `delta` but at `start`: at its end, in its middle, and
     // where no point moves further than `step` (m) from one state to the next. States are passed over that are clear as
     // one that was looked at is farther from everything than anything moves until there.
-    // `reach` (pairs, dof) and `body_reach` (bodies, dof) bound how a joint's motion changes distances, and moves points.
+    // `reach` (pairs, joints) and `body_reach` (bodies, joints) bound how a joint's motion changes distances, and moves
+    // points.
     bool looks_free(const double* start, const double* delta, const double* reach, const double* body_reach,
                     double step) {
-        const int dof = world_.chain.dof(), scene = world_.bodies * world_.obstacles();
+        const int dof = world_.chain.dof(), joints = world_.chain.size(), scene = world_.bodies * world_.obstacles();
         if (!within(delta, dof, farthest)) return false;
+        std::vector<double> sizes(joints);
+        for (int j = 0; j < joints; ++j)
+            sizes[j] = std::fabs(world_.chain.joints[j].factor * delta[world_.chain.joints[j].leader]);
         const auto moved = [&](const double* row) {
             double motion = 0.0;
-            for (int j = 0; j < dof; ++j) motion += row[j] * std::fabs(delta[j]);
+            for (int j = 0; j < joints; ++j) motion += row[j] * sizes[j];
             require(motion >= 0.0, "a reach is no distance");
             return motion;
         };
         double most = 0.0;
-        for (int b = 0; b < world_.bodies; ++b) most = std::max(most, motion_[b] = moved(body_reach + b * dof));
+        for (int b = 0; b < world_.bodies; ++b) most = std::max(most, motion_[b] = moved(body_reach + b * joints));
         for (int p = scene; p < world_.pair_count(); ++p)
-            motion_[world_.bodies + p - scene] = moved(reach + static_cast<size_t>(p) * dof);
+            motion_[world_.bodies + p - scene] = moved(reach + static_cast<size_t>(p) * joints);
         require(most / step <= INT32_MAX / 4, "a motion is too long to be looked at in such short steps");
         const int count = static_cast<int>(std::ceil(most / step));
         std::vector<double> q(dof);

@@ -67,8 +67,8 @@ struct Task {
 class Descent {
    public:
     explicit Descent(const Task& task)
-        : task_(task), target_(), dof_(task.chain.dof()), rows_(task.rows), frames_(dof_ + 1), linear_(dof_),
-          angular_(dof_), jacobian_(6 * dof_), there_(6 * dof_), moved_(dof_) {}
+        : task_(task), target_(), dof_(task.chain.dof()), rows_(task.rows), frames_(task.chain.size() + 1),
+          linear_(dof_), angular_(dof_), jacobian_(6 * dof_), there_(6 * dof_), moved_(dof_) {}
 
     // Levenberg-Marquardt from q to a target in the world; q becomes where it ends. A step that does not come nearer is
     // damped more.

@@ -65,8 +65,8 @@ inline void pose_of(const KeptFrame& kept, const Frame* frames, double* y) {
 class Projection {
    public:
     explicit Projection(const Keeping& keeping)
-        : keeping_(keeping), dof_(keeping.chain.dof()), frames_(dof_ + 1), linear_(dof_), angular_(dof_),
-          rates_(12 * dof_), row_(dof_), square_(dof_ * dof_), step_(dof_) {}
+        : keeping_(keeping), dof_(keeping.chain.dof()), frames_(keeping.chain.size() + 1), linear_(dof_),
+          angular_(dof_), rates_(12 * dof_), row_(dof_), square_(dof_ * dof_), step_(dof_) {}
 
     // Gauss-Newton steps from q into what is allowed, a share `depth` of the way to its middle, until all is kept but for
     // `exact`; q becomes where they end. Whether all is kept there.

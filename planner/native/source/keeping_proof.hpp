@@ -23,8 +23,9 @@ struct KeptBounds {
 class KeptProof {
    public:
     KeptProof(const Keeping& keeping, const KeptBounds& bounds, int degree)
-        : keeping_(keeping), bounds_(bounds), degree_(degree), dof_(keeping.chain.dof()), frames_(dof_ + 1), q_(dof_),
-          sizes_(dof_), speed_(dof_), bend_(dof_), part_((degree + 1) * dof_), slope_((degree + 1) * dof_) {}
+        : keeping_(keeping), bounds_(bounds), degree_(degree), dof_(keeping.chain.dof()),
+          frames_(keeping.chain.size() + 1), q_(dof_), sizes_(dof_), speed_(dof_), bend_(dof_),
+          part_((degree + 1) * dof_), slope_((degree + 1) * dof_) {}
 
     // Whether all is kept on the whole curve c (degree + 1, dof).
     bool holds(const double* c) {

@@ -14,9 +14,11 @@ constexpr double half_turn = M_PI - 1e-9;  // rad: who is told the ends alone tu
 struct Joint {
     int parent;  // 0 the base, else the number of a joint + 1
     bool prismatic;
-    Mat turns[3];       // placement P, P [a], P [a] [a]: Rodrigues' formula
-    Vec offset, slide;  // in the parent's frame
-    Vec axis;           // in its own frame, which is also the one it turns about in P's frame
+    int leader;           // the planned joint that it is, or that it follows
+    double factor, zero;  // its value is factor times the leader's, plus zero: 1 and 0 where it is planned
+    Mat turns[3];         // placement P, P [a], P [a] [a]: Rodrigues' formula
+    Vec offset, slide;    // in the parent's frame
+    Vec axis;             // in its own frame, which is also the one it turns about in P's frame
 };
 
 template <class T>
@@ -26,23 +28,34 @@ INLINED MatOf<T> as(const Mat& a) {
     return b;
 }
 
-// sin(q) and 1 - cos(q) of joint after joint, at one configuration or with T = Four at four: the same bits. Of several
-// joints at once: one series waits for itself all the time.
+// The value x, sin(x) and 1 - cos(x) of joint after joint, at one configuration or with T = Four at four: the same bits.
+// Of several joints at once: one series waits for itself all the time.
 template <class T>
 class JointSines {
    public:
-    JointSines(const T* q, int dof) : q_(q), dof_(dof) {}
+    JointSines(const std::vector<Joint>& joints, const T* q, bool follows)
+        : joints_(joints), q_(q), follows_(follows) {}
 
-    INLINED void at(int joint, T& sine, T& versine) {
+    INLINED void at(int joint, T& value, T& sine, T& versine) {
         const int k = joint % most_angles;
-        if (k == 0) sines_and_versines(q_ + joint, std::min(most_angles, dof_ - joint), sines_, versines_);
-        sine = sines_[k], versine = versines_[k];
+        if (k == 0) begin(joint, std::min(most_angles, static_cast<int>(joints_.size()) - joint));
+        value = values_[k], sine = sines_[k], versine = versines_[k];
     }
 
    private:
-    const T* q_;
-    int dof_;
-    T sines_[most_angles], versines_[most_angles];
+    INLINED void begin(int first, int count) {
+        values_ = q_ + first;
+        for (int k = 0; k < count && follows_; ++k) {
+            const Joint& joint = joints_[first + k];
+            followed_[k] = joint.factor * q_[joint.leader] + joint.zero, values_ = followed_;
+        }
+        sines_and_versines(values_, count, sines_, versines_);
+    }
+
+    const std::vector<Joint>& joints_;
+    const T *q_, *values_ = nullptr;
+    bool follows_;
+    T followed_[most_angles], sines_[most_angles], versines_[most_angles];
 };
 
 INLINED void take_roots(const Four& squares, Four& roots) {
@@ -50,26 +63,34 @@ INLINED void take_roots(const Four& squares, Four& roots) {
 }
 
 struct Chain {
-    std::vector<Joint> joints;
+    std::vector<Joint> joints;  // planned ones and those that follow them
+    int planned = 0;
 
-    int dof() const { return static_cast<int>(joints.size()); }
+    int dof() const { return planned; }
+    int size() const { return static_cast<int>(joints.size()); }
+    bool follows() const { return size() > planned; }
 
-    // Frames (dof + 1) of the base and all joints at a configuration, or with T = Four at four.
+    // What the sizes (dof,) of the planned joints' rates are for all joints (size,).
+    void spread(const double* rates, double* all) const {
+        for (int j = 0; j < size(); ++j) all[j] = std::fabs(joints[j].factor) * rates[joints[j].leader];
+    }
+
+    // Frames (size + 1) of the base and all joints at a configuration (dof,), or with T = Four at four.
     template <class T>
     INLINED void place(const T* q, FrameOf<T>* frames) const {
         // the unit frame, written: of a temporary compilers make copies that take a tenth of the whole
         for (int k = 0; k < 9; ++k) frames[0].turn.m[k] = T{} + (k % 4 == 0 ? 1.0 : 0.0);
         frames[0].shift.x = frames[0].shift.y = frames[0].shift.z = T{};
-        JointSines<T> sines(q, dof());
-        for (int j = 0; j < dof(); ++j) {
+        JointSines<T> sines(joints, q, follows());
+        for (int j = 0; j < size(); ++j) {
             const Joint& joint = joints[j];
             const FrameOf<T>& parent = frames[joint.parent];
             FrameOf<T>& here = frames[j + 1];
             here.shift = parent * joint.offset;
-            T sine, versine;
-            sines.at(j, sine, versine);
+            T value, sine, versine;
+            sines.at(j, value, sine, versine);
             if (joint.prismatic) {
-                here.shift = here.shift + q[j] * (parent.turn * joint.slide);
+                here.shift = here.shift + value * (parent.turn * joint.slide);
                 here.turn = parent.turn * as<T>(joint.turns[0]);
                 continue;
             }
@@ -80,7 +101,8 @@ struct Chain {
         }
     }
 
-    // Columns of the Jacobian of a point that joint `last` carries, in world axes: 3 linear rows, then 3 angular ones.
+    // Columns (dof,) of the Jacobian of a point that joint `last` carries, in world axes: 3 linear rows, then 3 angular
+    // ones. A joint that follows adds to its leader's.
     template <class T>
     INLINED void jacobian(const FrameOf<T>* frames, int last, Vec tool, VecOf<T>* linear, VecOf<T>* angular) const {
         const T none = {};
@@ -88,12 +110,13 @@ struct Chain {
         const VecOf<T> point = frames[last] * tool;
         for (int j = last; j > 0; j = joints[j - 1].parent) {
             const Joint& joint = joints[j - 1];
-            const VecOf<T> axis = frames[j].turn * joint.axis;
+            const VecOf<T> axis = frames[j].turn * joint.axis, along = (T{} + joint.factor) * axis;
+            VecOf<T>&by_slide = linear[joint.leader], &by_turn = angular[joint.leader];
             if (joint.prismatic) {
-                linear[j - 1] = axis;
+                by_slide = by_slide + along;
             } else {
-                linear[j - 1] = cross(axis, point - frames[j].shift);
-                angular[j - 1] = axis;
+                by_slide = by_slide + cross(along, point - frames[j].shift);
+                by_turn = by_turn + along;
             }
         }
     }
@@ -138,15 +161,16 @@ INLINED void spanned_volume(Four* vectors, int count, int size, Four& volume) {
 class FourScratch {
    public:
     Four *q, *vectors;             // (dof,), for manipulability (6 dof,)
-    FrameOf<Four>* frames;         // (dof + 1,)
+    FrameOf<Four>* frames;         // (size + 1,)
     VecOf<Four>*linear, *angular;  // (dof,)
 
     FourScratch(const FourScratch&) = delete;
-    explicit FourScratch(int dof) : blocks_(13 * dof + 12 * (dof + 1)) {
+    explicit FourScratch(const Chain& chain) : blocks_(13 * chain.dof() + 12 * (chain.size() + 1)) {
+        const int dof = chain.dof();
         q = reinterpret_cast<Four*>(blocks_.data());
         vectors = q + dof;
         frames = reinterpret_cast<FrameOf<Four>*>(vectors + 6 * dof);
-        linear = reinterpret_cast<VecOf<Four>*>(frames + dof + 1);
+        linear = reinterpret_cast<VecOf<Four>*>(frames + chain.size() + 1);
         angular = linear + dof;
     }
 
@@ -199,7 +223,7 @@ struct PointsInBoxes {
     // Call `found(row, box, point in the box's frame)` for those that lie in theirs in configurations q (n, dof).
     template <class Found>
     void find(int n, const double* q, Found found) const {
-        std::vector<Frame> frames(chain.dof() + 1);
+        std::vector<Frame> frames(chain.size() + 1);
         for (int row = 0; row < n; ++row) {
             heed();
             chain.place(q + static_cast<size_t>(row) * chain.dof(), frames.data());

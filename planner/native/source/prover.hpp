@@ -56,21 +56,22 @@ struct Proof {
 
 class Prover {
    public:
-    // `reach` (pairs, dof) and `body_reach` (bodies, dof) hold in every configuration.
+    // `reach` (pairs, joints) and `body_reach` (bodies, joints) hold in every configuration.
     Prover(const World& world, const double* reach, const double* body_reach, const uint8_t* is_static)
         : world_(world), reach_(reach), body_reach_(body_reach), static_(is_static), scratch_(world.scratch()),
-          coarse_(world.pair_count()), enough_(world.pair_count()), joint_rate_(world.chain.dof()),
-          velocity_(world.chain.dof()), bend_(world.chain.dof()), q_(world.chain.dof()), speeds_(world, body_reach),
-          here_(static_cast<size_t>(world.bodies) * world.chain.dof()), is_here_(world.bodies) {
+          coarse_(world.pair_count()), enough_(world.pair_count()), planned_rate_(world.chain.dof()),
+          joint_rate_(world.chain.size()), velocity_(world.chain.dof()), bend_(world.chain.size()),
+          q_(world.chain.dof()), speeds_(world, body_reach),
+          here_(static_cast<size_t>(world.bodies) * world.chain.size()), is_here_(world.bodies) {
         for (int p = 0; p < world.pair_count(); ++p)
             if (!is_static[p] && world.pairs[p].checked) every_.push_back({p, false, {}});
-        const int dof = world.chain.dof(), count = static_cast<int>(every_.size());
+        const int joints = world.chain.size(), count = static_cast<int>(every_.size());
         const size_t rows = world.pairs.size(), bodies = world.bodies;
-        require(not_negative(reach, rows * dof, farthest) && not_negative(body_reach, bodies * dof, farthest),
+        require(not_negative(reach, rows * joints, farthest) && not_negative(body_reach, bodies * joints, farthest),
                 "a reach is no distance");
-        reach_by_joint_.resize(static_cast<size_t>(dof) * count);
-        for (int j = 0; j < dof; ++j)
-            for (int k = 0; k < count; ++k) reach_by_joint_[j * count + k] = reach[every_[k].pair * dof + j];
+        reach_by_joint_.resize(static_cast<size_t>(joints) * count);
+        for (int j = 0; j < joints; ++j)
+            for (int k = 0; k < count; ++k) reach_by_joint_[j * count + k] = reach[every_[k].pair * joints + j];
         gap_.resize(count), rate_.resize(count), own_rate_.resize(count), keep_.resize(count, world.margin);
         limited_rate_.resize(count), flat_rate_.resize(count), extra_.resize(count, infinity);
         own_.resize(world.obstacles()), body_speed_.resize(world.bodies), has_speed_.resize(world.bodies);
@@ -156,8 +157,10 @@ class Prover {
     bool leaves_reach(const Pieces& pieces, int piece) const {
         for (size_t j = 0; j < world_.travel.size(); ++j) {
             if (world_.travel[j] == infinity) continue;
-            const auto [low, high] = pieces.hull(piece, static_cast<int>(j));
-            if (std::max(-low, high) > world_.travel[j] + rounding) return true;
+            const Joint& joint = world_.chain.joints[j];
+            const auto [low, high] = pieces.hull(piece, joint.leader);
+            const double one = joint.factor * low + joint.zero, other = joint.factor * high + joint.zero;
+            if (std::max(std::fabs(one), std::fabs(other)) > world_.travel[j] + rounding) return true;
         }
         return false;
     }
@@ -257,10 +260,10 @@ class Prover {
 
     // Metres by which each pair's distance can change per unit of s in [low, high], of all tasks that there are.
     void rates_of_all(const Attempt& attempt, double low, double high) {
-        attempt.pieces.bounds(1, attempt.piece, low, high, joint_rate_.data());
+        bound(attempt, 1, low, high, joint_rate_);
         const int count = static_cast<int>(every_.size());
         std::fill(rate_.begin(), rate_.end(), 0.0);
-        for (int j = 0; j < attempt.pieces.dof; ++j) {
+        for (int j = 0; j < world_.chain.size(); ++j) {
             const double *reach = reach_by_joint_.data() + static_cast<size_t>(j) * count, joint = joint_rate_[j];
             for (int k = 0; k < count; ++k) rate_[k] += reach[k] * joint;
         }
@@ -269,13 +272,20 @@ class Prover {
 
     // The same, of the tasks at hand.
     void rates_of_tasks(const Attempt& attempt, double low, double high) {
-        attempt.pieces.bounds(1, attempt.piece, low, high, joint_rate_.data());
+        bound(attempt, 1, low, high, joint_rate_);
+        const int joints = world_.chain.size();
         for (size_t k = 0; k < tasks_.size(); ++k) {
-            const double* reach = reach_ + static_cast<size_t>(tasks_[k].pair) * attempt.pieces.dof;
+            const double* reach = reach_ + static_cast<size_t>(tasks_[k].pair) * joints;
             rate_[k] = 0.0;
-            for (int j = 0; j < attempt.pieces.dof; ++j) rate_[k] += reach[j] * joint_rate_[j];
+            for (int j = 0; j < joints; ++j) rate_[k] += reach[j] * joint_rate_[j];
         }
         if (attempt.span) add_obstacles_rates(tasks_, *attempt.span, low, high);
+    }
+
+    // Bounds on the first or second derivative of all joints in [low, high].
+    void bound(const Attempt& attempt, int order, double low, double high, std::vector<double>& all) {
+        attempt.pieces.bounds(order, attempt.piece, low, high, planned_rate_.data());
+        world_.chain.spread(planned_rate_.data(), all.data());
     }
 
     // What an obstacle's own motion adds to what its pairs need.
@@ -335,12 +345,12 @@ class Prover {
             lower_rate(k, speed.anywhere(0.5 * need));
             if (speed.at < infinity) return;
         }
-        const int dof = world_.chain.dof();
-        const double* anywhere = reach_ + static_cast<size_t>(tasks_[k].pair) * dof;
+        const int joints = world_.chain.size();
+        const double* anywhere = reach_ + static_cast<size_t>(tasks_[k].pair) * joints;
         const double* first = reach_here(pair.first, need);
         const double* second = is_scene ? nullptr : reach_here(pair.second, need);
         double rate = 0.0;
-        for (int j = 0; j < dof; ++j) {
+        for (int j = 0; j < joints; ++j) {
             double reach = std::min(anywhere[j], first[j]);
             if (second) reach = std::min(reach, second[j]);
             rate += reach * joint_rate_[j];
@@ -359,7 +369,7 @@ class Prover {
         if (has_speeds_) return;
         has_speeds_ = true;
         attempt.pieces.velocity(attempt.piece, middle, velocity_.data());
-        attempt.pieces.bounds(2, attempt.piece, middle - need, middle + need, bend_.data());
+        bound(attempt, 2, middle - need, middle + need, bend_);
         speeds_.at(scratch_, velocity_.data(), joint_rate_.data(), bend_.data());
         std::fill(has_speed_.begin(), has_speed_.end(), 0);
     }
@@ -372,15 +382,15 @@ class Prover {
     // How far a body's points are from the axes of the joints that carry it, on average over an interval of `need` from
     // the sample; infinite for other joints. Joints beyond an axis change the distance from it, its own does not.
     const double* reach_here(int body, double need) {
-        const int dof = world_.chain.dof();
-        double* here = here_.data() + static_cast<size_t>(body) * dof;
+        const int joints = world_.chain.size();
+        double* here = here_.data() + static_cast<size_t>(body) * joints;
         if (is_here_[body]) return here;
         is_here_[body] = 1;
-        std::fill(here, here + dof, infinity);
+        std::fill(here, here + joints, infinity);
         const Item& item = world_.items[body];
         double beyond = 0.0;  // per unit of s, by the joints beyond
         for (int j = item.joint; j > 0; j = world_.chain.joints[j - 1].parent) {
-            const double whole = body_reach_[static_cast<size_t>(body) * dof + j - 1];
+            const double whole = body_reach_[static_cast<size_t>(body) * joints + j - 1];
             double now = 0.0;
             if (world_.chain.joints[j - 1].prismatic) {
                 now = 1.0;
@@ -403,7 +413,7 @@ class Prover {
     const double* body_reach_;
     const uint8_t* static_;
     std::vector<Task> every_, tasks_;     // all pairs that the piece may move; those of the sample at hand
-    std::vector<double> reach_by_joint_;  // (dof, every_)
+    std::vector<double> reach_by_joint_;  // (joints, every_)
     Scratch scratch_;
     std::vector<double> coarse_, enough_;               // (pairs,) bounds, and how large they have to be
     std::vector<double> gap_, rate_, own_rate_, keep_;  // per task; own_rate_: an obstacle's; keep_: m, the margin and
@@ -411,12 +421,12 @@ class Prover {
     std::vector<double> limited_rate_, flat_rate_, extra_;  // per task, see needed(); limited_rate_: of speed limits
     std::vector<Own> own_;                                  // (obstacles,)
     int64_t intervals_ = 0;
-    std::vector<double> joint_rate_, velocity_, bend_, q_;
+    std::vector<double> planned_rate_, joint_rate_, velocity_, bend_, q_;
     Speeds speeds_;
     bool has_speeds_ = false;
     std::vector<Speed> body_speed_;  // of those that has_speed_
     std::vector<char> has_speed_;
-    std::vector<double> here_;  // (bodies, dof) reach_here, of those that is_here_
+    std::vector<double> here_;  // (bodies, joints) reach_here, of those that is_here_
     std::vector<char> is_here_;
     std::vector<std::pair<double, int>> short_;
 };

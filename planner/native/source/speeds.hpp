@@ -27,18 +27,19 @@ struct Speed {
 
 class Speeds {
    public:
-    // `body_reach` (bodies, dof) holds in every configuration.
+    // `body_reach` (bodies, joints) holds in every configuration.
     Speeds(const World& world, const double* body_reach)
-        : world_(world), body_reach_(body_reach), turns_(world.chain.dof() + 1), slides_(world.chain.dof() + 1) {}
+        : world_(world), body_reach_(body_reach), turns_(world.chain.size() + 1), slides_(world.chain.size() + 1) {}
 
-    // At joints that are placed in `scratch`, spheres too, and move at `velocities` (dof,) there; on an interval around
-    // the state, in which the velocity of none is larger than `rates` (dof,), nor its change than `bends` (dof,).
+    // At joints that are placed in `scratch`, spheres too, where the planned ones move at `velocities` (dof,); on an
+    // interval around the state, in which no joint's velocity is larger than `rates` (joints,), nor its change than
+    // `bends` (joints,).
     void at(const Scratch& scratch, const double* velocities, const double* rates, const double* bends) {
         scratch_ = &scratch, rates_ = rates, bends_ = bends;
-        for (int j = 1; j <= world_.chain.dof(); ++j) {
+        for (int j = 1; j <= world_.chain.size(); ++j) {
             const Joint& joint = world_.chain.joints[j - 1];
             const Frame& frame = scratch.frames[j];
-            const Vec along = velocities[j - 1] * (frame.turn * joint.axis);
+            const Vec along = (joint.factor * velocities[joint.leader]) * (frame.turn * joint.axis);
             turns_[j] = turns_[joint.parent], slides_[j] = slides_[joint.parent];
             if (joint.prismatic)
                 slides_[j] = slides_[j] + along;
@@ -65,7 +66,7 @@ class Speeds {
     Speed seen_from(int joint, int body) const {
         const Item& item = world_.items[body];
         if (item.spheres == 0) return {};
-        const double* reach = body_reach_ + static_cast<size_t>(body) * world_.chain.dof();
+        const double* reach = body_reach_ + static_cast<size_t>(body) * world_.chain.size();
         Speed speed{0.0, 0.0};
         double beyond = 0.0;  // by the joints that are farther out
         for (int j = item.joint; j != joint; j = world_.chain.joints[j - 1].parent) {

@@ -69,8 +69,8 @@ class TreeSearch {
     TreeSearch(const World& world, const double* reach, const double* body_reach, const SearchSpace& space, double step,
                double look_apart, uint64_t seed)
         : world_(world), reach_(reach), body_reach_(body_reach), space_(space), step_(step), look_apart_(look_apart),
-          random_(seed), dof_(world.chain.dof()), glance_(world), four_(dof_), drawn_(dof_), end_(dof_), delta_(dof_),
-          from_(dof_), to_(dof_), trees_{SearchTree(dof_, space.wraps), SearchTree(dof_, space.wraps)} {}
+          random_(seed), dof_(world.chain.dof()), glance_(world), four_(world.chain), drawn_(dof_), end_(dof_),
+          delta_(dof_), from_(dof_), to_(dof_), trees_{SearchTree(dof_, space.wraps), SearchTree(dof_, space.wraps)} {}
 
     // The states of a path from one of `starts` to one of `goals`, (., dof), one after the other, or none once `limit`
     // motions were looked at; or no motion for so many drawn states that none is to be expected.

@@ -10,13 +10,14 @@ class Walk {
    public:
     Walk(const World& world, const double* reach, const double* body_reach, const Pieces& pieces)
         : world_(world), reach_(reach), body_reach_(body_reach), pieces_(pieces), dof_(pieces.dof),
-          speeds_(world, body_reach), scratch_(world.scratch()), q_(dof_), velocity_(dof_), rates_(dof_), bends_(dof_),
-          fastest_(world.bodies), of_body_(world.bodies, 0.0), of_pair_(world.pair_count(), 0.0) {}
+          speeds_(world, body_reach), scratch_(world.scratch()), q_(dof_), velocity_(dof_), planned_(dof_),
+          rates_(world.chain.size()), bends_(world.chain.size()), fastest_(world.bodies), of_body_(world.bodies, 0.0),
+          of_pair_(world.pair_count(), 0.0) {}
 
     // Into how many parts of one length in s a piece is cut, so that joints alone could move no point farther than
     // `longest` (m) on one; infinite numbers for what is none.
     double parts(int piece, double longest) {
-        pieces_.bounds(1, piece, 0.0, 1.0, rates_.data());
+        bound(1, piece, 0.0, 1.0, rates_);
         double motion = 0.0;
         for (int b = 0; b < world_.bodies; ++b) motion = std::max(motion, sum(body_reach_, b));
         return motion <= longest ? 1.0 : std::ceil(motion / longest);
@@ -27,8 +28,8 @@ class Walk {
         const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
         pieces_.at(piece, middle, q_.data());
         pieces_.velocity(piece, middle, velocity_.data());
-        pieces_.bounds(1, piece, low, high, rates_.data());
-        pieces_.bounds(2, piece, low, high, bends_.data());
+        bound(1, piece, low, high, rates_);
+        bound(2, piece, low, high, bends_);
         world_.chain.place(q_.data(), scratch_.frames.data());
         world_.place_spheres(scratch_.frames.data(), scratch_);
         speeds_.at(scratch_, velocity_.data(), rates_.data(), bends_.data());
@@ -59,10 +60,16 @@ class Walk {
     }
 
    private:
+    // Bounds on a derivative of all joints.
+    void bound(int order, int piece, double low, double high, std::vector<double>& all) {
+        pieces_.bounds(order, piece, low, high, planned_.data());
+        world_.chain.spread(planned_.data(), all.data());
+    }
+
     // What the joints move a row of some reach by at most, per unit of s.
     double sum(const double* reach, int row) const {
         double sum = 0.0;
-        for (int j = 0; j < dof_; ++j) sum += reach[static_cast<size_t>(row) * dof_ + j] * rates_[j];
+        for (size_t j = 0; j < rates_.size(); ++j) sum += reach[row * rates_.size() + j] * rates_[j];
         return sum;
     }
 
@@ -72,7 +79,7 @@ class Walk {
     const int dof_;
     Speeds speeds_;
     Scratch scratch_;
-    std::vector<double> q_, velocity_, rates_, bends_, fastest_;
+    std::vector<double> q_, velocity_, planned_, rates_, bends_, fastest_;
     std::vector<double> of_body_, of_pair_;  // the largest shares so far
 };
 

@@ -114,11 +114,12 @@ class World {
     Balls body_balls, obstacle_balls;  // one around each; of bodies in their joints' frames
     int bodies = 0;
     double margin = 0.0;
-    std::vector<double> travel;  // m (dof,) that slides go from 0 at most, where reaches hold; nothing: they always do
+    std::vector<double>
+        travel;  // m (joints,) that slides go from 0 at most, where reaches hold; nothing: they always do
 
     int obstacles() const { return static_cast<int>(items.size()) - bodies; }
     // Of the base, of joints and of all that moves by itself.
-    size_t frame_count() const { return chain.dof() + 1 + motions.size(); }
+    size_t frame_count() const { return chain.size() + 1 + motions.size(); }
     int pair_count() const { return static_cast<int>(pairs.size()); }
 
     const Frame* frame_of(int item, const Frame* frames) const {
@@ -127,19 +128,19 @@ class World {
 
     // The motion of an obstacle, or none.
     const Motion* motion_of(int item) const {
-        return items[item].joint < 0 && items[item].frame >= 0 ? &motions[items[item].frame - chain.dof() - 1]
+        return items[item].joint < 0 && items[item].frame >= 0 ? &motions[items[item].frame - chain.size() - 1]
                                                                : nullptr;
     }
 
     // Give an obstacle a motion of its own, and a frame that goes with it.
     void let_move(Item& obstacle, Motion motion) {
         motions.push_back(std::move(motion));
-        obstacle.frame = chain.dof() + static_cast<int>(motions.size());
+        obstacle.frame = chain.size() + static_cast<int>(motions.size());
     }
 
     // The frames of all that moves by itself, at time t.
     void place_moving(double t, Frame* frames) const {
-        for (size_t k = 0; k < motions.size(); ++k) frames[chain.dof() + 1 + k] = motions[k].at(t);
+        for (size_t k = 0; k < motions.size(); ++k) frames[chain.size() + 1 + k] = motions[k].at(t);
     }
 
     Scratch scratch() const {

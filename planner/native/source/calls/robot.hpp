@@ -20,7 +20,7 @@ Mat mat_at(const double* p) {
 }
 
 void require_joint(const Chain& chain, int joint) {
-    require(joint >= 0 && joint <= chain.dof(), "there is no such joint");
+    require(joint >= 0 && joint <= chain.size(), "there is no such joint");
 }
 
 Tool tool_of(const Chain& chain, int last, const double* point, int rows) {
@@ -69,19 +69,25 @@ int manipulability_cost_sums(int64_t n, int states, const double* w, const doubl
     });
 }
 
-Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns, const double* offset,
-                 const double* slide, const double* axis) {
+// Of `joints` in all, each with its leader, one of `dof` planned ones, and the factor and zero that give its value.
+Chain* chain_new(int joints, int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns,
+                 const double* offset, const double* slide, const double* axis, const int64_t* leader,
+                 const double* factor, const double* zero) {
     return answered([&] {
-        require(dof >= 1, "a chain has at least one joint");
-        require(within(turns, 27 * static_cast<size_t>(dof), farthest), "a rotation is no finite number");
+        const size_t count = std::max(joints, 0);
+        require(dof >= 1 && dof <= joints, "a chain has at least one joint, and no more planned ones than there are");
+        require(within(turns, 27 * count, farthest), "a rotation is no finite number");
         for (const double* vectors : {offset, slide, axis})
-            require(within(vectors, 3 * static_cast<size_t>(dof), farthest),
-                    "an offset or an axis is no finite number");
+            require(within(vectors, 3 * count, farthest), "an offset or an axis is no finite number");
+        require(within(factor, count, farthest) && within(zero, count, farthest), "a factor is no finite number");
+        require(between(leader, count, 0, dof), "there is no such leader");
         auto chain = std::make_unique<Chain>();
-        for (int j = 0; j < dof; ++j) {
+        chain->planned = dof;
+        for (int j = 0; j < joints; ++j) {
             require(parent[j] >= 0 && parent[j] <= j, "a joint comes before the one that carries it");
             Joint joint;
             joint.parent = static_cast<int>(parent[j]), joint.prismatic = prismatic[j];
+            joint.leader = static_cast<int>(leader[j]), joint.factor = factor[j], joint.zero = zero[j];
             for (int k = 0; k < 3; ++k) joint.turns[k] = mat_at(turns + 27 * j + 9 * k);
             joint.offset = vec_at(offset + 3 * j), joint.slide = vec_at(slide + 3 * j);
             joint.axis = vec_at(axis + 3 * j);
@@ -93,14 +99,14 @@ Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const
 
 void chain_free(Chain* chain) { delete chain; }
 
-// rotation (dof + 1, n, 3, 3), position (dof + 1, n, 3)
+// rotation (joints + 1, n, 3, 3), position (joints + 1, n, 3)
 int chain_placements(const Chain* chain, int n, const double* q, double* rotation, double* position) {
     return answered([&] {
-        std::vector<Frame> frames(chain->dof() + 1);
+        std::vector<Frame> frames(chain->size() + 1);
         for (int k = 0; k < n; ++k) {
             heed_at(k);
             chain->place(q + static_cast<size_t>(k) * chain->dof(), frames.data());
-            for (int j = 0; j <= chain->dof(); ++j) {
+            for (int j = 0; j <= chain->size(); ++j) {
                 const size_t row = static_cast<size_t>(j) * n + k;
                 std::copy(frames[j].turn.m, frames[j].turn.m + 9, rotation + 9 * row);
                 position[3 * row] = frames[j].shift.x, position[3 * row + 1] = frames[j].shift.y;
@@ -115,7 +121,7 @@ int chain_points(const Chain* chain, int n, const double* q, int last, const dou
     return answered([&] {
         require_joint(*chain, last);
         const int dof = chain->dof();
-        FourScratch scratch(dof);
+        FourScratch scratch(*chain);
         Vec found[4];
         for (int first = 0; first < n; first += 4) {
             heed_at(first);
@@ -142,7 +148,7 @@ int chain_path_lengths(const Chain* chain, int n, const double* start, const dou
         require(between(pieces, n, 1, INT32_MAX), "a path has at least one piece");
         const int dof = chain->dof();
         share_out(
-            n, threads, 64, [&] { return FourScratch(dof); },
+            n, threads, 64, [&] { return FourScratch(*chain); },
             [&](int k, FourScratch& scratch) {
                 const double *from = start + static_cast<size_t>(k) * dof, *by = delta + static_cast<size_t>(k) * dof;
                 lengths[k] = path_length(*chain, last, vec_at(point), from, by, pieces[k], scratch);
@@ -161,7 +167,7 @@ int chain_manipulability(const Chain* chain, int n, const double* start, const d
         const int64_t all = static_cast<int64_t>(n) * states, fours = (all + 3) / 4;
         constexpr int at_a_time = 16;
         share_out(
-            static_cast<int>((fours + at_a_time - 1) / at_a_time), threads, 4, [&] { return FourScratch(dof); },
+            static_cast<int>((fours + at_a_time - 1) / at_a_time), threads, 4, [&] { return FourScratch(*chain); },
             [&](int part, FourScratch& scratch) {
                 const int64_t begin = static_cast<int64_t>(part) * at_a_time, end = std::min(fours, begin + at_a_time);
                 for (int64_t four = begin; four < end; ++four) {
@@ -227,7 +233,7 @@ Keeping* keeping_new(const Chain* chain, int frames, const int64_t* joints, cons
                      const double* centres, const double* limits, const double* depths, const double* lower,
                      const double* upper, const uint8_t* wraps) {
     return answered([&] {
-        require(between(joints, frames, 0, chain->dof() + 1), "there is no such joint");
+        require(between(joints, frames, 0, chain->size() + 1), "there is no such joint");
         const int64_t all = pieces[frames], total = ends[all];
         require(are_offsets(pieces, frames, all) && are_offsets(ends, all, total), "pieces are not in order");
         require(within(turns, 9 * static_cast<size_t>(frames), farthest) &&
@@ -315,7 +321,7 @@ PointsInBoxes* boxes_new(const Chain* chain, int count, const int64_t* inner, co
                          const double* high) {
     return answered([&] {
         for (const int64_t* joints : {inner, outer})
-            require(between(joints, count, 0, chain->dof() + 1), "there is no such joint");
+            require(between(joints, count, 0, chain->size() + 1), "there is no such joint");
         for (const double* vectors : {points, shifts, low, high})
             require(within(vectors, 3 * static_cast<size_t>(count), farthest), "a point or a box is no finite number");
         require(within(turns, 9 * static_cast<size_t>(count), farthest), "a rotation is no finite number");

@@ -26,7 +26,7 @@ Item& item_of(World& world, int item, bool body) {
 void require_place(const World& world, int joint) {
     require(world.pairs.empty(), "items come before the pairs");
     require(joint < 0 || world.obstacles() == 0, "bodies come before obstacles");
-    require(joint <= world.chain.dof(), "there is no such joint");
+    require(joint <= world.chain.size(), "there is no such joint");
 }
 
 int added(World& world, Item item) {
@@ -107,7 +107,7 @@ int world_add_spheres(World* world, int item, int n, const double* centres, cons
 int world_take(World* world, const World* other, int item) {
     return answered([&] {
         require(item >= 0 && item < static_cast<int>(other->items.size()), "there is no such item");
-        require(other->chain.dof() == world->chain.dof(), "the other world is of another arm");
+        require(other->chain.size() == world->chain.size(), "the other world is of another arm");
         Item taken = other->items[item];
         require_place(*world, taken.joint);
         if (taken.joint >= 0) {
@@ -162,11 +162,11 @@ int world_set_speed_limit(World* world, int item, double limit) {
     });
 }
 
-// How far slides go from 0 at most, travel (dof,) m, infinite for joints that turn: reaches hold as long as they do.
+// How far slides go from 0 at most, travel (joints,) m, infinite for joints that turn: reaches hold as long as they do.
 int world_set_travel(World* world, const double* travel) {
     return answered([&] {
-        require(not_negative(travel, world->chain.dof(), infinity), "a travel is no distance");
-        world->travel.assign(travel, travel + world->chain.dof());
+        require(not_negative(travel, world->chain.size(), infinity), "a travel is no distance");
+        world->travel.assign(travel, travel + world->chain.size());
     });
 }
 
@@ -215,7 +215,7 @@ int world_coarse(const World* world, int n, const double* rotation, const double
         Scratch scratch = world->scratch();
         for (int k = 0; k < n; ++k) {
             heed();
-            for (int j = 0; j <= world->chain.dof(); ++j) {
+            for (int j = 0; j <= world->chain.size(); ++j) {
                 const size_t row = static_cast<size_t>(j) * n + k;
                 scratch.frames[j] = {mat_at(rotation + 9 * row), vec_at(position + 3 * row)};
             }
@@ -239,7 +239,7 @@ struct Posed {
     }
     const Frame* at(int64_t k) {
         if (k == placed) return frames.data();
-        for (int j = 0; j <= world.chain.dof(); ++j) {
+        for (int j = 0; j <= world.chain.size(); ++j) {
             const size_t row = static_cast<size_t>(j) * n + k;
             frames[j] = {mat_at(rotation + 9 * row), vec_at(position + 3 * row)};
         }
@@ -276,7 +276,7 @@ int world_close(const World* world, int n, const double* rotation, const double*
     });
 }
 
-// Proofs of polynomial pieces (count, degree + 1, dof); reach (pairs, dof), body_reach (bodies, dof), is_static (pairs,).
+// Proofs of polynomial pieces (count, degree + 1, dof); reach (pairs, joints), body_reach (bodies, joints), is_static (pairs,).
 // spans (count, 3), or null where nothing moves by itself: when each piece begins, how long it takes, and how much sooner
 // or later it may begin, s.
 int world_prove(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
@@ -417,7 +417,7 @@ Glance* glance_new(const World* world) {
 void glance_free(Glance* glance) { delete glance; }
 
 // Whether no pair is so near in states along the motion from start by delta (dof,): at its end, in its middle, and where
-// no point moves further than `step` (m) from one to the next; reach (pairs, dof), body_reach (bodies, dof).
+// no point moves further than `step` (m) from one to the next; reach (pairs, joints), body_reach (bodies, joints).
 int glance_looks_free(Glance* glance, const double* reach, const double* body_reach, const double* start,
                       const double* delta, double step) {
     return answered([&] {

@@ -1,0 +1,402 @@
+"""Joints that follow others, against Pinocchio and coal, from kinematics to certificates and the gate."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from benchmarks.certificate.folders import folder_of
+from benchmarks.certificate.judge import closest, least_w
+from benchmarks.certificate.mutations import Case
+from benchmarks.gate.attack import Attack
+from planner.base.polynomials import evaluate
+from planner.certificate import verify, verify_proof
+from planner.certificate.geometry import geometry_of
+from planner.certificate.verify_proof import Refused
+from planner.collision import BACKENDS, make_checker
+from planner.collision.coal import CoalChecker, CoalInTime
+from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.collision.moving_prover import TimedProver
+from planner.collision.pair_survey import Reason, survey_pairs
+from planner.collision.world import World
+from planner.constraints.keeps import Keeps
+from planner.gate.gate import Gate
+from planner.kinematics.forward import Chain, joint_placements, tool_pose
+from planner.kinematics.inverse import beyond_reach, solve_position
+from planner.kinematics.manipulability import jacobian, manipulability, node_manipulability
+from planner.kinematics.reach import Reach
+from planner.models.moving import KnownMotion, MovingObstacle
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Sphere
+from planner.planning.plan import plan
+from planner.planning.result import Plan
+from planner.problem.conditions import KeepAxis, KeepSphere
+from planner.problem.outcome import Outcome
+from planner.problem.request import PlanRequest, TimingRequest
+from tests.kinematics.test_reach import some_points
+from tests.linkages import PALLETIZER, Linkage, linkage_of, palletizer, random_linkage
+from tests.random_shapes import random_pose
+from tests.refusals import refusal_of
+from tests.worlds import joint_xml, link_xml, random_q, scene_of
+
+SEEDS = range(12)
+LINKAGES = ["palletizer", *SEEDS]
+
+
+def linkage(which: str | int) -> Linkage:
+    return random_linkage(which) if isinstance(which, int) else palletizer()
+
+
+@pytest.mark.parametrize("which", LINKAGES)
+def test_links_are_where_pinocchio_has_them(which: str | int) -> None:
+    made = linkage(which)
+    robot = made.robot
+    assert robot.followers
+    assert len(robot.joints) == len(robot.model.names) - 1 - len(robot.followers)
+    q = random_q(robot, 10)
+    rotation, position = joint_placements(Chain.of(robot), q)
+    for k, row in enumerate(q):
+        for name, there in made.frames(row).items():
+            frame = robot.model.frames[robot.model.getFrameId(name, pin.FrameType.BODY)]
+            turn, shift = rotation[frame.parentJoint, k], position[frame.parentJoint, k]
+            np.testing.assert_allclose(turn @ frame.placement.rotation, there[:3, :3], atol=1e-12)
+            np.testing.assert_allclose(turn @ frame.placement.translation + shift, there[:3, 3], atol=1e-12)
+        np.testing.assert_allclose(tool_pose(robot, row).homogeneous, made.frames(row)[robot.tool], atol=1e-12)
+
+
+def test_mimic_joints_are_those_of_pinocchio() -> None:
+    """Its own reader of <mimic>, which is given no chains and no joints that come before their leaders."""
+    robot, model = palletizer().robot, pin.buildModelFromUrdf(str(palletizer().path), mimic=True)
+    assert (list(model.names), model.nq) == (list(robot.model.names), robot.dof)
+    data, q = model.createData(), random_q(robot, 50)
+    rotation, position = joint_placements(Chain.of(robot), q)
+    for k, row in enumerate(q):
+        pin.forwardKinematics(model, data, row)
+        for j in range(1, model.njoints):
+            np.testing.assert_allclose(rotation[j, k], data.oMi[j].rotation, atol=1e-12)
+            np.testing.assert_allclose(position[j, k], data.oMi[j].translation, atol=1e-12)
+
+
+@pytest.mark.parametrize("which", LINKAGES)
+def test_a_jacobian_has_what_followers_add_to_their_leaders_columns(which: str | int) -> None:
+    made, h = linkage(which), 1e-6
+    robot = replace(made.robot, manipulability="pose")
+    for q in random_q(robot, 3, seed=1):
+        columns = []
+        for step in h * np.eye(robot.dof):
+            ahead, behind = (made.frames(q + by)[robot.tool] for by in (step, -step))
+            turn = ahead[:3, :3] @ behind[:3, :3].T
+            angular = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
+            columns.append(np.concatenate([ahead[:3, 3] - behind[:3, 3], angular]) / (2 * h))
+        found = np.array(columns).T
+        np.testing.assert_allclose(jacobian(robot, q), found, atol=1e-8)
+        w = np.linalg.svd(found, compute_uv=False).prod()
+        np.testing.assert_allclose([manipulability(robot, q)[0], node_manipulability(robot, q)[0]], w, atol=1e-7)
+
+
+def among(made: Linkage, seed: int) -> Scene:
+    """Boxes and balls within reach."""
+    rng = np.random.default_rng(seed)
+    things = [Box((0.2, 0.15, 0.01)), Sphere(0.06), Box((0.02, 0.02, 0.5)), Sphere(0.02)]
+    reach = 0.9 if made is palletizer() else 0.6
+    return scene_of(*((shape, random_pose(rng, reach)) for shape in things))
+
+
+def curves_of(robot: Robot, count: int, degree: int, seed: int) -> np.ndarray:
+    """Random curves (n, degree + 1, dof), within limits."""
+    rng, span = np.random.default_rng(seed), robot.upper - robot.lower
+    start = 0.5 * (robot.lower + robot.upper) + span * rng.uniform(-0.3, 0.3, (count, robot.dof))
+    steps = span * rng.uniform(-0.2 / degree, 0.2 / degree, (count, degree, robot.dof))
+    return np.concatenate([start[:, None], steps], axis=1)
+
+
+def along(curve: np.ndarray, count: int = 80) -> np.ndarray:
+    return evaluate(np.repeat(curve[None], count, axis=0), np.linspace(0.0, 1.0, count))
+
+
+@pytest.mark.parametrize("which", LINKAGES)
+def test_proven_free_means_that_coal_finds_no_contact(which: str | int) -> None:
+    """Of straight and cubic motions; and what is said to collide does so, but for what lies between two looks."""
+    made, verdicts = linkage(which), np.zeros(3, dtype=int)
+    scene = among(made, LINKAGES.index(which))
+    for backend, degree in (("fcl", 1), ("coal", 3)):
+        checker = make_checker(made.robot, scene, backend)
+        curves = curves_of(made.robot, 40, degree, degree)
+        proofs, prover = EdgeProver(checker).prove_curves(curves), EdgeProver(checker)
+        for curve, verdict in zip(curves, proofs.verdict, strict=True):
+            gap = made.nearest(checker.world, along(curve))
+            assert gap > 0 or verdict != Verdict.FREE
+            assert gap < 0.02 or verdict != Verdict.COLLIDES
+            verdicts[verdict] += 1
+            assert prover.all_free(curve[None]) == (verdict == Verdict.FREE)
+    assert verdicts[Verdict.FREE] > 5
+    assert verdicts[Verdict.COLLIDES] > 1
+    assert verdicts[Verdict.UNDECIDED] < 8
+
+
+BALL = scene_of((Sphere(0.03), pose([-0.306, 0.0, 0.868])))
+LED = np.array([[0.0, 0.0, 0.0], [0.0, -0.5, 0.0]])  # the rod goes through the ball, all other links pass it
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_rod_that_is_led_through_a_ball_collides(backend: str) -> None:
+    made, single = palletizer(), np.ones(1, dtype=np.int64)
+    checker = make_checker(made.robot, BALL, backend)
+    assert made.nearest(checker.world, along(LED)) < -0.03
+    assert made.nearest(checker.world, along(LED), but="rod") > 0.01
+    prover = EdgeProver(checker)
+    proofs = prover.prove_curves(LED[None])
+    assert proofs.verdict[0] == Verdict.COLLIDES
+    assert str(checker.world.contact(int(proofs.pair[0]))) == "'rod' and 'thing0'"
+    assert prover.first_free(LED[:1], LED[1:], single, single) == [-1]
+    assert not checker.bound.look_along(0.01)(*LED)
+    assert prover.prove_curves(LED[None] * 0.5).free[0]
+
+
+NARROWED = [  # kind of the leader, the follower's kind, limits, <mimic>; what the leader is kept to, None refused
+    ("revolute", "revolute", (-9, 9), "", (-2, 2, 1, False)),
+    ("revolute", "revolute", (-1, 2), 'multiplier="-2" offset="0.5"', (-0.75, 0.75, 0.5, False)),
+    ("revolute", "prismatic", (0, 0.5), 'multiplier="0.25"', (0, 2, 1, False)),
+    ("revolute", "continuous", (0, 0), 'multiplier="3"', (-2, 2, 1 / 3, False)),
+    ("continuous", "continuous", (0, 0), 'multiplier="-2"', (-np.pi, np.pi, 0.5, True)),
+    ("continuous", "continuous", (0, 0), 'multiplier="0.5"', (-np.pi, np.pi, 1, False)),
+    ("continuous", "revolute", (-9, 9), "", (-np.pi, np.pi, 1, False)),
+    ("revolute", "revolute", (5, 9), "", None),
+    ("revolute", "continuous", (0, 0), 'multiplier="1e3"', None),
+]
+
+
+@pytest.mark.parametrize(("leader", "kind", "limits", "said", "kept"), NARROWED)
+def test_a_leader_is_kept_to_what_its_follower_can(leader, kind, limits, said, kept, urdf_file) -> None:
+    joints = joint_xml("lead", "a", "b", leader, limit="-2 2") + joint_xml(
+        "led", "a", "c", kind, limit="{} {}".format(*limits)
+    )
+    path = urdf_file("".join(map(link_xml, "abc")) + joints[:-8] + f'<mimic joint="lead" {said}/></joint>')
+    if kept is None:
+        assert "joint 'led' mimics 'lead' and cannot follow it" in refusal_of(lambda: Robot.load(path, tool="b"))
+        return
+    robot = Robot.load(path, tool="b")
+    np.testing.assert_allclose([robot.lower[0], robot.upper[0], robot.velocity[0]], kept[:3], atol=1e-12)
+    assert robot.continuous.tolist() == [kept[3]]
+    same = kept[:3] == ((-2, 2, 1) if leader == "revolute" else (-np.pi, np.pi, 1)) and (
+        leader == "revolute" or kept[3]
+    )
+    notes = [note for note in robot.notes if "'led'" in note.text]
+    assert [note.text.startswith("joint 'led' follows 'lead', which is kept to") for note in notes] == [True] * (
+        not same
+    )
+
+
+@pytest.mark.parametrize("which", LINKAGES)
+def test_no_point_moves_further_than_its_reach(which: str | int) -> None:
+    robot, rng = linkage(which).robot, np.random.default_rng(5)
+    q = random_q(robot, 40)
+    delta = random_q(robot, 40, seed=1) - q
+    delta *= rng.choice([0.01, 0.3, 1.0], (40, 1)) * (rng.random(delta.shape) < 0.5)
+    (turn, shift), (turned, shifted) = (joint_placements(Chain.of(robot), rows) for rows in (q, q + delta))
+    most = Reach.of(robot).motion(delta)
+    for k, body in enumerate(robot.bodies):
+        points = some_points(body, rng)
+        moved = points @ (turned - turn)[body.joint].transpose(0, 2, 1) + (shifted - shift)[body.joint][:, None]
+        assert (np.linalg.norm(moved, axis=2).max(axis=1) <= most[:, k] + 1e-9).all()
+
+
+@pytest.mark.parametrize("which", LINKAGES)
+def test_inverse_kinematics_brings_the_tool_there(which: str | int) -> None:
+    made, rng = linkage(which), np.random.default_rng(3)
+    for q in random_q(made.robot, 3, seed=4):
+        target = made.frames(q)[made.robot.tool]
+        assert beyond_reach(made.robot, target[:3, 3]) == 0.0
+        found = solve_position(made.robot, target[:3, 3], rng, 40).configurations
+        assert len(found)
+        for there in found:
+            np.testing.assert_allclose(made.frames(there)[made.robot.tool][:3, 3], target[:3, 3], atol=2e-6)
+
+
+@pytest.mark.parametrize("which", LINKAGES)
+def test_what_curves_are_proven_to_keep_dense_samples_keep(which: str | int) -> None:
+    made = linkage(which)
+    for curve in curves_of(made.robot, 10, 3, seed=5):
+        way = np.array([made.frames(q)[made.robot.tool][:3, 3] for q in along(curve, 200)])
+        most = float(np.linalg.norm(way - way[0], axis=1).max())
+        x, y, z = way[0].tolist()
+        for share in (0.97, 1.001):
+            keeps = Keeps(made.robot, (KeepSphere((x, y, z), share * most),))
+            assert keeps.proven(curve[None])[0] == (share > 1)
+
+
+def test_a_level_tool_is_proven_to_stay_level() -> None:
+    keeps = Keeps(palletizer().robot, (KeepAxis("z", (0.0, 0.0, 1.0), 1e-3),))
+    assert keeps.proven(curves_of(palletizer().robot, 20, 3, seed=6)).all()
+
+
+@pytest.mark.parametrize("which", ["palletizer", 1, 4, 9])
+def test_links_that_are_proven_apart_never_touch(which: str | int) -> None:
+    made = linkage(which)
+    found = survey_pairs(made.robot, CoalChecker, 100, 0)
+    apart = {frozenset(pair) for pair in found.pairs(Reason.APART)}
+    world = World.of(made.robot, Scene("none"), frozenset())
+    contacts = [world.contact(k) for k in range(len(world.self_pairs))]
+    world = world.only(np.array([{one.first, one.second} in apart for one in contacts]))
+    assert len(world.self_pairs) == len(apart) > 0
+    assert made.nearest(world, random_q(made.robot, 300)) > 0
+
+
+def test_one_turn_of_a_leader_is_not_all_there_is(urdf_file) -> None:
+    """What follows by a half touches where the leader has turned by more than half a turn."""
+    box = '<box size="0.1 0.1 0.1"/>'
+    links = link_xml("base") + link_xml("column") + link_xml("tool") + link_xml("arm", box, '<origin xyz="1 0 0"/>')
+    links += link_xml("hand", box, f'<origin xyz="{np.cos(3.09)} {np.sin(3.09)} 0"/>')
+    joints = joint_xml("on", "base", "column", "fixed") + joint_xml("at", "base", "hand", "fixed")
+    joints += joint_xml("lead", "column", "tool", limit="-6 6") + joint_xml("led", "column", "arm", limit="-3 3")
+    path = urdf_file(links + joints[:-8] + '<mimic joint="lead" multiplier="0.5"/></joint>')
+    found = survey_pairs(Robot.load(path, tool="tool"), CoalChecker, 1, 0)
+    assert not found.pairs(Reason.APART)
+
+
+def test_what_is_proven_in_time_touches_at_no_moment() -> None:
+    made, rng = palletizer(), np.random.default_rng(8)
+    places = [pose(rng.uniform([-0.6, -0.6, 0.4], [0.6, 0.6, 1.2]).tolist()) for _ in range(3)]
+    mover = MovingObstacle("mover", Sphere(0.06), KnownMotion([0.0, 1.0, 2.0], places))
+    prover = TimedProver(make_checker(made.robot, Scene("none")), [mover])
+    curves, begin = curves_of(made.robot, 40, 3, seed=9), rng.uniform(0.0, 1.5, 40)
+    free = prover.free(curves, np.column_stack([begin, np.full(40, 0.5), np.zeros(40)]))
+    looks, verdicts = CoalInTime(prover.world, prover.motions), []
+    world = replace(World.of(made.robot, BALL, frozenset()), self_pairs=np.zeros((0, 2), dtype=np.int64))
+    for curve, first, proven in zip(curves, begin, free, strict=True):
+        q, t = along(curve, 40), first + np.linspace(0.0, 0.5, 40)
+        worlds = [replace(world, scene=scene_of((Sphere(0.06), there))) for there in mover.motion.at(t)]
+        gaps = [made.nearest(there, row[None]) for there, row in zip(worlds, q, strict=True)]
+        np.testing.assert_array_equal(looks.touching(q, t), np.array(gaps) <= 0)
+        assert min(gaps) > 0 or not proven
+        verdicts.append((bool(proven), min(gaps) > 0))
+    assert {(True, True), (False, False)} <= set(verdicts)
+
+
+# plans, certificates, the gate
+
+
+@pytest.fixture(scope="module")
+def planned() -> Plan:
+    """From one side of the ball to the other, where the straight way leads the rod through it."""
+    request = PlanRequest(robot=palletizer().robot, scene=BALL, start="q:-0.9,-0.4,0.2", goal="q:0.9,-0.4,0.2")
+    return plan(request, nodes=60, timing=TimingRequest())
+
+
+def test_a_plan_and_its_motion_keep_the_rod_off_the_ball(planned: Plan) -> None:
+    made = palletizer()
+    assert planned.outcome is Outcome.SOLVED
+    states = np.concatenate([along(np.stack([a, b - a]), 30) for a, b in itertools.pairwise(planned.path)])
+    assert made.nearest(planned.checker.world, states) > 0
+    assert planned.trajectory is not None
+    assert planned.trajectory.joints == made.robot.joints == ("j1", "j2", "j3")
+    times = np.linspace(planned.trajectory.times[0], planned.trajectory.times[-1], 300)
+    assert made.nearest(planned.checker.world, planned.trajectory.at(times)) > 0
+
+
+def case_of(folder: Path, planned: Plan) -> Case:
+    folder_of(folder, planned.checker, planned.path, planned.trajectory, 1e-3)
+    return Case.of(folder)
+
+
+def test_a_certificate_holds_and_false_ones_are_refused(planned: Plan, tmp_path: Path) -> None:
+    """Of the URDF, too; a rod that stands, follows otherwise or another joint is none of this robot."""
+    case, made = case_of(tmp_path / "out", planned), palletizer()
+    said = verify_proof.check(case.folder, made.path)
+    assert "Joints and shapes are those of linkage.urdf;" in said
+    assert verify(case.folder, planned.checker.world)
+    rng = np.random.default_rng(0)
+    assert closest(case.data, 20, rng, 1.0) > 0
+    assert 1e-3 <= least_w(case.data, case.words, 20) < np.inf
+    for wrong in (
+        PALLETIZER.replace('<mimic joint="j2"/>', '<mimic joint="j2" multiplier="0.5"/>'),
+        PALLETIZER.replace('<mimic joint="j2"/>', '<mimic joint="j2" offset="0.4"/>'),
+        PALLETIZER.replace('<mimic joint="j2"/>', '<mimic joint="j3"/>'),
+        PALLETIZER.replace('<mimic joint="j2"/>', ""),
+    ):
+        (tmp_path / "linkage.urdf").write_text(wrong)
+        with pytest.raises(Refused):
+            verify_proof.check(case.folder, tmp_path / "linkage.urdf")
+    rod = case.words["tree"].index("rod_joint")
+    for name, value in (("factor", 0.0), ("zero", 0.6), ("leader", 2)):
+        data = {**case.data, name: case.data[name].copy()}
+        data[name][rod] = value
+        accepted = case.accepts(data, case.words)
+        assert accepted is None or closest(data, 20, rng, 1.0) > 0
+        with pytest.raises(Refused, match=f"has other {name} than what"):
+            verify(case.folder, planned.checker.world)
+    case.accepts(case.data, case.words)
+
+
+def test_a_certificate_of_a_robot_whose_rod_stands_is_none_of_this_one(tmp_path: Path) -> None:
+    """The path on which the real rod goes through the ball, of the robot without <mimic>."""
+    text = PALLETIZER.replace('<mimic joint="j2"/>', "")
+    free = linkage_of(text, "tcp", ("j1", "j2", "j3"))
+    checker = make_checker(free.robot, BALL)
+    path = np.stack([LED[0], LED.sum(axis=0)])
+    folder, certificate = folder_of(tmp_path / "out", checker, path)
+    assert certificate.whole
+    assert verify_proof.check(folder, free.path)
+    with pytest.raises(Refused, match="'rod_joint' moves, not planned"):
+        verify_proof.check(folder, palletizer().path)
+
+
+@pytest.mark.parametrize("which", LINKAGES)
+def test_the_checker_knows_how_far_all_joints_move_at_most(which: str | int) -> None:
+    made, rng = linkage(which), np.random.default_rng(6)
+    curves = np.concatenate([curves_of(made.robot, 20, 3, seed=7), np.zeros((20, 2, made.robot.dof))], axis=1)
+    low = rng.uniform(0.0, 0.9, 20)
+    data = geometry_of(World.of(made.robot, BALL, frozenset())) | {
+        "piece": np.arange(20),
+        "low": low,
+        "high": low + 0.1,
+    }
+    q, most = verify_proof.middles(data, curves, np.arange(20))
+    for k, curve in enumerate(curves):
+        states = evaluate(np.repeat(curve[None], 101, axis=0), np.linspace(low[k], low[k] + 0.1, 101))
+        moved = np.abs(np.array([made.values(state) for state in states]) - made.values(q[k])).max(axis=0)
+        rows = [made.model.getJointId(name) - 1 for name in list(made.robot.model.names)[1:]]
+        assert (moved[rows] <= most[k] + 1e-15).all()
+        assert (moved[rows] >= 0.3 * most[k]).all()
+
+
+@pytest.mark.parametrize("which", SEEDS[:6])
+def test_certificates_of_random_linkages_are_true(which: int, tmp_path: Path) -> None:
+    made = linkage(which)
+    checker = make_checker(made.robot, among(made, which))
+    proofs = EdgeProver(checker).prove_curves(curves := curves_of(made.robot, 40, 1, 1))
+    assert proofs.free.any()
+    whole = 0
+    for k, curve in enumerate(curves[proofs.free][:4]):
+        folder, certificate = folder_of(tmp_path / f"{k}", checker, np.stack([curve[0], curve.sum(axis=0)]), floor=1e-4)
+        if certificate.whole:
+            whole += 1
+            assert verify_proof.check(folder, made.path)
+            assert closest(Case.of(folder).data, 40, np.random.default_rng(k), 1.0) > 0
+            assert least_w(Case.of(folder).data, certificate.words, 20) >= 1e-4
+    assert whole
+
+
+@pytest.mark.parametrize("which", ["palletizer", 6, 11])
+def test_nothing_that_the_gate_calls_safe_touches(which: str | int) -> None:
+    attack = Attack(linkage(which).robot)
+    attack.run(60, np.random.default_rng(1))
+    assert (attack.found.false, attack.found.beyond) == ([], 0)
+    assert attack.found.safe > 5
+
+
+def test_the_gate_sees_the_rod() -> None:
+    gate, times = Gate(palletizer().robot, BALL), np.array([0.0, 1.0, 2.0])
+    q = np.array([[0.0, -0.2, 0.0], [0.0, -0.3, 0.0], [0.0, -0.4, 0.0]])
+    verdict = gate.check(q, times=times)
+    assert not verdict.safe
+    assert verdict.reason is not None
+    assert verdict.reason.pair == ("rod", "thing0")
+    assert gate.check(-q, times=times).safe
