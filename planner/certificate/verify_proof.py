@@ -33,6 +33,8 @@ SAME, REACHED = 1e-8, 2e-6  # rad or m: what an end may be off joint values, or 
 LIMIT = FORGIVEN = 1e-6  # relative, of limits on the motion, and rad or m, on positions: what may be exceeded
 PROVEN, EXEMPT, OPEN = range(3)  # a pair: apart; left out by the robot's files or the scene; no plane was found
 MOVING = ("revolute", "continuous", "prismatic")
+WORDS = {"format", "robot", "scene", "joints", "items", "cuts", "held", "widened", "rows", "states", "identity",
+         "tool link"}  # fmt: skip
 KINDS, INTERPOLATED = ["velocity", "acceleration", "jerk"], ["lines", "cubics", "quintics"]
 # what the file holds: names; the kind of number, the shape (a name is one size throughout), the least and the most [1]
 LAYOUT: dict[str, tuple[str, tuple[int | str, ...], float, float]] = {
@@ -105,7 +107,9 @@ def read(file: Path) -> tuple[Data, Data]:
         require((array >= least) & (array <= most), f"{name} holds a number that is not finite, or absurd.")
     points = np.split(data["points"], np.cumsum(data["count"])[:-1])
     data["shapes"] = list(zip(points, data["radius"].tolist(), (data["cylinder"] > 0).tolist(), strict=True))
-    return data, json.loads(data["meta"].tobytes(), object_pairs_hook=once)
+    meta = json.loads(data["meta"].tobytes(), object_pairs_hook=once)
+    require(meta.keys() == WORDS, f"{file} says other things than format {FORMAT} does: write it again.")
+    return data, meta
 
 
 def once(named: list[tuple[str, Any]]) -> Data:
@@ -293,6 +297,7 @@ def take_parts(data: Data, meta: Data, pieces: Array) -> None:
     for a, b in pairs[data["left"] == OPEN]:
         raise Refused(f"{names[a]!r} and {names[b]!r} are not proven apart: are their hulls too close?")
     data["pairs"], data["exempt"] = pairs[data["left"] == PROVEN], pairs[data["left"] == EXEMPT]
+    require(len(data["pairs"]) > 0, f"no pair of bodies is proven apart, {len(data['exempt'])} are left out.")
     require(parts.shape == (len(data["pairs"]) + 1, len(pieces)) and parts.sum() == len(high), "parts are missing.")
     data["pair"], data["piece"] = np.divmod(np.repeat(np.arange(parts.size), parts.ravel()), len(pieces))
     first = np.cumsum(parts) - parts.ravel()
@@ -383,7 +388,7 @@ def least_w(data: Data, pieces: Array, reach: Array, spare: float, count: int, r
 def take_urdf(data: Data, meta: Data, file: Path) -> str:
     """The URDF's joints, tool and shapes take the place of those in the certificate; what that leaves, in words."""
     root: Any = ET.parse(file).getroot()
-    joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, 0
+    joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, list[str]()
     links = {joint.find("child").get("link"): joint for joint in joints.values()}
     moved = meta["moved"] = set(meta["joints"])
     for name in [*joints] * len(joints):  # what mimics a planned joint moves too, and what mimics that
@@ -407,16 +412,16 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
             item, (joint, at) = f"{name}, slab 1" if cut else name, place(data, meta, links, link.get("name"))
             here = [n for n, body in enumerate(meta["items"]) if body == item and data["joint"][n] == joint]
             require(len(here) == 1, f"'{name}' hangs on another joint in {file}, or is no body of the certificate.")
-            unread += (shape := None if cut else shape_in(geometry, file)) is None
+            shape = None if cut else shape_in(geometry, file)
+            unread += [repr(name)] * (shape is None)
             if shape is not None:
                 require(shape[1] >= 0.0, f"'{name}' has no shape in {file}.")
                 at = at @ origin_in(element)
                 data["shapes"][here[0]] = shape[0] @ at[:3, :3].T + at[:3, 3], *shape[1:]
     if own := root.find(f"link[@name='{meta['tool link']}']") is not None:
         data["carrier"], data["tool"] = place(data, meta, links, meta["tool link"])
-    left = ["tool"] * (not own) + ["widened limits"] * bool(meta["widened"]) + ["base and held joints"]
-    but = f" but for meshes not found, cut or of another kind ({unread})" if unread else ""
-    return f"Joints and shapes are those of {file.name}{but}; {', '.join(left)} are as the certificate has them."
+    but = f" but for {len(unread)} meshes not found, cut or of another kind: {', '.join(unread)}" if unread else ""
+    return f"Joints and shapes are those of {file.name}{but}{'' if own else '; the tool is not in there'}."
 
 
 def place(data: Data, meta: Data, links: Data, link: str) -> tuple[int, Array]:
@@ -482,12 +487,23 @@ def sentence(data: Data, meta: Data, rounding: float, judged: list[str], ends: s
         f"keeps its limits on position{', those of trajectory.json on ' * bool(judged)}{', '.join(judged)}, to "
         f"{FORGIVEN:g}, and each of {len(data['pairs'])} pairs of bodies stays farther apart than {data['margin']} m "
         f"(by {len(data['high'])} witnesses, {rounding:.0e} m for rounding).\n{ends}\nLeft out: pairs that no joint "
-        f"moves against each other; {(~by_scene).sum()} that the robot's files list and {by_scene.sum()} that the "
-        f"scene allows: {', '.join(exempt) or 'none'}.\n"
-        f"{urdf or 'The robot is as the certificate has it, without a URDF.'} The scene and its states are as the "
-        "certificate has them. Nothing is proven of obstacles that move, of the "
+        "moves against each other.\nSaid to be left out, by files that are not read here: "
+        f"{(~by_scene).sum()} pairs that the robot's files list and {by_scene.sum()} that the scene allows: "
+        f"{', '.join(exempt) or 'none'}.\n"
+        f"{urdf or 'The robot is as the certificate has it, without a URDF.'}\nNot read here, so as the certificate "
+        f"says: {unread(data, meta)}.\nNothing is proven of obstacles that move, of the "
         "model and its calibration, of the controller, and of conditions and tubes to be kept."
     )
+
+
+def unread(data: Data, meta: Data) -> str:
+    """Everything that the certificate says and that this file compares with no other, in words."""
+    said = [f"the pose of the base {data['base'].tolist()}", "the hashes of robot and scene"]
+    said += ["limits on position that are not those of the robot's files"] * bool(meta["widened"])
+    said += [f"joint {name!r} held at {value!r}" for name, value in meta["held"].items()]
+    said += [f"mesh {name!r} cut into {count!r} slabs" for name, count in meta["cuts"].items()]
+    said += [f"obstacle {name!r}" for name, joint in zip(meta["items"], data["joint"], strict=True) if joint < 0]
+    return ", ".join([*said, f"the states {', '.join(map(repr, meta['states'])) or 'none'}"])
 
 
 if __name__ == "__main__":
