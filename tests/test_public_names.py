@@ -48,7 +48,7 @@ RESULTS = {  # nobody but the planner makes these
     "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.FieldHistory",
 }  # fmt: skip
 INSIDE = {
-    "Objective.total", "ToolPath.at", "ToolPath.at_or_on", "ToolPath.divided", "ToolPath.rows", "Roadmap.edge_index",
+    "Objective.total", "ToolPath.at", "ToolPath.divided", "ToolPath.rows", "Roadmap.edge_index",
     "Roadmap.part", "Roadmap.record", "Roadmap.without_edge",
     "Trajectory.at_nanoseconds", "Trajectory.on", "Trajectory.piece_at", "Trajectory.worst",
 }  # fmt: skip

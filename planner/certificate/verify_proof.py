@@ -33,8 +33,7 @@ SAME, REACHED = 1e-8, 2e-6  # rad or m: what an end may be off joint values, or 
 LIMIT = FORGIVEN = 1e-6  # relative, of limits on the motion, and rad or m, on positions: what may be exceeded
 PROVEN, EXEMPT, OPEN = range(3)  # a pair: apart; left out by the robot's files or the scene; no plane was found
 MOVING = ("revolute", "continuous", "prismatic")
-WORDS = {"format", "robot", "scene", "joints", "items", "cuts", "held", "widened", "rows", "states", "identity",
-         "tool link"}  # fmt: skip
+WORDS = {*"format robot scene joints items cuts held widened rows states identity".split(), "tool link"}  # noqa: SIM905
 KINDS, INTERPOLATED = ["velocity", "acceleration", "jerk"], ["lines", "cubics", "quintics"]
 # what the file holds: names; the kind of number, the shape (a name is one size throughout), the least and the most [1]
 LAYOUT: dict[str, tuple[str, tuple[int | str, ...], float, float]] = {
@@ -107,9 +106,7 @@ def read(file: Path) -> tuple[Data, Data]:
         require((array >= least) & (array <= most), f"{name} holds a number that is not finite, or absurd.")
     points = np.split(data["points"], np.cumsum(data["count"])[:-1])
     data["shapes"] = list(zip(points, data["radius"].tolist(), (data["cylinder"] > 0).tolist(), strict=True))
-    meta = json.loads(data["meta"].tobytes(), object_pairs_hook=once)
-    require(meta.keys() == WORDS, f"{file} says other things than format {FORMAT} does: write it again.")
-    return data, meta
+    return data, json.loads(data["meta"].tobytes(), object_pairs_hook=once)
 
 
 def once(named: list[tuple[str, Any]]) -> Data:
@@ -121,7 +118,7 @@ def once(named: list[tuple[str, Any]]) -> Data:
 def require_sound(data: Data, meta: Data) -> None:
     """Indices point at what is there, axes are unit vectors [2], shapes are shapes, time goes on."""
     dof, count = len(data["parent"]), data["count"]
-    require(meta["format"] == FORMAT, "the certificate is of another version's format: write it again.")
+    require(meta["format"] == FORMAT and meta.keys() == WORDS, "the certificate has another format: write it again.")
     for names, size in ((meta["joints"], dof), (meta["items"], len(count))):
         require(len(names) == size == len({str(name) for name in names}), "joints and items need a name each.")
     require((data["parent"] <= np.arange(dof)) & (1 <= dof <= 100), "a joint stands before what carries it.")
@@ -390,7 +387,7 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
     root: Any = ET.parse(file).getroot()
     joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, list[str]()
     links = {joint.find("child").get("link"): joint for joint in joints.values()}
-    moved = meta["moved"] = set(meta["joints"])
+    moved = data["moved"] = set(meta["joints"])
     for name in [*joints] * len(joints):  # what mimics a planned joint moves too, and what mimics that
         moved |= {name for mimic in joints[name].findall("mimic") if mimic.get("joint") in moved}
     for k, (name, joint) in enumerate((name, joints.get(name, ET.Element(""))) for name in meta["joints"]):
@@ -412,8 +409,7 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
             item, (joint, at) = f"{name}, slab 1" if cut else name, place(data, meta, links, link.get("name"))
             here = [n for n, body in enumerate(meta["items"]) if body == item and data["joint"][n] == joint]
             require(len(here) == 1, f"'{name}' hangs on another joint in {file}, or is no body of the certificate.")
-            shape = None if cut else shape_in(geometry, file)
-            unread += [repr(name)] * (shape is None)
+            unread += [repr(name)] * ((shape := None if cut else shape_in(geometry, file)) is None)
             if shape is not None:
                 require(shape[1] >= 0.0, f"'{name}' has no shape in {file}.")
                 at = at @ origin_in(element)
@@ -432,7 +428,7 @@ def place(data: Data, meta: Data, links: Data, link: str) -> tuple[int, Array]:
     name, kind, value = joint.get("name"), joint.get("type"), float(meta["held"].get(joint.get("name"), 0.0))
     if name in meta["joints"]:
         return meta["joints"].index(name) + 1, held
-    require(kind == "fixed" or (kind in MOVING and name not in meta["moved"]), f"'{name}' moves, not planned.")
+    require(kind == "fixed" or (kind in MOVING and name not in data["moved"]), f"'{name}' moves, not planned.")
     held[:3, 3] = value * (kind == "prismatic") * axis_of(joint)
     held[:3, :3] = rotation(axis_of(joint), value * (kind in MOVING[:2]))
     number, at = place(data, meta, links, joint.find("parent").get("link"))
@@ -480,6 +476,12 @@ def sentence(data: Data, meta: Data, rounding: float, judged: list[str], ends: s
     """What is proven of what, and what is not."""
     by_scene, bodies = data["joint"][data["exempt"]].min(axis=1, initial=0) < 0, meta["items"]
     exempt = [f"{bodies[a]!r} and {bodies[b]!r}" for a, b in data["exempt"][np.argsort(by_scene, kind="stable")]]
+    said = [f"the pose of the base {data['base'].tolist()}", "the hashes of robot and scene"]
+    said += ["limits on position that are not those of the robot's files"] * bool(meta["widened"])
+    said += [f"joint {name!r} held at {value!r}" for name, value in meta["held"].items()]
+    said += [f"mesh {name!r} cut into {count!r} slabs" for name, count in meta["cuts"].items()]
+    said += [f"obstacle {name!r}" for name, joint in zip(bodies, data["joint"], strict=True) if joint < 0]
+    said += [f"state {name!r}" for name in meta["states"]]
     motion = f" and of the motion of {np.ptp(data['clock']) / 1e9:g} s" if judged else ""
     return (
         f"Proven: along all of the path of {len(data['path'])} waypoints from "
@@ -491,19 +493,9 @@ def sentence(data: Data, meta: Data, rounding: float, judged: list[str], ends: s
         f"{(~by_scene).sum()} pairs that the robot's files list and {by_scene.sum()} that the scene allows: "
         f"{', '.join(exempt) or 'none'}.\n"
         f"{urdf or 'The robot is as the certificate has it, without a URDF.'}\nNot read here, so as the certificate "
-        f"says: {unread(data, meta)}.\nNothing is proven of obstacles that move, of the "
+        f"says: {', '.join(said)}.\nNothing is proven of obstacles that move, of the "
         "model and its calibration, of the controller, and of conditions and tubes to be kept."
     )
-
-
-def unread(data: Data, meta: Data) -> str:
-    """Everything that the certificate says and that this file compares with no other, in words."""
-    said = [f"the pose of the base {data['base'].tolist()}", "the hashes of robot and scene"]
-    said += ["limits on position that are not those of the robot's files"] * bool(meta["widened"])
-    said += [f"joint {name!r} held at {value!r}" for name, value in meta["held"].items()]
-    said += [f"mesh {name!r} cut into {count!r} slabs" for name, count in meta["cuts"].items()]
-    said += [f"obstacle {name!r}" for name, joint in zip(meta["items"], data["joint"], strict=True) if joint < 0]
-    return ", ".join([*said, f"the states {', '.join(map(repr, meta['states'])) or 'none'}"])
 
 
 if __name__ == "__main__":

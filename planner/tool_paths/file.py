@@ -148,7 +148,7 @@ def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> di
     begin = np.where(np.arange(len(points)) <= at_middle, first, first + 1)
     low = np.where(begin == first, 0.0, angles[at_middle])
     high = np.where(begin == first, angles[at_middle], angles[-1])
-    _, turns, free, cones = path.at_or_on(begin, (angles - low) / (high - low))
+    _, turns, free, cones = path.at(begin, (angles - low) / (high - low))
     return dict(zip(POINT_ARRAYS, (points, turns, free, cones, path.given[begin + 1]), strict=True))
 
 

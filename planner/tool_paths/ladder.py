@@ -108,7 +108,7 @@ class _Stations:
     def of(tube: Tube, line: Ints, share: Floats) -> _Stations:
         """At shares (n,) of the lines (n,) of the path."""
         path = tube.path
-        position, turn, free, cone = path.at_or_on(line, share)
+        position, turn, free, cone = path.at(line, share)
         targets = np.tile(np.eye(4), (len(line), 1, 1))
         targets[:, :3, 3], targets[:, :3, :3] = position, turn
         cone[free] = np.maximum(cone[free], tube.lean)
@@ -154,11 +154,10 @@ def _threads(
 ) -> Floats:
     """Solutions (t, s, dof) of every thread, nan where it has ended."""
     s = len(stations.line)
-    anchors = np.linspace(0, s - 1, min(_ANCHORS * dense, s)).round().astype(np.int64)
+    anchors = np.unique(np.linspace(0, s - 1, min(_ANCHORS * dense, s)).round().astype(np.int64))
     bound = np.flatnonzero(~stations.free)
-    if 0 < len(bound) < s:  # which no thread reaches that is turned otherwise
-        anchors = np.append(anchors, bound[np.abs(bound[:, None] - anchors).argmin(axis=0)])
-    anchors = np.unique(anchors)
+    if 0 < len(bound) < s:  # no thread that is turned otherwise reaches them
+        anchors = np.unique(np.append(anchors, bound[np.abs(bound[:, None] - anchors).argmin(axis=0)]))
     at = np.repeat(anchors, _STARTS * dense)
     tilts, there = _tilts(stations.cones[at], rng), stations.part(at)
     z = (there.targets[:, :3, :3] @ tilts)[:, :, 2]

@@ -20,6 +20,7 @@ _SAME = 1e-6  # m: points nearer to each other are one
 _WIDEST = 1.5708  # rad, of a cone
 _TURNED = 1e-6  # by so much the entries of a rotation may be off
 _SPUN = 1e-9  # rad: a smaller turn about the z axis is rounding
+_Z = np.array([0.0, 0.0, 1.0])
 POINT_ARRAYS = ("positions", "turns", "free", "cones", "given")
 _SIZES = {"position": (1e-6, 0.1, "m"), "angle": (1e-5, 0.5, "rad")}
 
@@ -52,8 +53,8 @@ class ToolPath:
 
     Where ``free`` (k,) the tool may turn about its z axis, which has to be within ``cones`` (k,) rad of that of
     ``turns``; 0: within the tube's angle. Between two points position and orientation change evenly; the tool may turn
-    freely where it may at one of its ends, and its z axis goes along the great arc there, however it is turned about it
-    at the other: that binds at the point alone. ``given`` (k,): the number of the point in the file, from 1, that each
+    freely where it may at one of its ends, its z axis along the great arc, however it is turned about that at the other
+    end: that binds at the point alone. ``given`` (k,): the number of the point in the file, from 1, that each
     belongs to, with which the line to it ends; :func:`planner.read_tool_path` reads one from a file. ``bend``: so far
     (m) arcs may be off the lines that stand for them. Raises :class:`ArrayError` for what is no path.
     """
@@ -128,21 +129,16 @@ class ToolPath:
         return replace(self, **self.rows(slice(None, None, -1)))
 
     def evenly_turned(self) -> ToolPath:
-        """The same with points between, so that on no line the orientation changes by more than 0.05 rad.
-
-        A point that binds the turn about the z axis between two lines that leave it free binds it for two radii of the
-        tube on both sides: no rounded corner passes it by.
-        """
+        """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
         path = self._with_short_lines()
         line, share = path.divided(path.turned / _TURN)
-        position, turn, free, cone = path.at_or_on(line, share)
-        begins = (share == 0) | (share == 1)
-        position[begins], turn[begins] = path.positions, path.turns
+        position, turn, free, cone = path.at(line, share)
+        turn[(share == 0) | (share == 1)] = path.turns
         given = path.given[np.where(share > 0, line + 1, line)]
         return replace(path, positions=position, turns=turn, free=free, cones=cone, given=given)
 
     def _with_short_lines(self) -> ToolPath:
-        """The same with two short lines, on which no turn is free, at each bound point between two free ones."""
+        """The same with lines on both sides of bound points between free ones that no rounded corner passes turned."""
         k = 1 + np.flatnonzero(~self.free[1:-1] & self.free[:-2] & self.free[2:])
         line, point = np.append(k - 1, k), np.append(k, k)
         share = np.minimum(2.0 * self.tube.position / self.lengths[line], 0.5)
@@ -162,40 +158,29 @@ class ToolPath:
         s, end, widths = share[:, None], line + 1, self.widths
         position = (1 - s) * self.positions[line] + s * self.positions[end]
         width = (1 - share) * widths[line] + share * widths[end]
-        cone = np.where(self.cones[line] + self.cones[end] > 0, width, 0.0)
+        cone, free = np.where(self.cones[line] + self.cones[end] > 0, width, 0.0), self.free[line] | self.free[end]
+        for rows, point in ((share == 0, line), (share == 1, end)):  # a point allows what it says, whatever lines do
+            free[rows], cone[rows] = self.free[point[rows]], self.cones[point[rows]]
         turns = self.turns[line] @ about(self._axes[line], share * self.turned[line])
-        turns = turns @ _about_z(share * self._spins[line])
-        return position, turns, self.free[line] | self.free[end], cone
-
-    def at_or_on(self, line: Ints, share: Floats) -> tuple[Floats, Floats, Bools, Floats]:
-        """As :meth:`at`, but for the points themselves: each allows what it says, whatever the lines beside it do."""
-        position, turns, free, cone = self.at(line, share)
-        for end in (0, 1):
-            rows = share == end
-            free[rows], cone[rows] = self.free[line[rows] + end], self.cones[line[rows] + end]
-        return position, turns, free, cone
+        return position, turns @ about(_Z, share * self._unspun[1][line]), free, cone
 
     @cached_property
     def turned(self) -> Floats:
         """(k - 1,) rad that the orientation turns evenly along each line, or the z axis where the tool turns freely."""
-        return rotation_angles(self.turns[:-1], self._ends)
+        return rotation_angles(self.turns[:-1], self._unspun[0])
 
     @cached_property
-    def _spins(self) -> Floats:
-        """(k - 1,) rad that the tool turns about its z axis besides, on lines on which it may turn freely."""
+    def _unspun(self) -> tuple[Floats, Floats]:
+        """Orientations (k - 1, 3, 3) at the ends of lines without the turn about z that is free; that turn (k - 1,)."""
         least = np.swapaxes(turned_to(self.turns[1:, :, 2], self.turns[:-1]), 1, 2) @ self.turns[1:]
-        spin = np.arctan2(least[:, 1, 0] - least[:, 0, 1], least[:, 0, 0] + least[:, 1, 1])
-        return np.where((self.free[:-1] | self.free[1:]) & (np.abs(spin) > _SPUN), spin, 0.0)
-
-    @cached_property
-    def _ends(self) -> Floats:
-        """(k - 1, 3, 3) the orientation at the end of each line, without that turn."""
-        return self.turns[1:] @ _about_z(-self._spins)
+        spin = np.arctan2(least[:, 1, 0], least[:, 0, 0])
+        spin = np.where((self.free[:-1] | self.free[1:]) & (np.abs(spin) > _SPUN), spin, 0.0)
+        return self.turns[1:] @ about(_Z, -spin), spin
 
     @cached_property
     def _axes(self) -> Floats:
         """(k - 1, 3) about which, in the frame of the line's begin."""
-        relative = np.swapaxes(self.turns[:-1], 1, 2) @ self._ends
+        relative = np.swapaxes(self.turns[:-1], 1, 2) @ self._unspun[0]
         ahead, behind = relative[:, [2, 0, 1], [1, 2, 0]], relative[:, [1, 2, 0], [2, 0, 1]]
         size = np.linalg.norm(ahead - behind, axis=1)[:, None]
         return np.where(size > 1e-12, (ahead - behind) / np.where(size > 1e-12, size, 1.0), half_turn_axes(relative))
@@ -215,15 +200,11 @@ def half_turn_axes(turns: Floats) -> Floats:
 
 
 def about(axis: Floats, angle: Floats) -> Floats:
-    """Rotations (n, 3, 3) about unit axes (n, 3) by angles (n,) rad (Rodrigues)."""
-    cross = np.zeros((len(axis), 3, 3))
+    """Rotations (n, 3, 3) about unit axes (n, 3), or one (3,), by angles (n,) rad (Rodrigues)."""
+    cross = np.zeros((len(angle), 3, 3))
     for i, j, k, sign in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1), (2, 0, 1, -1), (2, 1, 0, 1)):
-        cross[:, i, j] = sign * axis[:, k]
+        cross[:, i, j] = sign * axis[..., k]
     return np.eye(3) + np.sin(angle)[:, None, None] * cross + (1 - np.cos(angle))[:, None, None] * (cross @ cross)
-
-
-def _about_z(angle: Floats) -> Floats:
-    return about(np.tile([0.0, 0.0, 1.0], (len(angle), 1)), angle)
 
 
 def turned_to(z: Floats, like: Floats) -> Floats:

@@ -418,4 +418,4 @@ def test_lines_between_an_axis_and_a_quaternion_are_followed_in_their_tube(kinds
     for q in (found.trajectory.at(np.linspace(0.0, found.trajectory.duration, 300)), on_path.reshape(-1, 7)):
         assert outside(path, found.robot, q) <= 1.0
     near = found.trajectory.at(np.linspace(0.0, found.trajectory.duration, 3000))
-    assert all(passes_by(path, found.robot, near, k) <= 1.0 for k in np.flatnonzero(~path.free))
+    assert all(passes_by(path, found.robot, near, k) <= 1.0 for k in np.flatnonzero(~path.free).tolist())
