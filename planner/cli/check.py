@@ -47,7 +47,8 @@ def check(
     or the jerk is infinite: beyond every limit that somebody gives, and not judged, which is said, where it is assumed
     for want of any. Examples:
 
-    A task's plan.json, or its folder, is judged segment by segment, with what is held and what stands where by then.
+    A task's plan.json, or its folder, is judged segment by segment, with what is held and what stands where by then;
+    so are the commands of its gripper, and whether each object that it lets go of stands on something.
 
     planner check out/plan.json
 

@@ -55,7 +55,7 @@ class TaskRecord(pydantic.BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class SegmentReport:
-    """The ``report`` on a segment's motion, pairs that may touch on it, and all that is wrong, as sentences."""
+    """The ``report`` on a segment's motion, the pairs that may touch on it, and all its faults, as sentences."""
 
     report: PathReport | TrajectoryReport
     may_touch: Pairs
@@ -63,7 +63,7 @@ class SegmentReport:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing is wrong."""
+        """Whether it has no fault."""
         return not self.findings
 
 
@@ -94,7 +94,7 @@ def judged(
         made = None if whole is None or segment.trajectory is None else _part(whole, segment.trajectory, path)
         events = [event for event in record.events if event.segment == number]
         following = next((event for event in events if event.kind != "gripper"), None)
-        hand, rests, found = stage.excused(segment, path, begun, following)
+        hand, rests, found = stage.excuse_pairs(segment, path, begun, following)
         may_touch = hand.union(*rests.values())
         report = check(path, stage.checker(may_touch), step)
         if report.ok and made is not None:
@@ -102,11 +102,11 @@ def judged(
         if not report.ok:
             found.append("beyond limits" if report.contact is None else str(report.contact.contact))
         elif rests:
-            found += _touching_off_rest(path, made, stage, hand, rests, step)
+            found += _find_contacts_off_rest(path, made, stage, hand, rests, step)
         walked += segment.path[len(walked) > 0 :]
         if segment is record.segments[-1] and record.path != walked:
-            found.append("The path of the task is another than that of its segments: plan again.")
-        yield segment, SegmentReport(report, may_touch, (*found, *_wrong_commands(events, stage.robot)))
+            found.append("The path of the task must be that of its segments: plan again.")
+        yield segment, SegmentReport(report, may_touch, (*found, *_check_commands(events, stage.robot)))
         before, begun = path[-1], following
         for event in events:
             stage.after(event, before)
@@ -119,19 +119,19 @@ def _require_task(record: TaskRecord, checker: CollisionChecker, whole: Trajecto
     if whole is not None and [dict(event) for event in whole.events] != [event.to_dict() for event in record.events]:
         raise FileError("the task has other events than its trajectory: one of the files is damaged, plan again.")
     if record.outcome != Outcome.SOLVED.key or not record.segments:
-        raise FileError(f"the task ends as '{record.outcome}' after {len(record.segments)} segments: plan again.")
+        raise FileError(f"a task must be solved, got '{record.outcome}', {len(record.segments)} segments: plan again.")
     if any(event.segment >= len(record.segments) for event in record.events):
         raise FileError("an event of the task comes after a segment that is not there: it is damaged, plan again.")
     joints = checker.robot.joints
     if tuple(record.joints) != joints or (whole is not None and whole.joints != joints):
-        raise FileError(f"the task, or its trajectory, has not the joints {choices(joints)} in this order: plan again.")
+        raise FileError(f"joints of the task and its trajectory must be {choices(joints)} in this order: plan again.")
 
 
-def _wrong_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
-    """What is wrong with the gripper's commands at the end of a segment; a robot without fingers needs none."""
+def _check_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
+    """Yield faults of the gripper's commands at the end of a segment; a robot without fingers needs none."""
     kinds = [event.kind for event in events if event.kind != "gripper" or event.joints]
     if kinds not in _ORDERS and ("gripper" in kinds or gripper_of(robot, GripperSaid()).closed):
-        yield f"It ends with {' and '.join(kinds)}: a gripper command has to come before attach, and after detach."
+        yield f"Events at its end must be gripper, attach or detach, gripper; got {', '.join(kinds)}: plan again."
     for event in events:
         try:
             gripper_of(robot, GripperSaid(open=event.joints or {}))
@@ -139,24 +139,24 @@ def _wrong_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
             yield str(error)
 
 
-def _touching_off_rest(
+def _find_contacts_off_rest(
     path: Floats, made: Trajectory | None, stage: Stage, hand: Pairs, rests: dict[int, Pairs], step: float
 ) -> Iterator[str]:
-    """The first contact, on path and motion, of the held object with what it stands on where it is off its rest."""
+    """Yield the first contact on path and motion off the rest of the held object that is excused at its rest only."""
     strict, held = second_checker(stage.checker(hand)), stage.held
     assert held is not None
     for pieces in (straight(path[:-1], np.diff(path, axis=0)), *(() if made is None else (made.coefficients,))):
         looks = looks_along(strict, pieces, step)
         q = evaluate(pieces[looks.piece], looks.s)
         at = np.array([stage.pose(held.name, row) for row in q])
-        off = np.min([_apart(held, at, stage.pose(held.name, path[row])) for row in rests], axis=0)
+        off = np.min([_measure_shift(held, at, stage.pose(held.name, path[row])) for row in rests], axis=0)
         far = off > _NEAR + strict.world.margin
         if far.any() and (seen := strict.first_contact(q[far])):
-            where = f"{1e3 * off[far][seen[0]]:.3g} mm off the rest of '{held.name}'"
-            yield f"{seen[1]} {seen[1].how(strict.world.margin)} {where}: they may within {1e3 * RELEASE:g} mm."
+            touch = f"{seen[1]} {seen[1].how(strict.world.margin)} {1e3 * off[far][seen[0]]:.3g} mm"
+            yield f"{touch} off the rest of '{held.name}', they may within {1e3 * RELEASE:g} mm: plan again."
 
 
-def _apart(item: Carried | Obstacle, a: Floats, b: Floats) -> Floats:
+def _measure_shift(item: Carried | Obstacle, a: Floats, b: Floats) -> Floats:
     """How far (n,) m a point of an item at most is in placements ``a`` (n, 4, 4) from where it is in ``b`` (4, 4)."""
     points = np.where(np.indices((2, 2, 2)).reshape(3, 8).T, *reversed(extremes(item.shape)))
     return np.linalg.norm((a - b)[..., :3, :3] @ points.T + (a - b)[..., :3, 3:], axis=-2).max(axis=-1)
@@ -222,10 +222,10 @@ class Stage:
         there = replace(self.scene, allowed=self.scene.allowed | allowed)
         return type(self._known)(self._known.world.among(there, robot), self._known)
 
-    def excused(
+    def excuse_pairs(
         self, segment: SegmentRecord, path: Floats, begun: Event | None, following: Event | None
     ) -> tuple[Pairs, dict[int, Pairs], list[str]]:
-        """Pairs of hand and object that may touch, those of a rest by its row of the path, and what is wrong there."""
+        """Pairs of hand and object that may touch, pairs at a rest by its row of the path, and faults of a release."""
         declared = frozenset(frozenset(pair) for pair in (*segment.may_touch, *segment.at_rest))
         robot, held, hand, rests, found = self.robot, self.held, Pairs(), dict[int, Pairs](), list[str]()
         links = [body.link for body in robot.bodies if tool_joint(robot)[0] in robot.model.supports[body.joint]]
@@ -272,7 +272,7 @@ def _require_there(event: Event, item: Carried | Obstacle, placement: Floats, wh
     """Raise :class:`FileError` where an object is elsewhere than the plan had it."""
     if event.position is None or event.quaternion is None:
         return
-    away = float(_apart(item, placement, pose(event.position, quaternion=event.quaternion)))
+    away = float(_measure_shift(item, placement, pose(event.position, quaternion=event.quaternion)))
     if away > _MOVED:
         off = f"is {where} {1e3 * away:.3g} mm"
         raise FileError(f"at its {event.kind} '{event.object}' {off} from where the plan has it: plan again.")

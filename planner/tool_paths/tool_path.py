@@ -130,15 +130,15 @@ class ToolPath:
 
     def evenly_turned(self) -> ToolPath:
         """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
-        path = self._with_short_lines()
+        path = self._add_bound_lines()
         line, share = path.divided(path.turned / _TURN)
         position, turn, free, cone = path.at(line, share)
         turn[(share == 0) | (share == 1)] = path.turns
         given = path.given[np.where(share > 0, line + 1, line)]
         return replace(path, positions=position, turns=turn, free=free, cones=cone, given=given)
 
-    def _with_short_lines(self) -> ToolPath:
-        """The same with lines on both sides of bound points between free ones that no rounded corner passes turned."""
+    def _add_bound_lines(self) -> ToolPath:
+        """The same with short bound lines at bound points between free ones, so that rounded corners keep the turn."""
         k = 1 + np.flatnonzero(~self.free[1:-1] & self.free[:-2] & self.free[2:])
         line, point = np.append(k - 1, k), np.append(k, k)
         share = np.minimum(2.0 * self.tube.position / self.lengths[line], 0.5)
@@ -162,15 +162,15 @@ class ToolPath:
         for rows, point in ((share == 0, line), (share == 1, end)):  # a point allows what it says, whatever lines do
             free[rows], cone[rows] = self.free[point[rows]], self.cones[point[rows]]
         turns = self.turns[line] @ about(self._axes[line], share * self.turned[line])
-        return position, turns @ about(_Z, share * self._unspun[1][line]), free, cone
+        return position, turns @ about(_Z, share * self._ends_and_spins[1][line]), free, cone
 
     @cached_property
     def turned(self) -> Floats:
         """(k - 1,) rad that the orientation turns evenly along each line, or the z axis where the tool turns freely."""
-        return rotation_angles(self.turns[:-1], self._unspun[0])
+        return rotation_angles(self.turns[:-1], self._ends_and_spins[0])
 
     @cached_property
-    def _unspun(self) -> tuple[Floats, Floats]:
+    def _ends_and_spins(self) -> tuple[Floats, Floats]:
         """Orientations (k - 1, 3, 3) at the ends of lines without the turn about z that is free; that turn (k - 1,)."""
         least = np.swapaxes(turned_to(self.turns[1:, :, 2], self.turns[:-1]), 1, 2) @ self.turns[1:]
         spin = np.arctan2(least[:, 1, 0], least[:, 0, 0])
@@ -180,7 +180,7 @@ class ToolPath:
     @cached_property
     def _axes(self) -> Floats:
         """(k - 1, 3) about which, in the frame of the line's begin."""
-        relative = np.swapaxes(self.turns[:-1], 1, 2) @ self._unspun[0]
+        relative = np.swapaxes(self.turns[:-1], 1, 2) @ self._ends_and_spins[0]
         ahead, behind = relative[:, [2, 0, 1], [1, 2, 0]], relative[:, [1, 2, 0], [2, 0, 1]]
         size = np.linalg.norm(ahead - behind, axis=1)[:, None]
         return np.where(size > 1e-12, (ahead - behind) / np.where(size > 1e-12, size, 1.0), half_turn_axes(relative))

@@ -116,25 +116,33 @@ DAMAGES: dict[str, tuple[Callable[[dict], object], int, str]] = {
     "an end elsewhere": (shifted(0, -1, 0.01), 3, "plan again"),
     "a segment lacks": (lambda plan: plan["segments"].pop(3), 3, "segment 4 begins elsewhere"),
     "another is held": (lambda plan: plan["segments"][3].update(carried=None), 3, "says that nothing is held"),
-    "other joints": (lambda plan: plan["joints"].reverse(), 3, "has not the joints panda_joint1, panda_joint2"),
-    "a failure": (lambda plan: plan.update(outcome="no_path"), 3, "the task ends as 'no_path' after 7 segments"),
+    "other joints": (lambda plan: plan["joints"].reverse(), 3, "must be panda_joint1, panda_joint2"),
+    "a failure": (
+        lambda plan: plan.update(outcome="no_path"),
+        3,
+        "must be solved, got 'no_path', 7 segments",
+    ),
     "other times": (lambda plan: plan["segments"][3]["trajectory"].update(begin=1e3), 3, "other times"),
     "no segments": (lambda plan: plan.update(segments=[{"step": 1}]), 3, "is missing"),
 }
 
 
 UNTIMED: dict[str, tuple[Callable[[dict], object], int, str]] = {
-    "another path": (lambda plan: plan.update(path=[[9.0] * 7] * 2), 4, "path of the task is another than that of its"),
+    "another path": (
+        lambda plan: plan.update(path=[[9.0] * 7] * 2),
+        4,
+        "the task must be that of its segments",
+    ),
     "two in one hand": (
         lambda plan: plan["events"].extend({**each, "segment": 2, "object": "leg"} for each in plan["events"][:2]),
         3,
         "the task takes 'leg' while it holds 'mug'",
     ),
-    "no gripper": (without("gripper"), 4, "ends with attach: a gripper command has to come before attach"),
+    "no gripper": (without("gripper"), 4, "must be gripper, attach or detach, gripper; got attach"),
     "an opening hand": (
         lambda plan: plan["events"].append({**plan["events"][0], "segment": 3}),
         4,
-        "ends with gripper: a gripper command has to come",
+        "got gripper",
     ),
     "a wide hand": (
         commanded({"panda_finger_joint1": 9.9}),
@@ -143,7 +151,7 @@ UNTIMED: dict[str, tuple[Callable[[dict], object], int, str]] = {
     ),
     "an arm joint": (commanded({"panda_joint1": 1.0}), 4, "the gripper cannot move 'panda_joint1'"),
     "an unknown joint": (commanded({"claw": 1.0}), 4, "the gripper cannot move 'claw'"),
-    "a command of nothing": (commanded({}), 4, "ends with attach: a gripper command has to come before attach"),
+    "a command of nothing": (commanded({}), 4, "must be gripper, attach or detach, gripper; got attach"),
     "let go of in the air": (released_in_the_air, 4, "'mug' would stand in the air at ("),
     "held by the base": (taken_by("panda_link0"), 3, "'mug' with 'panda_link0', which does not move with the tool"),
     "held by nothing": (taken_by("claw"), 3, "claw"),
@@ -208,7 +216,7 @@ SWINGS: dict[str, tuple[Callable[[dict, dict], object], str]] = {
     "while the gripper closes": (lambda plan, motion: swings(plan, motion, motion["events"][0]["t"]), "moves on after"),
     "in the end": (lambda plan, motion: swings(plan, motion, 1e3), "moves on after segment 7"),
     "a segment less": (lambda plan, motion: plan["segments"].pop(), "moves on after segment 6"),
-    "no segments": (lambda plan, motion: plan.update(segments=[]), "the task ends as 'solved' after 0 segments"),
+    "no segments": (lambda plan, motion: plan.update(segments=[]), "got 'solved', 0 segments"),
     "no times": (untimed, "segments without times"),
     "taken on the way": (early, "does not come after segment 2"),
     "let go of never": (
@@ -217,7 +225,7 @@ SWINGS: dict[str, tuple[Callable[[dict, dict], object], str]] = {
     ),
     "other joints": (
         lambda plan, motion: motion["joints"].reverse(),
-        "or its trajectory, has not the joints panda_joint1",
+        "must be panda_joint1, panda_joint2",
     ),
     "faster than the arm": (lambda plan, motion: motion["limits"].update(velocity=[99.0] * 7), "beyond the URDF's"),
 }

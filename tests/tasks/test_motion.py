@@ -19,11 +19,12 @@ from planner.models.shapes import Carried, Obstacle, Sphere
 from planner.objective.integral import costs_along
 from planner.objective.scale import COSTS
 from planner.problem.request import TimingRequest
+from planner.tasks.file import Line, Pick
 from planner.tasks.judge import TaskRecord, judged, summary
 from planner.tasks.plan import TaskPlanner, task
 from planner.tasks.result import TaskPlan, _scene_in_motion
 from planner.trajectory.check import sampled_contact
-from tests.tasks.cases import BOARD, MUG, POST, SCENE, SMALL, TABLE, small
+from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, POST, SCENE, SMALL, TABLE, small
 from tests.worlds import load
 
 FINE = 1e-4  # m
@@ -192,6 +193,16 @@ def test_a_margin_is_kept_but_where_the_object_rests() -> None:
     reports = found.check()
     assert all(report.ok for report in reports)
     assert {each.report.checker.world.margin for each in reports} == {0.008}
+
+
+def test_lines_that_end_where_the_object_may_still_touch_are_timed_and_judged() -> None:
+    place = replace(ON_BOARD, approach=Line(0.004), retreat=Line(0.004))
+    short = replace(SMALL, steps=(Pick("mug", GRASPS, Line(0.004), Line(0.004)), place))
+    found = task(short, timing=TimingRequest(), nodes=200, ik_solutions=2)
+    assert found.solved, found.message
+    assert found.trajectory is not None
+    assert found.trajectory.proven
+    assert all(report.ok for report in found.check())
 
 
 def test_coal_finds_what_fcl_finds() -> None:
