@@ -144,7 +144,7 @@ def _check_task(path: Path, task: TaskRecord, checker: CollisionChecker, step: f
         rows = [
             (
                 f"step {each['step']}, {each['doing']}",
-                f"{each['part']}: {' '.join(each['findings']) or 'free'}"
+                f"{each['part']}: {' '.join(each['findings']).rstrip('.') or 'free'}"
                 + "".join(f"; '{a}' may touch '{b}'" for a, b in each["may_touch"]),
             )
             for each in found["segments"]
