@@ -41,8 +41,8 @@ class Certificate:
 
     @property
     def whole(self) -> bool:
-        """Every pair that is checked is proven apart on all of the path and the motion."""
-        return not self.open_pairs
+        """Some pair is checked, and every one that is is proven apart on all of the path and the motion."""
+        return not self.open_pairs and bool((self.arrays["left"] == checker.PROVEN).any())
 
     def content(self) -> bytes:
         """The file as bytes: the same for the same plan."""

@@ -33,6 +33,7 @@ SAME, REACHED = 1e-8, 2e-6  # rad or m: what an end may be off joint values, or 
 LIMIT = FORGIVEN = 1e-6  # relative, of limits on the motion, and rad or m, on positions: what may be exceeded
 PROVEN, EXEMPT, OPEN = range(3)  # a pair: apart; left out by the robot's files or the scene; no plane was found
 MOVING = ("revolute", "continuous", "prismatic")
+WORDS = {*"format robot scene joints tree items cuts held widened rows states identity".split(), "tool link"}  # noqa: SIM905
 KINDS, INTERPOLATED = ["velocity", "acceleration", "jerk"], ["lines", "cubics", "quintics"]
 # what the file holds: names; the kind of number, the shape (a name is one size throughout), the least and the most [1]
 LAYOUT: dict[str, tuple[str, tuple[int | str, ...], float, float]] = {
@@ -120,7 +121,7 @@ def once(named: list[tuple[str, Any]]) -> Data:
 def require_sound(data: Data, meta: Data) -> None:
     """Indices point at what is there, axes are unit vectors [2], shapes are shapes, time goes on."""
     tree, dof, count = len(data["parent"]), len(data["wraps"]), data["count"]
-    require(meta["format"] == FORMAT, "the certificate is of another version's format: write it again.")
+    require(meta["format"] == FORMAT and meta.keys() == WORDS, "the certificate has another format: write it again.")
     for names, size in ((meta["joints"], dof), (meta["tree"], tree), (meta["items"], len(count))):
         require(len(names) == size == len({str(name) for name in names}), "joints and items need a name each.")
     require((data["parent"] <= np.arange(tree)) & (1 <= dof <= tree <= 100), "a joint stands before what carries it.")
@@ -304,6 +305,7 @@ def take_parts(data: Data, meta: Data, pieces: Array) -> None:
     for a, b in pairs[data["left"] == OPEN]:
         raise Refused(f"{names[a]!r} and {names[b]!r} are not proven apart: are their hulls too close?")
     data["pairs"], data["exempt"] = pairs[data["left"] == PROVEN], pairs[data["left"] == EXEMPT]
+    require(len(data["pairs"]) > 0, f"no pair of bodies is proven apart, {len(data['exempt'])} are left out.")
     require(parts.shape == (len(data["pairs"]) + 1, len(pieces)) and parts.sum() == len(high), "parts are missing.")
     data["pair"], data["piece"] = np.divmod(np.repeat(np.arange(parts.size), parts.ravel()), len(pieces))
     first = np.cumsum(parts) - parts.ravel()
@@ -397,12 +399,12 @@ def least_w(data: Data, pieces: Array, reach: Array, spare: float, count: int, r
 def take_urdf(data: Data, meta: Data, file: Path) -> str:
     """The URDF's joints, tool and shapes take the place of those in the certificate; what that leaves, in words."""
     root: Any = ET.parse(file).getroot()
-    joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, 0
+    joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, list[str]()
     links = {joint.find("child").get("link"): joint for joint in joints.values()}
     led = {name: follow(joints, name) for name in joints}
-    meta["moved"] = {name for name, (leader, factor, _) in led.items() if leader in meta["joints"] and factor}
+    moved = data["moved"] = {name for name, (leader, factor, _) in led.items() if leader in meta["joints"] and factor}
     for k, name in enumerate(meta["tree"]):
-        own = led.get(name, [""])[0] == name if name in meta["joints"] else name in meta["moved"]
+        own = led.get(name, [""])[0] == name if name in meta["joints"] else name in moved
         require(own and joints[name].get("type") in MOVING, f"joint '{name}' does not move by itself in {file}.")
         joint, (leader, factor, zero) = joints[name], led[name]
         kind, limit, row = joint.get("type"), joint.find("limit"), meta["joints"].index(leader)
@@ -424,16 +426,15 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
             item, (joint, at) = f"{name}, slab 1" if cut else name, place(data, meta, links, link.get("name"))
             here = [n for n, body in enumerate(meta["items"]) if body == item and data["joint"][n] == joint]
             require(len(here) == 1, f"'{name}' hangs on another joint in {file}, or is no body of the certificate.")
-            unread += (shape := None if cut else shape_in(geometry, file)) is None
+            unread += [repr(name)] * ((shape := None if cut else shape_in(geometry, file)) is None)
             if shape is not None:
                 require(shape[1] >= 0.0, f"'{name}' has no shape in {file}.")
                 at = at @ origin_in(element)
                 data["shapes"][here[0]] = shape[0] @ at[:3, :3].T + at[:3, 3], *shape[1:]
     if own := root.find(f"link[@name='{meta['tool link']}']") is not None:
         data["carrier"], data["tool"] = place(data, meta, links, meta["tool link"])
-    left = ["tool"] * (not own) + ["widened limits"] * bool(meta["widened"]) + ["base and held joints"]
-    but = f" but for meshes not found, cut or of another kind ({unread})" if unread else ""
-    return f"Joints and shapes are those of {file.name}{but}; {', '.join(left)} are as the certificate has them."
+    but = f" but for {len(unread)} meshes not found, cut or of another kind: {', '.join(unread)}" if unread else ""
+    return f"Joints and shapes are those of {file.name}{but}{'' if own else '; the tool is not in there'}."
 
 
 def follow(joints: Data, name: str) -> tuple[str, float, float]:
@@ -455,7 +456,7 @@ def place(data: Data, meta: Data, links: Data, link: str) -> tuple[int, Array]:
     name, kind, value = joint.get("name"), joint.get("type"), float(meta["held"].get(joint.get("name"), 0.0))
     if name in meta["tree"]:
         return meta["tree"].index(name) + 1, held
-    require(kind == "fixed" or (kind in MOVING and name not in meta["moved"]), f"'{name}' moves, not planned.")
+    require(kind == "fixed" or (kind in MOVING and name not in data["moved"]), f"'{name}' moves, not planned.")
     held[:3, 3] = value * (kind == "prismatic") * axis_of(joint)
     held[:3, :3] = rotation(axis_of(joint), value * (kind in MOVING[:2]))
     number, at = place(data, meta, links, joint.find("parent").get("link"))
@@ -503,6 +504,12 @@ def sentence(data: Data, meta: Data, rounding: float, judged: list[str], ends: s
     """What is proven of what, and what is not."""
     by_scene, bodies = data["joint"][data["exempt"]].min(axis=1, initial=0) < 0, meta["items"]
     exempt = [f"{bodies[a]!r} and {bodies[b]!r}" for a, b in data["exempt"][np.argsort(by_scene, kind="stable")]]
+    said = [f"the pose of the base {data['base'].tolist()}", "the hashes of robot and scene"]
+    said += ["limits on position that are not those of the robot's files"] * bool(meta["widened"])
+    said += [f"joint {name!r} held at {value!r}" for name, value in meta["held"].items()]
+    said += [f"mesh {name!r} cut into {count!r} slabs" for name, count in meta["cuts"].items()]
+    said += [f"obstacle {name!r}" for name, joint in zip(bodies, data["joint"], strict=True) if joint < 0]
+    said += [f"state {name!r}" for name in meta["states"]]
     motion = f" and of the motion of {np.ptp(data['clock']) / 1e9:g} s" if judged else ""
     return (
         f"Proven: along all of the path of {len(data['path'])} waypoints from "
@@ -510,10 +517,11 @@ def sentence(data: Data, meta: Data, rounding: float, judged: list[str], ends: s
         f"keeps its limits on position{', those of trajectory.json on ' * bool(judged)}{', '.join(judged)}, to "
         f"{FORGIVEN:g}, and each of {len(data['pairs'])} pairs of bodies stays farther apart than {data['margin']} m "
         f"(by {len(data['high'])} witnesses, {rounding:.0e} m for rounding).\n{ends}\nLeft out: pairs that no joint "
-        f"moves against each other; {(~by_scene).sum()} that the robot's files list and {by_scene.sum()} that the "
-        f"scene allows: {', '.join(exempt) or 'none'}.\n"
-        f"{urdf or 'The robot is as the certificate has it, without a URDF.'} The scene and its states are as the "
-        "certificate has them. Nothing is proven of obstacles that move, of the "
+        "moves against each other.\nSaid to be left out, by files that are not read here: "
+        f"{(~by_scene).sum()} pairs that the robot's files list and {by_scene.sum()} that the scene allows: "
+        f"{', '.join(exempt) or 'none'}.\n"
+        f"{urdf or 'The robot is as the certificate has it, without a URDF.'}\nNot read here, so as the certificate "
+        f"says: {', '.join(said)}.\nNothing is proven of obstacles that move, of the "
         "model and its calibration, of the controller, and of conditions and tubes to be kept."
     )
 

@@ -47,7 +47,8 @@ def check(
     or the jerk is infinite: beyond every limit that somebody gives, and not judged, which is said, where it is assumed
     for want of any. Examples:
 
-    A task's plan.json, or its folder, is judged segment by segment, with what is held and what stands where by then.
+    A task's plan.json, or its folder, is judged segment by segment, with what is held and what stands where by then;
+    so are the commands of its gripper, and whether each object that it lets go of stands on something.
 
     planner check out/plan.json
 
@@ -143,14 +144,15 @@ def _check_task(path: Path, task: TaskRecord, checker: CollisionChecker, step: f
         rows = [
             (
                 f"step {each['step']}, {each['doing']}",
-                f"{each['part']}: {each['contact'] or ('free' if each['ok'] else 'beyond limits')}"
+                f"{each['part']}: {' '.join(each['findings']).rstrip('.') or 'free'}"
                 + "".join(f"; '{a}' may touch '{b}'" for a, b in each["may_touch"]),
             )
             for each in found["segments"]
         ]
         show(facts(f"{path}: {checker.robot.name} in {checker.world.scene.name}", rows))
         bad = sum(not each["ok"] for each in found["segments"])
-        say(f"{bad} of {len(rows)} segments are not free and within limits." if bad else "All segments are free.")
+        wrong = f"{bad} of {len(rows)} segments are not free and within limits, or end wrongly."
+        say(wrong if bad else "All segments are free.")
     return 0 if found["ok"] else EXIT_NOT_USABLE
 
 

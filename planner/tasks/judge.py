@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,29 +13,57 @@ import pydantic
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, choices
 from planner.base.files import is_file, is_folder
-from planner.base.yamlfile import read_text, validate
+from planner.base.polynomials import evaluate
+from planner.base.yamlfile import Number, read_text, validate
+from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
+from planner.collision.looks import looks_along, straight
+from planner.kinematics.forward import tool_joint
 from planner.models.poses import pose
-from planner.models.robot import with_carried, without_carried
-from planner.models.shapes import Carried
+from planner.models.robot import Robot, with_carried, with_tool, without_carried
+from planner.models.shapes import Carried, Obstacle, extremes
 from planner.paths.check import PathReport
 from planner.paths.file import matrix, parse, require_of_an_arm
 from planner.planning.result import JSON_NAME
+from planner.problem.outcome import Outcome
 from planner.setup.in_hand import let_go, placement_of, taken
+from planner.tasks.file import GripperSaid, TaskError
+from planner.tasks.gripper import gripper_of
+from planner.tasks.modes import Pairs
+from planner.tasks.placements import at_pose, standing
+from planner.tasks.reach import RELEASE
 from planner.tasks.record import Event, SegmentRecord, SegmentTimes
-from planner.trajectory.check import TrajectoryReport, check, looked_at
+from planner.trajectory.check import TrajectoryReport, check
 from planner.trajectory.trajectory import Trajectory
 
 _SAME = 1e-6  # rad (m): joint values in two files
-_MOVED, _TURNED = 1e-3, 1e-2  # m, rad: an object so much elsewhere is held otherwise
-Report = PathReport | TrajectoryReport
+_MOVED = 1e-3  # m: an object so much elsewhere is held otherwise
+_NEAR = RELEASE + 1e-4  # m, and the margin: so near its rest an object may touch what it stands on
+_ORDERS = [], ["gripper", "attach"], ["detach", "gripper"]  # of events at the end of a segment
 
 
 class TaskRecord(pydantic.BaseModel):
     """What a check needs of a task's ``plan.json``."""
 
+    outcome: str
+    joints: list[str]
+    path: list[list[Number]]
     segments: list[SegmentRecord]
     events: list[Event]
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentReport:
+    """The ``report`` on a segment's motion, the pairs that may touch on it, and all its faults, as sentences."""
+
+    report: PathReport | TrajectoryReport
+    may_touch: Pairs
+    findings: tuple[str, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether it has no fault."""
+        return not self.findings
 
 
 def task_record(path: Path) -> TaskRecord | None:
@@ -50,33 +78,87 @@ def task_record(path: Path) -> TaskRecord | None:
 
 def judged(
     record: TaskRecord, checker: CollisionChecker, whole: Trajectory | None, step: float
-) -> Iterator[tuple[SegmentRecord, Report]]:
+) -> Iterator[tuple[SegmentRecord, SegmentReport]]:
     """Each segment with what is found on it, with what is held, and what stands where, by then.
 
     ``checker`` is of the scene before the task, ``whole`` the motion of all segments where there is one; looked at
-    every ``step`` metres. Where an object may touch what it stands on at its rest, all that is off the rest is looked
-    at without that too. Raises :class:`FileError` for events that are not of this scene.
+    every ``step`` metres. Pairs that the record lets touch may if they are a hand and what it goes to or leaves, or an
+    object near its rest and what it stands on, as measured. Raises :class:`FileError` for what is no such task.
     """
-    if whole is not None and [dict(event) for event in whole.events] != [event.to_dict() for event in record.events]:
-        raise FileError("the task has other events than its trajectory: one of the files is damaged, plan again.")
-    if not record.segments:
-        raise FileError("the task has no segments, so there is nothing to judge: plan again.")
-    if any(event.segment >= len(record.segments) for event in record.events):
-        raise FileError("an event of the task comes after a segment that is not there: it is damaged, plan again.")
-    if whole is not None and whole.joints != checker.robot.joints:
-        raise FileError(f"the trajectory of the task is of the joints {choices(whole.joints)}: plan again.")
-    stage, before = Stage(checker, record.events), None
-    handled = {event.object for event in record.events}
+    _require_task(record, checker, whole)
+    stage, before, begun, walked = Stage(checker, record.events), None, None, list[list[float]]()
     for number, segment in enumerate(record.segments):
         path = matrix(segment.path, f"segment {number + 1}")
-        _require_fitting(number, segment, path, before, stage, handled)
+        _require_fitting(number, segment, path, before, stage)
         made = None if whole is None or segment.trajectory is None else _part(whole, segment.trajectory, path)
-        yield segment, _report(segment, path, made, stage, step)
-        before = path[-1]
-        for event in (each for each in record.events if each.segment == number):
+        events = [event for event in record.events if event.segment == number]
+        following = next((event for event in events if event.kind != "gripper"), None)
+        hand, rests, found = stage.excuse_pairs(segment, path, begun, following)
+        may_touch = hand.union(*rests.values())
+        report = check(path, stage.checker(may_touch), step)
+        if report.ok and made is not None:
+            report = check(made, stage.checker(may_touch), step)
+        if not report.ok:
+            found.append("beyond limits" if report.contact is None else str(report.contact.contact))
+        elif rests:
+            found += _find_contacts_off_rest(path, made, stage, hand, rests, step)
+        walked += segment.path[len(walked) > 0 :]
+        if segment is record.segments[-1] and record.path != walked:
+            found.append("The path of the task must be that of its segments: plan again.")
+        yield segment, SegmentReport(report, may_touch, (*found, *_check_commands(events, stage.robot)))
+        before, begun = path[-1], following
+        for event in events:
             stage.after(event, before)
     if whole is not None:
         _require_all_of_it(record, whole)
+
+
+def _require_task(record: TaskRecord, checker: CollisionChecker, whole: Trajectory | None) -> None:
+    """Raise :class:`FileError` for what is no solved task of this robot with one path and the events of its motion."""
+    if whole is not None and [dict(event) for event in whole.events] != [event.to_dict() for event in record.events]:
+        raise FileError("the task has other events than its trajectory: one of the files is damaged, plan again.")
+    if record.outcome != Outcome.SOLVED.key or not record.segments:
+        raise FileError(f"a task must be solved, got '{record.outcome}', {len(record.segments)} segments: plan again.")
+    if any(event.segment >= len(record.segments) for event in record.events):
+        raise FileError("an event of the task comes after a segment that is not there: it is damaged, plan again.")
+    joints = checker.robot.joints
+    if tuple(record.joints) != joints or (whole is not None and whole.joints != joints):
+        raise FileError(f"joints of the task and its trajectory must be {choices(joints)} in this order: plan again.")
+
+
+def _check_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
+    """Yield faults of the gripper's commands at the end of a segment; a robot without fingers needs none."""
+    kinds = [event.kind for event in events if event.kind != "gripper" or event.joints]
+    if kinds not in _ORDERS and ("gripper" in kinds or gripper_of(robot, GripperSaid()).closed):
+        yield f"Events at its end must be gripper, attach or detach, gripper; got {', '.join(kinds)}: plan again."
+    for event in events:
+        try:
+            gripper_of(robot, GripperSaid(open=event.joints or {}))
+        except TaskError as error:
+            yield str(error)
+
+
+def _find_contacts_off_rest(
+    path: Floats, made: Trajectory | None, stage: Stage, hand: Pairs, rests: dict[int, Pairs], step: float
+) -> Iterator[str]:
+    """Yield the first contact on path and motion off the rest of the held object that is excused at its rest only."""
+    strict, held = second_checker(stage.checker(hand)), stage.held
+    assert held is not None
+    for pieces in (straight(path[:-1], np.diff(path, axis=0)), *(() if made is None else (made.coefficients,))):
+        looks = looks_along(strict, pieces, step)
+        q = evaluate(pieces[looks.piece], looks.s)
+        at = np.array([stage.pose(held.name, row) for row in q])
+        off = np.min([_measure_shift(held, at, stage.pose(held.name, path[row])) for row in rests], axis=0)
+        far = off > _NEAR + strict.world.margin
+        if far.any() and (seen := strict.first_contact(q[far])):
+            touch = f"{seen[1]} {seen[1].how(strict.world.margin)} {1e3 * off[far][seen[0]]:.3g} mm"
+            yield f"{touch} off the rest of '{held.name}', they may within {1e3 * RELEASE:g} mm: plan again."
+
+
+def _measure_shift(item: Carried | Obstacle, a: Floats, b: Floats) -> Floats:
+    """How far (n,) m a point of an item at most is in placements ``a`` (n, 4, 4) from where it is in ``b`` (4, 4)."""
+    points = np.where(np.indices((2, 2, 2)).reshape(3, 8).T, *reversed(extremes(item.shape)))
+    return np.linalg.norm((a - b)[..., :3, :3] @ points.T + (a - b)[..., :3, 3:], axis=-2).max(axis=-1)
 
 
 def _require_all_of_it(record: TaskRecord, whole: Trajectory) -> None:
@@ -100,23 +182,7 @@ def _require_all_of_it(record: TaskRecord, whole: Trajectory) -> None:
             raise FileError(f"an event of the task does not come {where}, where it belongs: {damaged}.")
 
 
-def _report(segment: SegmentRecord, path: Floats, made: Trajectory | None, stage: Stage, step: float) -> Report:
-    """What is found on the path, and on the motion where there is one: the first that is not as it should be."""
-    loose, strict = stage.checker([*segment.may_touch, *segment.at_rest]), stage.checker(segment.may_touch)
-    report: Report = check(path, loose, step)
-    off = path[1:] if segment.part == "retreat" else path[:-1]
-    if report.ok and segment.at_rest and len(off) > 1:
-        report = check(off, strict, step)
-    if report.ok and made is not None:
-        report = check(made, loose, step)
-        if report.ok and segment.at_rest:
-            report = replace(report, contact=looked_at(off_rest(made, path, segment.part), strict, step))
-    return report
-
-
-def _require_fitting(
-    number: int, segment: SegmentRecord, path: Floats, before: Floats | None, stage: Stage, handled: set[str]
-) -> None:
+def _require_fitting(number: int, segment: SegmentRecord, path: Floats, before: Floats | None, stage: Stage) -> None:
     """Raise :class:`FileError` for a segment that does not follow from the one before it and from the events."""
     head, robot = f"segment {number + 1}", stage.robot
     held = None if stage.held is None else stage.held.name
@@ -129,12 +195,7 @@ def _require_fitting(
         raise FileError(f"{head} begins elsewhere than the one before it ends: the file is damaged, plan again.")
     if segment.carried != held:
         said, truth = (f"'{name}'" if name else "nothing" for name in (segment.carried, held))
-        raise FileError(
-            f"{head} says that {said} is held, by the events it is {truth}: the file is damaged, plan again."
-        )
-    for pair in (*segment.may_touch, *segment.at_rest):
-        if handled.isdisjoint(pair):
-            raise FileError(f"{head} lets '{pair[0]}' touch '{pair[1]}', and neither is picked: plan again.")
+        raise FileError(f"{head} says that {said} is held, by the events it is {truth}: plan again.")
 
 
 class Stage:
@@ -154,11 +215,31 @@ class Stage:
         """What the task holds; what the scene lets the arm carry besides is part of the robot."""
         return next((item for item in self.scene.carried if item.name == self._name), None)
 
-    def checker(self, allowed: Iterable[tuple[str, str]]) -> CollisionChecker:
+    def checker(self, allowed: Pairs) -> CollisionChecker:
         """A checker of what there is now, where these pairs of names may touch besides."""
         robot = self.robot if self.held is None else with_carried(self.robot, [self.held])
-        there = replace(self.scene, allowed=self.scene.allowed | {frozenset(pair) for pair in allowed})
+        there = replace(self.scene, allowed=self.scene.allowed | allowed)
         return type(self._known)(self._known.world.among(there, robot), self._known)
+
+    def excuse_pairs(
+        self, segment: SegmentRecord, path: Floats, begun: Event | None, following: Event | None
+    ) -> tuple[Pairs, dict[int, Pairs], list[str]]:
+        """Pairs of hand and object that may touch, pairs at a rest by its row of the path, and faults of a release."""
+        declared = frozenset(frozenset(pair) for pair in (*segment.may_touch, *segment.at_rest))
+        robot, held, hand, rests, found = self.robot, self.held, Pairs(), dict[int, Pairs](), list[str]()
+        links = [body.link for body in robot.bodies if tool_joint(robot)[0] in robot.model.supports[body.joint]]
+        among = type(self._known)(self._known.world.among(self.scene, robot), self._known)
+        for row, event in ((0, begun), (-1, following)):
+            if event is not None and held is not None and held.name == event.object:
+                item = Obstacle(held.name, held.shape, self.pose(held.name, path[row]))
+                try:
+                    place = (at_pose if row else standing)(item, item.placement, among)
+                    rests[row] = declared & {frozenset((held.name, on)) for on in place.supports}
+                except TaskError as error:
+                    found.append(str(error))
+            elif event is not None:
+                hand |= declared & {frozenset((event.object, link)) for link in links}
+        return hand, rests, found
 
     def pose(self, name: str, q: Floats) -> Floats:
         """Where an object is (4, 4) in a configuration (dof,)."""
@@ -170,32 +251,30 @@ class Stage:
         """Take or let go, in a configuration (dof,); :class:`FileError` for what is not there."""
         name, held = event.object, self.held
         if event.kind == "attach":
+            if held is not None:
+                raise FileError(f"the task takes '{name}' while it holds '{held.name}': mend the file.")
             item = next((item for item in self.scene.obstacles if item.name == name), None)
             if item is None:
-                raise FileError(
-                    f"the task takes '{name}', which is not in scene '{self.scene.name}': give its --scene."
-                )
-            _require_there(event, item.placement, f"in scene '{self.scene.name}'")
+                raise FileError(f"the task takes '{name}', which is not in scene '{self.scene.name}': give its scene.")
+            if tool_joint(with_tool(self.robot, event.link))[0] != tool_joint(self.robot)[0]:
+                raise FileError(f"the task takes '{name}' with '{event.link}', which does not move with the tool.")
+            _require_there(event, item, item.placement, f"in scene '{self.scene.name}'")
             self.scene, self._name = taken(self.scene, item, self.robot, event.link, q), name
         elif event.kind == "detach":
             if held is None or held.name != name:
                 raise FileError(f"the task lets go of '{name}', which it does not hold: mend the file.")
-            _require_there(event, self.pose(name, q), "in the hand")
+            _require_there(event, held, self.pose(name, q), "in the hand")
             self.scene, self._name = let_go(self.scene, held, self.robot, q), None
 
 
-def _require_there(event: Event, placement: Floats, where: str) -> None:
+def _require_there(event: Event, item: Carried | Obstacle, placement: Floats, where: str) -> None:
     """Raise :class:`FileError` where an object is elsewhere than the plan had it."""
     if event.position is None or event.quaternion is None:
         return
-    planned = pose(event.position, quaternion=event.quaternion)
-    away = float(np.linalg.norm(placement[:3, 3] - planned[:3, 3]))
-    turned = float(np.abs(placement[:3, :3] - planned[:3, :3]).max())
-    if away > _MOVED or turned > _TURNED:
-        off = f"{1e3 * away:.3g} mm and {turned:.2g} rad"
-        raise FileError(
-            f"at its {event.kind} '{event.object}' is {where} {off} from where the plan has it: plan again."
-        )
+    away = float(_measure_shift(item, placement, pose(event.position, quaternion=event.quaternion)))
+    if away > _MOVED:
+        off = f"is {where} {1e3 * away:.3g} mm"
+        raise FileError(f"at its {event.kind} '{event.object}' {off} from where the plan has it: plan again.")
 
 
 def _part(whole: Trajectory, times: SegmentTimes, path: Floats) -> Trajectory:
@@ -210,27 +289,16 @@ def _part(whole: Trajectory, times: SegmentTimes, path: Floats) -> Trajectory:
     return Trajectory(whole.joints, whole.nanoseconds[rows], columns, whole.law, whole.limits)
 
 
-def off_rest(made: Trajectory, path: Floats, part: str) -> Trajectory:
-    """The part of a segment's motion that is farther from its rest than the corner next to that is."""
-    leaves = part == "retreat"
-    rest, corner = (path[0], path[1]) if leaves else (path[-1], path[-2])
-    far = np.linalg.norm(made.knots() - rest, axis=1) >= np.linalg.norm(corner - rest)
-    points = slice(int(np.argmax(far)), None) if leaves else slice(0, len(far) - int(np.argmax(far[::-1])))
-    return Trajectory(made.joints, made.nanoseconds[points], tuple(rows[points] for rows in made.columns))
-
-
-def summary(reports: list[tuple[SegmentRecord, Report]]) -> dict[str, Any]:
+def summary(reports: Sequence[tuple[SegmentRecord, SegmentReport]]) -> dict[str, Any]:
     """Whether all segments are as they should be, and each of them, as plain data."""
     found = [
-        {
-            "step": segment.step,
-            "doing": segment.doing,
-            "part": segment.part,
-            "carried": segment.carried,
-            "ok": report.ok,
-            "contact": None if report.contact is None else str(report.contact.contact),
-            "may_touch": [list(pair) for pair in segment.may_touch],
+        {name: getattr(segment, name) for name in ("step", "doing", "part", "carried")}
+        | {
+            "ok": each.ok,
+            "contact": None if each.report.contact is None else str(each.report.contact.contact),
+            "may_touch": sorted(map(sorted, each.may_touch)),
+            "findings": list(each.findings),
         }
-        for segment, report in reports
+        for segment, each in reports
     ]
     return {"ok": all(each["ok"] for each in found), "segments": found}

@@ -108,15 +108,14 @@ def standing(item: Obstacle, placement: Floats, among: CollisionChecker, others:
 
 def at_pose(item: Obstacle, placement: Floats, among: CollisionChecker) -> Place:
     """The place at a pose that is given; :class:`TaskError` where it lies inside something, or in the air."""
-    where = ", ".join(f"{value:g}" for value in placement[:3, 3])
+    where, place = ", ".join(f"{value:g}" for value in placement[:3, 3]), standing(item, placement, among)
     lifted = np.array(placement)
     lifted[2, 3] += GAP + among.world.margin
-    hit = _touched(item, lifted, among)
+    hit = [name for name in _touched(item, lifted, among) if name in place.supports]  # others are above it
     if hit:
         raise TaskError(
             f"'{item.name}' cannot stand at ({where}) m: it would lie inside '{hit[0]}'; choose another pose."
         )
-    place = standing(item, placement, among)
     if not place.supports:
         raise TaskError(
             f"'{item.name}' would stand in the air at ({where}) m: nothing is within {1e3 * REST:g} mm beneath it; "

@@ -31,7 +31,7 @@ from planner.problem.run_schema import RoadmapRecord
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
 from planner.tasks.file import Task
-from planner.tasks.judge import Report, Stage, TaskRecord, judged
+from planner.tasks.judge import SegmentReport, Stage, TaskRecord, judged
 from planner.tasks.network import TaskNetwork
 from planner.tasks.options import Options
 from planner.tasks.record import Event, ModesRecord, SegmentRecord, StepFails, TaskPlanRecord
@@ -96,9 +96,10 @@ class TaskPlan:
         """One motion of all segments, at rest while a gripper moves; None without times."""
         return joined(self.segments, self.events)
 
-    def check(self, step: float = RECHECK) -> list[Report]:
+    def check(self, step: float = RECHECK) -> list[SegmentReport]:
         """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
-        record = TaskRecord(segments=self._segments(), events=list(self.events))
+        names, path, events = list(self.robot.joints), self.path.tolist(), list(self.events)
+        record = TaskRecord(outcome=self.outcome.key, joints=names, path=path, segments=self._segments(), events=events)
         return [report for _, report in judged(record, self.judge, self.trajectory, step)]
 
     @cached_property

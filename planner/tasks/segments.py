@@ -17,7 +17,6 @@ from planner.planning.motion import looked_at_again
 from planner.problem.objective import Objective
 from planner.problem.request import TimingRequest
 from planner.tasks.file import Move, Pick
-from planner.tasks.judge import off_rest
 from planner.tasks.modes import Mode
 from planner.tasks.network import APPROACH, TaskNetwork
 from planner.tasks.options import Options
@@ -38,7 +37,7 @@ class Segment:
 
     ``step`` counts from 1; ``part`` is transit, approach or retreat, ``carried`` what is held. Along the straight lines
     to and from a rest the object may touch what it stands on in ``mode``; off the rest
-    (:func:`planner.tasks.judge.off_rest`) the segment is free in the mode ``strict`` too, where it may not.
+    (:func:`off_rest`) the segment is free in the mode ``strict`` too, where it may not.
     """
 
     step: int
@@ -107,10 +106,20 @@ def timed(
         made = time_path(segment.path, checker, limits, law=law, cost=cost, extra_cost=timing.extra_cost)
         if segment.mode != segment.strict:
             strict = EdgeProver(options.modes.checker_of(segment.strict))
-            free = prove_motion(off_rest(made, segment.path, segment.part), strict, limits).free
+            away = off_rest(made, segment.path, segment.part)  # one point where the line ends so near its rest
+            free = not len(away.seconds) or prove_motion(away, strict, limits).free
             made = replace(made, proven=made.proven and free, proof=made.proof | {"free_off_rest": free})
         found.append(replace(segment, trajectory=looked_at_again(made, checker)))
     return found
+
+
+def off_rest(made: Trajectory, path: Floats, part: str) -> Trajectory:
+    """The part of a segment's motion that is farther from its rest than the corner next to that is."""
+    leaves = part == "retreat"
+    rest, corner = (path[0], path[1]) if leaves else (path[-1], path[-2])
+    far = np.linalg.norm(made.knots() - rest, axis=1) >= np.linalg.norm(corner - rest)
+    points = slice(int(np.argmax(far)), None) if leaves else slice(0, len(far) - int(np.argmax(far[::-1])))
+    return Trajectory(made.joints, made.nanoseconds[points], tuple(rows[points] for rows in made.columns))
 
 
 def events_of(segments: Sequence[Segment], options: Options) -> tuple[Event, ...]:

@@ -110,8 +110,6 @@ class _Stations:
         position, turn, free, cone = path.at(line, share)
         targets = np.tile(np.eye(4), (len(line), 1, 1))
         targets[:, :3, 3], targets[:, :3, :3] = position, turn
-        for end, at in ((0, share == 0), (1, share == 1)):  # what a point allows it allows, whatever its neighbours do
-            free[at], cone[at] = path.free[line[at] + end], path.cones[line[at] + end]
         cone[free] = np.maximum(cone[free], tube.lean)
         return _Stations(line, share, targets, free, cone, tube.taken(free))
 
@@ -156,6 +154,9 @@ def _threads(
     """Solutions (t, s, dof) of every thread, nan where it has ended."""
     s = len(stations.line)
     anchors = np.unique(np.linspace(0, s - 1, min(_ANCHORS * dense, s)).round().astype(np.int64))
+    bound = np.flatnonzero(~stations.free)
+    if 0 < len(bound) < s:  # no thread that is turned otherwise reaches them
+        anchors = np.unique(np.append(anchors, bound[np.abs(bound[:, None] - anchors).argmin(axis=0)]))
     at = np.repeat(anchors, _STARTS * dense)
     tilts, there = _tilts(stations.cones[at], rng), stations.part(at)
     z = (there.targets[:, :3, :3] @ tilts)[:, :, 2]

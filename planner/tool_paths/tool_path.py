@@ -17,6 +17,8 @@ _FARTHEST = 20.0  # m: beyond any arm; points in millimetres are
 _SAME = 1e-6  # m: points nearer to each other are one
 _WIDEST = 1.5708  # rad, of a cone
 _TURNED = 1e-6  # by so much the entries of a rotation may be off
+_SPUN = 1e-9  # rad: a smaller turn about the z axis is rounding
+_Z = np.array([0.0, 0.0, 1.0])
 POINT_ARRAYS = ("positions", "turns", "free", "cones", "given")
 _SIZES = {"position": (1e-6, 0.1, "m"), "angle": (1e-5, 0.5, "rad")}
 
@@ -47,7 +49,8 @@ class ToolPath:
 
     Where ``free`` (k,) the tool may turn about its z axis, which has to be within ``cones`` (k,) rad of that of
     ``turns``; 0: within the tube's angle. Between two points position and orientation change evenly; the tool may turn
-    freely where it may at one of its ends. ``given`` (k,): the number of the point in the file, from 1, that each
+    freely where it may at one of its ends, its z axis along the great arc, however it is turned about that at the other
+    end: that binds at the point alone. ``given`` (k,): the number of the point in the file, from 1, that each
     belongs to, with which the line to it ends; :func:`planner.read_tool_path` reads one from a file. ``bend``: so far
     (m) arcs may be off the lines that stand for them. Raises :class:`ArrayError` for what is no path.
     """
@@ -123,12 +126,22 @@ class ToolPath:
 
     def evenly_turned(self) -> ToolPath:
         """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
-        line, share = self.divided(self.turned / _TURN)
-        position, turn, free, cone = self.at(line, share)
-        begins = (share == 0) | (share == 1)  # what a point allows it allows, whatever its neighbours do
-        position[begins], turn[begins], free[begins], cone[begins] = self.positions, self.turns, self.free, self.cones
-        given = self.given[np.where(share > 0, line + 1, line)]
-        return replace(self, positions=position, turns=turn, free=free, cones=cone, given=given)
+        path = self._add_bound_lines()
+        line, share = path.divided(path.turned / _TURN)
+        position, turn, free, cone = path.at(line, share)
+        turn[(share == 0) | (share == 1)] = path.turns
+        given = path.given[np.where(share > 0, line + 1, line)]
+        return replace(path, positions=position, turns=turn, free=free, cones=cone, given=given)
+
+    def _add_bound_lines(self) -> ToolPath:
+        """The same with short bound lines at bound points between free ones, so that rounded corners keep the turn."""
+        k = 1 + np.flatnonzero(~self.free[1:-1] & self.free[:-2] & self.free[2:])
+        line, point = np.append(k - 1, k), np.append(k, k)
+        share = np.minimum(2.0 * self.tube.position / self.lengths[line], 0.5)
+        position, turn, _, _ = self.at(line, np.where(line < point, 1.0 - share, share))
+        turn = turned_to(turn[:, :, 2], self.turns[point])
+        made = dict(zip(POINT_ARRAYS, (position, turn, False, 0.0, self.given[line + 1]), strict=True))
+        return replace(self, **{name: np.insert(getattr(self, name), line + 1, made[name], axis=0) for name in made})
 
     def divided(self, pieces: Floats) -> tuple[Ints, Floats]:
         """Places of the path, by line and share (n,), that cut its lines into ``pieces`` (k - 1,) at least."""
@@ -141,19 +154,29 @@ class ToolPath:
         s, end, widths = share[:, None], line + 1, self.widths
         position = (1 - s) * self.positions[line] + s * self.positions[end]
         width = (1 - share) * widths[line] + share * widths[end]
-        cone = np.where(self.cones[line] + self.cones[end] > 0, width, 0.0)
+        cone, free = np.where(self.cones[line] + self.cones[end] > 0, width, 0.0), self.free[line] | self.free[end]
+        for rows, point in ((share == 0, line), (share == 1, end)):  # a point allows what it says, whatever lines do
+            free[rows], cone[rows] = self.free[point[rows]], self.cones[point[rows]]
         turns = self.turns[line] @ about(self._axes[line], share * self.turned[line])
-        return position, turns, self.free[line] | self.free[end], cone
+        return position, turns @ about(_Z, share * self._ends_and_spins[1][line]), free, cone
 
     @cached_property
     def turned(self) -> Floats:
-        """(k - 1,) rad that the orientation turns evenly along each line."""
-        return rotation_angles(self.turns[:-1], self.turns[1:])
+        """(k - 1,) rad that the orientation turns evenly along each line, or the z axis where the tool turns freely."""
+        return rotation_angles(self.turns[:-1], self._ends_and_spins[0])
+
+    @cached_property
+    def _ends_and_spins(self) -> tuple[Floats, Floats]:
+        """Orientations (k - 1, 3, 3) at the ends of lines without the turn about z that is free; that turn (k - 1,)."""
+        least = np.swapaxes(turned_to(self.turns[1:, :, 2], self.turns[:-1]), 1, 2) @ self.turns[1:]
+        spin = np.arctan2(least[:, 1, 0], least[:, 0, 0])
+        spin = np.where((self.free[:-1] | self.free[1:]) & (np.abs(spin) > _SPUN), spin, 0.0)
+        return self.turns[1:] @ about(_Z, -spin), spin
 
     @cached_property
     def _axes(self) -> Floats:
         """(k - 1, 3) about which, in the frame of the line's begin."""
-        relative = np.swapaxes(self.turns[:-1], 1, 2) @ self.turns[1:]
+        relative = np.swapaxes(self.turns[:-1], 1, 2) @ self._ends_and_spins[0]
         ahead, behind = relative[:, [2, 0, 1], [1, 2, 0]], relative[:, [1, 2, 0], [2, 0, 1]]
         size = np.linalg.norm(ahead - behind, axis=1)[:, None]
         return np.where(size > 1e-12, (ahead - behind) / np.where(size > 1e-12, size, 1.0), half_turn_axes(relative))
@@ -173,10 +196,10 @@ def half_turn_axes(turns: Floats) -> Floats:
 
 
 def about(axis: Floats, angle: Floats) -> Floats:
-    """Rotations (n, 3, 3) about unit axes (n, 3) by angles (n,) rad (Rodrigues)."""
-    cross = np.zeros((len(axis), 3, 3))
+    """Rotations (n, 3, 3) about unit axes (n, 3), or one (3,), by angles (n,) rad (Rodrigues)."""
+    cross = np.zeros((len(angle), 3, 3))
     for i, j, k, sign in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1), (2, 0, 1, -1), (2, 1, 0, 1)):
-        cross[:, i, j] = sign * axis[:, k]
+        cross[:, i, j] = sign * axis[..., k]
     return np.eye(3) + np.sin(angle)[:, None, None] * cross + (1 - np.cos(angle))[:, None, None] * (cross @ cross)
 
 

@@ -26,6 +26,7 @@ _FINEST = 1e-3  # of the tube: pieces that leave their chord by less are not hal
 _SAMPLES = 16  # poses looked at on each motion, or piece of one, for the largest deviation that is told
 _AT_ONCE = 10_000  # poses whose deviations are measured together, which takes 10 kB for each
 _OFF, _LEAN = 0.8, 0.65  # of the tube, for solutions inside: what is left has to do for the motions between
+_INSIDE = 1e-12  # of a line: farther from its ends it allows what both allow together
 _ARC = 0.1  # of the tube's radius is left to the arcs that lines stand for
 
 
@@ -134,7 +135,7 @@ class Tube:
         It is the line in whose tube they lie deepest: beside a bend the nearest one may turn otherwise.
         """
         u, off = self._beside(lines, position)
-        _, turns, free, cones = self.path.at(lines.ravel(), np.clip(u, 0.0, 1.0).ravel())
+        _, turns, free, cones = self.path.at(lines.ravel(), np.clip(u, _INSIDE, 1.0 - _INSIDE).ravel())
         there = np.repeat(rotation, lines.shape[1], axis=0)
         column = 2.0 * np.arcsin(np.clip(np.linalg.norm(there[..., 2] - turns[..., 2], axis=1) / 2.0, 0.0, 1.0))
         angle = np.where(free, np.maximum(column - cones, 0.0), rotation_angles(there, turns)).reshape(lines.shape)

@@ -175,9 +175,24 @@ def test_a_mesh_that_is_not_found_is_told(tmp_path: Path) -> None:
     """Without a mesh beside the URDF its shape is the certificate's, and the sentence does not speak of its kind."""
     case, text = arm_of(tmp_path)
     (tmp_path / "made.urdf").write_text(text.replace(BOX, '<mesh filename="package://nowhere/two.stl"/>'))
-    assert "but for meshes not found, cut or of another kind (1)" in verify_proof.check(
-        case.folder, tmp_path / "made.urdf"
-    )
+    said = verify_proof.check(case.folder, tmp_path / "made.urdf")
+    assert "but for 1 meshes not found, cut or of another kind: 'two_0'; the tool" not in said
+    assert "but for 1 meshes not found, cut or of another kind: 'two_0'." in said
+
+
+def test_everything_that_is_only_said_is_in_the_verdict(tmp_path: Path) -> None:
+    """Pairs left out, joints held, slabs, obstacles and states, each by its name; another word is refused."""
+    case, _ = arm_of(tmp_path)
+    words = {**case.words, "held": {"second": 0.125}, "cuts": {"one_0": 3}, "states": {"rest": ["q:0"]}}
+    said = case.accepts(case.data, {**words, "widened": True})
+    assert said is not None
+    for name in ("joint 'second' held at 0.125", "mesh 'one_0' cut into 3 slabs", "'rest'", "limits on position that"):
+        assert name in said
+    names, left = case.words["items"], case.data["left"] == verify_proof.EXEMPT
+    assert all(f"obstacle {names[k]!r}" in said for k in np.flatnonzero(case.data["joint"] < 0))
+    assert f"Said to be left out, by files that are not read here: {left.sum()} pairs" in said
+    assert all(f"{names[a]!r} and {names[b]!r}" in said for a, b in case.data["exempt"])
+    assert case.accepts(case.data, {**case.words, "omitted": ["everything else"]}) is None
 
 
 def test_frames_of_the_urdf_count_to_the_last_digit(tmp_path: Path) -> None:
@@ -239,7 +254,7 @@ def test_a_joint_that_stands_before_what_carries_it_in_the_urdf(tmp_path: Path) 
 def test_limits_that_are_not_compared_are_told(widened: object, tmp_path: Path) -> None:
     case, _ = arm_of(tmp_path)
     assert case.accepts(case.data, {**case.words, "widened": widened})
-    assert "widened limits" in verify_proof.check(case.folder, tmp_path / "made.urdf")
+    assert "limits on position that are not those of" in verify_proof.check(case.folder, tmp_path / "made.urdf")
 
 
 @pytest.mark.parametrize("value", [3000.0, -1e6, float("nan"), float("inf")])

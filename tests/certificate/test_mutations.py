@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.certificate.folders import AROUND, folder_of
 from benchmarks.certificate.judge import closest
-from benchmarks.certificate.mutations import Case, largest, mutated
+from benchmarks.certificate.mutations import WITNESSES, Case, largest, mutated, packed
 from planner.certificate import PROOF_NAME, verify_proof
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
@@ -74,6 +74,22 @@ def test_no_false_certificate_is_accepted_of_the_largest_changes_that_are(cases:
             reached.add(name)
             assert judged_true(data, rng), (name, k)
     assert len(reached) >= 4, reached
+
+
+def test_a_certificate_of_no_pair_is_refused(cases: list[Case]) -> None:
+    """Pairs are said to be left out, with their witnesses, one after the other: all but one, then all."""
+    case = cases[0]
+    proven = np.flatnonzero(case.data["left"] == verify_proof.PROVEN)
+    for kept in (1, 0):
+        data = {name: array.copy() for name, array in case.data.items()}
+        data["left"][proven[kept:]] = verify_proof.EXEMPT
+        mine = (data["pair"] < kept) | (data["pair"] == len(proven))
+        data |= {name: data[name][mine] for name in WITNESSES}
+        data["pair"] = np.minimum(data["pair"], kept)
+        said = case.accepts(packed(data), case.words)
+        assert (said is not None) == (kept > 0)
+    with pytest.raises(Refused, match=f"no pair of bodies is proven apart, {len(case.data['left'])} are left out"):
+        verify_proof.check(case.folder)
 
 
 def test_damaged_files_are_refused_in_one_sentence(cases: list[Case]) -> None:

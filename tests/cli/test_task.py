@@ -87,6 +87,29 @@ def shifted(number: int, row: int, by: float) -> Callable[[dict], None]:
     return damage
 
 
+def commanded(joints: dict[str, float] | None) -> Callable[[dict], None]:
+    def damage(plan: dict) -> None:
+        for event in plan["events"]:
+            event.update(joints=joints if event["kind"] == "gripper" else None)
+
+    return damage
+
+
+def released_in_the_air(plan: dict) -> None:
+    """The hand opens 5 cm above the board and goes back up; the events say where the mug is then."""
+    down = plan["segments"][4]["path"]
+    plan["segments"][4]["path"] = down[:2]
+    plan["segments"][5]["path"] = down[1::-1]
+    del plan["segments"][6:]
+    plan["path"] = plan["segments"][0]["path"][:1] + [row for each in plan["segments"] for row in each["path"][1:]]
+    for event in plan["events"]:
+        event.update(position=None, quaternion=None)
+
+
+def taken_by(link: str) -> Callable[[dict], object]:
+    return lambda plan: [event.update(link=link) for event in plan["events"]]
+
+
 DAMAGES: dict[str, tuple[Callable[[dict], object], int, str]] = {
     "no attach": (without("attach"), 3, "other events than its trajectory"),
     "no gripper": (without("gripper"), 3, "other events than its trajectory"),
@@ -95,14 +118,60 @@ DAMAGES: dict[str, tuple[Callable[[dict], object], int, str]] = {
     "an end elsewhere": (shifted(0, -1, 0.01), 3, "plan again"),
     "a segment lacks": (lambda plan: plan["segments"].pop(3), 3, "segment 4 begins elsewhere"),
     "another is held": (lambda plan: plan["segments"][3].update(carried=None), 3, "says that nothing is held"),
-    "more may touch": (
-        lambda plan: plan["segments"][3]["may_touch"].append(["panda_link5", "board"]),
+    "other joints": (lambda plan: plan["joints"].reverse(), 3, "must be panda_joint1, panda_joint2"),
+    "a failure": (
+        lambda plan: plan.update(outcome="no_path"),
         3,
-        "segment 4 lets 'panda_link5' touch 'board', and neither is picked",
+        "must be solved, got 'no_path', 7 segments",
     ),
     "other times": (lambda plan: plan["segments"][3]["trajectory"].update(begin=1e3), 3, "other times"),
     "no segments": (lambda plan: plan.update(segments=[{"step": 1}]), 3, "is missing"),
 }
+
+
+UNTIMED: dict[str, tuple[Callable[[dict], object], int, str]] = {
+    "another path": (
+        lambda plan: plan.update(path=[[9.0] * 7] * 2),
+        4,
+        "the task must be that of its segments",
+    ),
+    "two in one hand": (
+        lambda plan: plan["events"].extend({**each, "segment": 2, "object": "leg"} for each in plan["events"][:2]),
+        3,
+        "the task takes 'leg' while it holds 'mug'",
+    ),
+    "no gripper": (without("gripper"), 4, "must be gripper, attach or detach, gripper; got attach"),
+    "an opening hand": (
+        lambda plan: plan["events"].append({**plan["events"][0], "segment": 3}),
+        4,
+        "got gripper",
+    ),
+    "a wide hand": (
+        commanded({"panda_finger_joint1": 9.9}),
+        4,
+        "moves 'panda_finger_joint1' to 9.9, outside its limits",
+    ),
+    "an arm joint": (commanded({"panda_joint1": 1.0}), 4, "the gripper cannot move 'panda_joint1'"),
+    "an unknown joint": (commanded({"claw": 1.0}), 4, "the gripper cannot move 'claw'"),
+    "a command of nothing": (commanded({}), 4, "must be gripper, attach or detach, gripper; got attach"),
+    "let go of in the air": (released_in_the_air, 4, "'mug' would stand in the air at ("),
+    "held by the base": (taken_by("panda_link0"), 3, "'mug' with 'panda_link0', which does not move with the tool"),
+    "held by nothing": (taken_by("claw"), 3, "claw"),
+}
+
+
+@pytest.mark.parametrize("name", UNTIMED)
+def test_a_task_that_no_hand_does_is_refused(tidy: Path, run: Run, tmp_path: Path, name: str) -> None:
+    """The whole of it is judged, not its motion alone."""
+    damage, code, text = UNTIMED[name]
+    plan = json.loads((tidy / "plan.json").read_text())
+    for row in (*plan["segments"], *plan["events"]):
+        row.update({"t" if "kind" in row else "trajectory": None})
+    damage(plan)
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    found, out, error = run("check", str(tmp_path / "plan.json"), "--robot", "panda", "--scene", SCENE, "--json")
+    assert found == code, out + error
+    assert text in " ".join((out + error).split())
 
 
 @pytest.mark.parametrize("name", DAMAGES)
@@ -111,7 +180,7 @@ def test_a_damaged_plan_is_seen(tidy: Path, run: Run, tmp_path: Path, name: str,
     """Also where there is no trajectory beside it to compare it with."""
     damage, code, text = DAMAGES[name]
     if not timed and name in ("no gripper", "other times"):
-        return  # nothing says that a tool has fingers, or when anything is
+        return  # there is no trajectory that says otherwise
     plan = json.loads((tidy / "plan.json").read_text())
     if not timed:
         text = "" if name == "no attach" else text
@@ -149,14 +218,17 @@ SWINGS: dict[str, tuple[Callable[[dict, dict], object], str]] = {
     "while the gripper closes": (lambda plan, motion: swings(plan, motion, motion["events"][0]["t"]), "moves on after"),
     "in the end": (lambda plan, motion: swings(plan, motion, 1e3), "moves on after segment 7"),
     "a segment less": (lambda plan, motion: plan["segments"].pop(), "moves on after segment 6"),
-    "no segments": (lambda plan, motion: plan.update(segments=[]), "there is nothing to judge"),
+    "no segments": (lambda plan, motion: plan.update(segments=[]), "got 'solved', 0 segments"),
     "no times": (untimed, "segments without times"),
     "taken on the way": (early, "does not come after segment 2"),
     "let go of never": (
         lambda plan, motion: [events[-1].update(segment=99) for events in (plan["events"], motion["events"])],
         "a segment that is not there",
     ),
-    "other joints": (lambda plan, motion: motion["joints"].reverse(), "is of the joints panda_joint7"),
+    "other joints": (
+        lambda plan, motion: motion["joints"].reverse(),
+        "must be panda_joint1, panda_joint2",
+    ),
     "faster than the arm": (lambda plan, motion: motion["limits"].update(velocity=[99.0] * 7), "beyond the URDF's"),
 }
 
@@ -173,14 +245,17 @@ def test_a_motion_that_is_more_than_its_segments_is_seen(tidy: Path, run: Run, t
     assert text in " ".join(error.split())
 
 
-def test_what_may_touch_is_told(tidy: Path, run: Run, tmp_path: Path) -> None:
+def test_what_may_touch_is_told_and_not_believed(tidy: Path, run: Run, tmp_path: Path) -> None:
+    """The fingers and the mug, and the mug and what it stands on; not what the file says of any other way."""
     plan = json.loads((tidy / "plan.json").read_text())
-    plan["segments"][3]["may_touch"] = [["mug", "board"]]
+    plan["segments"][3]["may_touch"] = [["mug", "board"], ["mug", "panda_link5"]]
     (tmp_path / "plan.json").write_text(json.dumps(plan))
     (tmp_path / "trajectory.json").write_text((tidy / "trajectory.json").read_text())
-    code, out, _ = run("check", str(tmp_path), "--robot", "panda", "--scene", SCENE)
+    code, out, _ = run("check", str(tmp_path), "--robot", "panda", "--scene", SCENE, "--json")
     assert code == 0
-    assert "'mug' may touch 'board'" in " ".join(out.replace("│", " ").split())
+    fingers = [["mug", "panda_leftfinger"], ["mug", "panda_rightfinger"]]
+    told = [segment["may_touch"] for segment in json.loads(out)["segments"]]
+    assert told == [[], fingers, [["mug", "table"]], [], [["board", "mug"]], fingers, []]
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 
+import coal
 import numpy as np
 import pytest
 
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_pose
+from planner.kinematics.inverse import solve_each
 from planner.models.poses import pose
 from planner.models.robot import with_carried
 from planner.models.scene import Scene
@@ -17,11 +19,12 @@ from planner.models.shapes import Carried, Obstacle, Sphere
 from planner.objective.integral import costs_along
 from planner.objective.scale import COSTS
 from planner.problem.request import TimingRequest
+from planner.tasks.file import Line, Pick
 from planner.tasks.judge import TaskRecord, judged, summary
 from planner.tasks.plan import TaskPlanner, task
 from planner.tasks.result import TaskPlan, _scene_in_motion
 from planner.trajectory.check import sampled_contact
-from tests.tasks.cases import BOARD, MUG, POST, SCENE, SMALL, TABLE, small
+from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, POST, SCENE, SMALL, TABLE, small
 from tests.worlds import load
 
 FINE = 1e-4  # m
@@ -137,6 +140,28 @@ def test_check_sees_a_mug_that_is_pushed_into_what_it_stands_on(plan: TaskPlan) 
     assert ("approach", "'mug' and 'board'") in wrong
 
 
+def test_check_sees_an_object_that_is_carried_through_what_it_rests_on(plan: TaskPlan) -> None:
+    """From below the board to its rest, where it may touch it: within 5 mm of that; how deep it goes is coal's word."""
+    robot, record = load("panda"), TaskRecord.model_validate(small().plan().to_dict())
+    rest = plan.segments[4].path[-1]
+    low = tool_pose(robot, rest).homogeneous
+    low[2, 3] -= 0.04
+    (below,), _, _ = solve_each(robot, low[None], rest[None])
+    hold = np.linalg.inv(tool_pose(robot, plan.segments[1].path[-1]).homogeneous) @ MUG.placement
+    request, deepest = coal.DistanceRequest(True, True), 0.0
+    for share in np.linspace(0.0, 1.0, 50):
+        mug = tool_pose(robot, rest + share * (below - rest)).homogeneous @ hold
+        shapes = coal.Cylinder(0.03, 0.24), coal.Transform3s(mug[:3, :3], mug[:3, 3]), coal.Box(0.3, 0.3, 0.02)
+        board = coal.Transform3s(BOARD.placement[:3, :3], BOARD.placement[:3, 3])
+        deepest = min(deepest, coal.distance(*shapes, board, request, coal.DistanceResult()))
+    assert deepest < -0.02
+    for number, path in ((3, [record.segments[3].path[0], below.tolist()]), (4, [below.tolist(), rest.tolist()])):
+        record.segments[number] = replace(record.segments[number], path=path)
+    reports = [report for _, report in judged(record, plan.judge, None, 1e-3)]
+    assert reports[4].report.ok  # but for the pair that may touch at the rest
+    assert any("'mug' and 'board' touch" in text and "off the rest of 'mug'" in text for text in reports[4].findings)
+
+
 def test_without_times_there_are_paths_and_events_only() -> None:
     plan = small().plan()
     assert plan.trajectory is None
@@ -167,7 +192,17 @@ def test_a_margin_is_kept_but_where_the_object_rests() -> None:
     assert found.trajectory.proven
     reports = found.check()
     assert all(report.ok for report in reports)
-    assert {report.checker.world.margin for report in reports} == {0.008}
+    assert {each.report.checker.world.margin for each in reports} == {0.008}
+
+
+def test_lines_that_end_where_the_object_may_still_touch_are_timed_and_judged() -> None:
+    place = replace(ON_BOARD, approach=Line(0.004), retreat=Line(0.004))
+    short = replace(SMALL, steps=(Pick("mug", GRASPS, Line(0.004), Line(0.004)), place))
+    found = task(short, timing=TimingRequest(), nodes=200, ik_solutions=2)
+    assert found.solved, found.message
+    assert found.trajectory is not None
+    assert found.trajectory.proven
+    assert all(report.ok for report in found.check())
 
 
 def test_coal_finds_what_fcl_finds() -> None:

@@ -86,7 +86,7 @@ def test_what_is_held_is_judged_from_the_record_too(carrying) -> None:
     reports = [report for _, report in judged(record, session.checker, None, 1e-3)]
     assert len(reports) == 3
     assert all(report.ok for report in reports)
-    last = reports[-1].checker.world
+    last = reports[-1].report.checker.world
     assert "mug" in {item.name for item in last.scene.obstacles}
     assert "mug" not in {body.link for body in last.bodies}
 

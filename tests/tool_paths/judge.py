@@ -64,10 +64,26 @@ def _share(path: ToolPath, pose: pin.SE3, k: int) -> float:
     return float(best)
 
 
+def great_arc(a: np.ndarray, b: np.ndarray, u: float) -> np.ndarray:
+    """The unit vector (3,) a share ``u`` of the way from one to another, which turns by as little as it can."""
+    axis = np.cross(a, b)
+    sine = np.linalg.norm(axis)
+    return pin.exp3(u * np.arctan2(sine, a @ b) / sine * axis) @ a if sine > 1e-12 else a
+
+
 def _turned(path: ToolPath, rotation: np.ndarray, k: int, u: float) -> float:
-    wanted = path.turns[k] @ pin.exp3(u * pin.log3(path.turns[k].T @ path.turns[k + 1]))
     if not (path.free[k] or path.free[k + 1]):
+        wanted = path.turns[k] @ pin.exp3(u * pin.log3(path.turns[k].T @ path.turns[k + 1]))
         return float(np.linalg.norm(pin.log3(wanted.T @ rotation)) / path.tube.angle)
     low, high = (cone or path.tube.angle for cone in path.cones[k : k + 2])
-    sine = np.linalg.norm(np.cross(wanted[:, 2], rotation[:, 2]))
-    return float(np.arctan2(sine, wanted[:, 2] @ rotation[:, 2]) / (low + u * (high - low)))
+    z = great_arc(path.turns[k, :, 2], path.turns[k + 1, :, 2], u)
+    return float(np.arctan2(np.linalg.norm(np.cross(z, rotation[:, 2])), z @ rotation[:, 2]) / (low + u * (high - low)))
+
+
+def passes_by(path: ToolPath, robot: Robot, q: np.ndarray, k: int) -> float:
+    """How near to the pose of point ``k`` the tool comes at configurations (n, dof), as a share of the tube."""
+    off = []
+    for rotation, position in (pose_of(robot, row) for row in q):
+        turned = np.linalg.norm(pin.log3(path.turns[k].T @ rotation)) / path.tube.angle
+        off.append(max(turned, np.linalg.norm(position - path.positions[k]) / path.tube.position))
+    return float(min(off))

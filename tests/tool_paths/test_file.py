@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 import yaml
 
@@ -13,6 +15,7 @@ from planner.base.errors import ArrayError, FileError
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.tool_path import ToolPath, TubeSize
 from tests.documents import ROOT
+from tests.tool_paths.judge import great_arc
 
 POINTS: list[dict[str, Any]] = [
     {"position": [0.4, -0.1, 0.3], "axis": [0, 0, -1]},
@@ -167,3 +170,43 @@ def test_the_example_is_read() -> None:
     found = read_tool_path(ROOT / "scenes/examples/seam.yaml")
     assert found.name == "seam"
     assert found.cones[-1] == 0.2
+
+
+def turned(rng: np.random.Generator, kind: str, position: Any, **more: Any) -> dict[str, Any]:
+    """A point with the tool leaning by up to 0.6 rad from straight down and turned about that at random."""
+    lean, spin = rng.normal(size=3) * [0.3, 0.3, 0.0], np.array([0.0, 0.0, rng.uniform(-3.1, 3.1)])
+    rotation = pin.exp3(lean) @ np.diag([1.0, -1.0, -1.0]) @ pin.exp3(spin)
+    z = rotation[:, 2].tolist()
+    how = {"axis": z, "cone": {"axis": z, "angle": 0.1}, "quaternion": pin.Quaternion(rotation).coeffs().tolist()}
+    return {"position": list(position), kind: how[kind], **more}
+
+
+def test_where_the_tool_turns_freely_its_axis_goes_along_the_great_arc() -> None:
+    """However it is turned about it where that is given, which binds at that point alone; against Pinocchio."""
+    rng = np.random.default_rng(0)
+    for kinds in itertools.product(("axis", "quaternion", "cone"), repeat=3):
+        points = [turned(rng, kind, [0.4, 0.1 * k, 0.3]) for k, kind in enumerate(kinds)]
+        given = read_tool_path({"points": points})
+        even = given.evenly_turned()
+        assert (even.turned <= 0.05 + 1e-9).all()
+        for line in np.flatnonzero(given.free[:-1] | given.free[1:]):
+            for u in (0.0, 0.2, 0.7, 1.0):
+                z = great_arc(given.turns[line, :, 2], given.turns[line + 1, :, 2], u)
+                k = min(int(np.searchsorted(even.along, (line + u) * 0.1 + 1e-9)) - 1, len(even.lengths) - 1)
+                share = ((line + u) * 0.1 - even.along[k]) / even.lengths[k]
+                for path, place in ((given, (line, u)), (even, (k, share))):
+                    turns = path.at(np.array([place[0]]), np.array([place[1]]))[1]
+                    np.testing.assert_allclose(turns[0, :, 2], z, atol=1e-9)
+        for k, kind in enumerate(kinds):
+            at = int(np.abs(even.along - 0.1 * k).argmin())
+            assert even.free[at] == (kind != "quaternion")
+            np.testing.assert_allclose(even.turns[at], given.turns[k], atol=1e-12)
+
+
+@pytest.mark.parametrize(("kinds", "bound"), [("axis axis quaternion", 2), ("axis quaternion cone", 1)])
+def test_a_quaternion_binds_in_the_middle_and_at_the_end_of_an_arc_too(kinds: str, bound: int) -> None:
+    rng, places = np.random.default_rng(1), [[0.4, -0.1, 0.3], [0.5, 0.0, 0.3], [0.4, 0.1, 0.3]]
+    points = [turned(rng, kind, place) for kind, place in zip(kinds.split(), places, strict=True)]
+    points[1]["via"] = "arc"
+    found = read_tool_path({"points": points})
+    np.testing.assert_allclose(found.positions[~found.free], [places[bound]], atol=1e-12)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from planner.base.errors import KeywordError, OptionError, RobotError, SceneError, StateError
@@ -20,11 +21,12 @@ from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.roadmap.storage import load_roadmap
+from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.tube import Tube
 from planner.tool_paths.why_not import WIDER
 from tests.documents import ROOT
-from tests.tool_paths.judge import line_of, outside, pose_of, raster
+from tests.tool_paths.judge import line_of, outside, passes_by, pose_of, raster
 from tests.worlds import load, planar_trap
 
 REQUEST = FollowRequest(robot="panda", scene="empty")
@@ -393,3 +395,27 @@ def test_a_start_in_another_turn_is_told() -> None:
     assert len(found.notes) == robot.continuous.sum() > 0
     assert all("in another turn" in note for note in found.notes)
     assert set(found.notes) <= set(found.to_dict()["notes"])
+
+
+@pytest.mark.parametrize(
+    "kinds", ["axis quaternion", "quaternion axis", "axis quaternion axis", "cone quaternion cone"]
+)
+@pytest.mark.parametrize("spin", [0.0, 2.5, -2.5])
+def test_lines_between_an_axis_and_a_quaternion_are_followed_in_their_tube(kinds: str, spin: float) -> None:
+    """The axis along the great arc, whatever the spin; the motion meets each quaternion, at a rounded corner too."""
+    lean, points = [[0.2, -0.1, 0.0], [0.35, 0.2, 0.0], [-0.1, 0.15, 0.0]], []
+    for k, kind in enumerate(kinds.split()):
+        rotation = pin.exp3(np.array(lean[k])) @ np.diag([1.0, -1.0, -1.0]) @ pin.exp3(np.array([0.0, 0.0, spin]))
+        z = rotation[:, 2].tolist()
+        how = {"axis": z, "cone": {"axis": z, "angle": 0.1}, "quaternion": pin.Quaternion(rotation).coeffs().tolist()}
+        points.append({"position": [0.45, 0.1 * k - 0.1, 0.45 + 0.02 * k], kind: how[kind]})
+    path = read_tool_path({"points": points})
+    found = follow(path, REQUEST, timing=TimingRequest())
+    assert found.outcome is Outcome.SOLVED
+    assert found.trajectory is not None
+    assert found.trajectory.proven
+    on_path = found.path[:-1] + np.linspace(0, 1, 5)[:, None, None] * np.diff(found.path, axis=0)
+    for q in (found.trajectory.at(np.linspace(0.0, found.trajectory.duration, 300)), on_path.reshape(-1, 7)):
+        assert outside(path, found.robot, q) <= 1.0
+    near = found.trajectory.at(np.linspace(0.0, found.trajectory.duration, 3000))
+    assert all(passes_by(path, found.robot, near, k) <= 1.0 for k in np.flatnonzero(~path.free).tolist())

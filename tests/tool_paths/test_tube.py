@@ -9,7 +9,7 @@ from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder, ladder_from
-from planner.tool_paths.tool_path import ToolPath, TubeSize
+from planner.tool_paths.tool_path import ToolPath, TubeSize, about
 from planner.tool_paths.tube import Tube
 from tests.kinematics.test_tool_bound import sliding
 from tests.tool_paths.judge import line_of, outside
@@ -178,6 +178,22 @@ def test_deviations_are_what_they_are() -> None:
     spare = tube.spare(np.zeros((1, 1), dtype=int), lean[None], np.array([[0.5, 0.02, 0.0]]))
     assert spare[0, 0, 0] == pytest.approx(0.9e-3 - 0.02)
     assert spare[0, 0, 1] < 0
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.04, 0.2])
+def test_nothing_passes_a_quaternion_that_is_turned_otherwise(bend: float) -> None:
+    """Neither at the point nor within a tube's radius of it, on a hairpin too; what is turned as it says is inside."""
+    at, down = np.array([[0.4, 0.0, 0.3], [0.4, 0.1, 0.3], [0.4 + bend, 0.0, 0.3]]), np.diag([1.0, -1.0, -1.0])
+    points: list[dict] = [{"position": row.tolist(), "axis": [0, 0, -1]} for row in at]
+    points[1] = {"position": at[1].tolist(), "quaternion": [1, 0, 0, 0]}
+    tube = Tube(read_tool_path({"points": points}).evenly_turned())
+    lines, size = np.arange(len(tube.path.lengths))[None], tube.path.tube
+    for turned, inside in ((0.0, True), (1.5 * size.angle, False)):
+        rotation = down @ about(np.array([[0.0, 0.0, 1.0]]), np.array([turned]))
+        for way in (at[0] - at[1], at[2] - at[1]):
+            for off in (0.0, 0.5, 0.9):
+                position = at[1] + off * size.position * way / np.linalg.norm(way)
+                assert (tube.spare(lines, rotation, position[None]).min(axis=2).max() >= 0) == inside
 
 
 def test_beside_a_bend_deviations_are_those_from_the_line_that_a_pose_keeps_to() -> None:
