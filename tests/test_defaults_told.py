@@ -56,6 +56,7 @@ TOLD: list[tuple[str, str, float | str]] = [
     ("docs/howto/choose_beta.md", r"falls with w: .*?`(\w+)` \(default\)", PLAIN.manipulability_cost),
     ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.charge),
     ("docs/reference/commands.md", r"`--ik-solutions` \((\S+)\)", PLAIN.ik_solutions),
+    ("docs/reference/commands.md", r"`--ik-tolerance` \(`(\S+)`", PLAIN.ik_tolerance),
     ("docs/reference/commands.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
     ("CHANGELOG.md", r"`--room` is (\S+) by default", PLAIN.room),
 ]

@@ -22,7 +22,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 34  # of the functions' arguments: what planner_version() says
+_VERSION = 35  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -41,6 +41,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
         _int,
         *4 * [_Pointer],
         _int,
+        _double,
         *3 * [_Pointer],
         _int,
         _int,

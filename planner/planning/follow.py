@@ -261,7 +261,7 @@ def _reached(
 def _starts(request: FollowRequest, checker: CollisionChecker) -> Floats:
     """Where the arm may be (k, dof) before it goes to the path."""
     states = states_of(checker.robot, checker.world.scene)
-    return resolve(parse_target(str(request.start)), checker, states, "start")
+    return resolve(parse_target(str(request.start)), checker, states, "start", tolerance=request.tolerance)
 
 
 def _free_at(checker: CollisionChecker) -> Callable[[Floats], Bools]:

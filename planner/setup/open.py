@@ -18,7 +18,7 @@ from planner.models.model_checks import require_bodies, tell
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.conditions import AND, Condition, parse_keeps
-from planner.problem.request import RoadmapRequest, WorldRequest
+from planner.problem.request import IkSolutions, RoadmapRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text, parse_target, parse_targets
 from planner.setup.message import goals_of, in_request, joints_of, kept_of, noting, unasked
 from planner.setup.resolve import check_limits, joint_values, other_turns, resolve
@@ -98,29 +98,31 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
     turns = unbound(keep)
     bound = [each for each in keep if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, bound)
-    return resolve_query(checker, start, goals, request.ik_solutions, near_start, turns)
+    return resolve_query(checker, start, goals, request, near_start, turns)
 
 
 def resolve_query(
     checker: CollisionChecker,
     start: Target,
     goals: list[tuple[str, Target]],
-    ik_solutions: int,
+    ik: IkSolutions,
     near_start: bool = True,
     turns: tuple[Condition, ...] = (),
 ) -> Query:
     """The configurations of a start and of goals with their texts; raises :class:`StateError` for unusable ones.
 
+    ``ik`` says how many configurations a goal becomes, and how exactly.
     ``near_start`` as in :func:`make_query`; ``turns`` are conditions that mean the orientation at the start.
     """
     robot, scene = checker.robot, checker.world.scene
     states = states_of(robot, scene)
-    starts = resolve(start, checker, states, "start")
+    starts = resolve(start, checker, states, "start", tolerance=ik.tolerance)
     if turns:
         checker = _bound(checker, turns, starts[0])
     ends, names = [], []
     for name, goal in goals:
-        ends.append(resolve(goal, checker, states, _role(name, goals), ik_solutions, starts if near_start else None))
+        near = starts if near_start else None
+        ends.append(resolve(goal, checker, states, _role(name, goals), ik.ik_solutions, near, ik.tolerance))
         names += [name] * len(ends[-1])
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()

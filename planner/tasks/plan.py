@@ -90,10 +90,10 @@ class TaskPlanner:
             scene = what.scene if isinstance(what.scene, Scene) else Scene.load(str(what.scene))
             scene, modes = _modes(what, scene, request)
             states = states_of(modes.robot, modes.checker.world.scene)
-            start = resolve(parse_target(what.start), modes.checker, states, "start")[0]
+            start = resolve(parse_target(what.start), modes.checker, states, "start", tolerance=request.tolerance)[0]
         with clock("grasps"):
             gripper = gripper_of(modes.robot, what.gripper)
-            found = Options(what, modes, gripper, start[None], request.ik_solutions)
+            found = Options(what, modes, gripper, start[None], request)
             start = free_configuration(start, modes.checker_of(found.first), "start")
         if found.dead_end is not None:
             return TaskPlanner(request, what, found, scene, None, None, clock)

@@ -30,7 +30,7 @@ _NARROWEST = 1 / 64  # of the widest rounding of a corner: one that needs less r
 DEVIATION = 0.02  # rad (m): the motion along a path that is given passes each corner as near as this
 _LEAST = 1e-6
 _ROUNDED = 0.9  # of it is left to the rounding; the mean that limits the jerk leaves the curve as well
-_LOOKS, _ZOOMS = 17, 3  # moments among which the one nearest to a waypoint is sought, and times nearer around it
+_LOOKS = 129  # moments among which the one nearest to a waypoint is sought
 _EXTRA = 1e-7  # by so much more than needed is a motion slowed down that is a little too quick, so that once will do
 
 
@@ -78,10 +78,6 @@ class _Asked:
     def used(self) -> MotionLimits:
         """The limits that motions are made for: a little less than those they are judged by."""
         return self.limits.times(USED)
-
-    @cached_property
-    def spacing(self) -> Spacing:
-        return Spacing.of(self.used, self.path[:, : self.dof])
 
     def inside(self, coefficients: Floats, begin: Floats, end: Floats) -> Bools:
         """Which curves keep to the guide; all where there is none."""
@@ -252,7 +248,7 @@ def _motion(asked: _Asked, curve: Curve, phases: Phases | None = None) -> _Motio
     ``phases``: the quickest motion along it, where that is known.
     """
     limits = asked.used
-    spacing = asked.spacing
+    spacing = Spacing.of(limits, asked.path[:, : asked.dof])
     if len(asked.path) == 1:
         return _Motion(curve, *_apart(standstill(asked.path[0], spacing.window), asked.dof))
     phases = phases or _quickest(asked, curve)
@@ -307,13 +303,9 @@ def _passed_too_far_away(motion: _Proven, asked: _Asked) -> Ints:
     if not len(rounded) or np.isinf(asked.deviation):
         return np.zeros(0, dtype=np.int64)
     timed, corner = motion.timed, motion.curve.corner[rounded]
-    trajectory, waypoints = timed.trajectory(asked.limits.joints, ""), asked.path[corner, : asked.dof]
     first, behind = (np.searchsorted(timed.piece, rounded, side=side) for side in ("left", "right"))
-    begin, end = timed.nanoseconds[first].astype(float), timed.nanoseconds[behind] + float(asked.spacing.window)
-    for _ in range(_ZOOMS):
-        clock = np.linspace(begin, end, _LOOKS)
-        q = trajectory.at(clock.ravel() * NANOSECOND).reshape(_LOOKS, len(corner), -1)
-        off = np.abs(q - waypoints).max(axis=2)
-        nearest, step = clock[off.argmin(axis=0), np.arange(len(corner))], (end - begin) / (_LOOKS - 1)
-        begin, end = nearest - step, nearest + step
-    return corner[off.min(axis=0) > asked.deviation] - 1
+    window = Spacing.of(asked.used, asked.path[:, : asked.dof]).window
+    clock = np.linspace(timed.nanoseconds[first], timed.nanoseconds[behind] + window, _LOOKS) * NANOSECOND
+    q = timed.trajectory(asked.limits.joints, "").at(clock.ravel()).reshape(_LOOKS, len(corner), -1)
+    off = np.abs(q - asked.path[corner, : asked.dof]).max(axis=2).min(axis=0)
+    return corner[off > asked.deviation] - 1

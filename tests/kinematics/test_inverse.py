@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.optimize import least_squares
 
 from planner.kinematics import inverse
 from planner.kinematics.forward import Chain
@@ -10,7 +11,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.robot import Robot
 from planner.setup.resolve import IK_STARTS
-from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
+from tests.worlds import FEW_AXES, ROBOTS, arm_of_few_axes, joint_xml, link_xml, load, random_q
 
 STARTS = 25
 
@@ -206,3 +207,35 @@ def test_each_seed_has_its_own_target(name: str, free: bool) -> None:
             np.linalg.norm(pin.log3(t.actInv(tool(robot, row)).rotation)) for t, row in zip(turned, found, strict=True)
         ]
         assert max(turns) > 0.1
+
+
+def miss_of(robot: Robot, q: np.ndarray, target: pin.SE3) -> np.ndarray:
+    """(6,) how far the tool is off, in tolerances: metres by 1e-6, radians by 1e-4."""
+    off = target.actInv(tool(robot, q))
+    return np.concatenate([off.translation / 1e-6, pin.log3(off.rotation) / 1e-4])
+
+
+@pytest.mark.parametrize("name", FEW_AXES)
+def test_poses_of_arms_of_few_axes_are_reached_as_nearly_as_they_can_be(name: str, urdf_file) -> None:
+    """By SciPy's least squares over Pinocchio, from where the arm without rounding reaches them."""
+    exact, robot = (arm_of_few_axes(name, urdf_file, sharp) for sharp in (True, False))
+    missed = []
+    for q in 0.9 * random_q(exact, 12, seed=8):
+        target = tool(exact, q)
+        found = inverse.solve_pose(robot, target, np.random.default_rng(0), IK_STARTS)
+        bounds = robot.lower - 1e-9, robot.upper + 1e-9
+        want = least_squares(lambda x, to=target: miss_of(robot, x, to), q, bounds=bounds, xtol=1e-15, ftol=1e-15)
+        assert len(found.configurations)
+        misses = [miss_of(robot, one, target) for one in found.configurations]
+        assert all(np.linalg.norm(part) <= 1.0 + 1e-9 for miss in misses for part in (miss[:3], miss[3:]))
+        if max(found.distance, found.angle) > inverse.ANGLE_TOLERANCE:
+            missed.append(min(map(np.linalg.norm, misses)) / np.sqrt(2 * want.cost))
+    assert missed, "all are reached exactly"
+    assert max(missed) <= 1.01
+    turned = tool(exact, 0.9 * random_q(exact, 1, seed=8)[0]) * pin.SE3(
+        pin.exp3(np.array([0.0, 2e-2, 0.0])), np.zeros(3)
+    )
+    far = inverse.solve_pose(robot, turned, np.random.default_rng(0), IK_STARTS)
+    allowed = 1.1 * far.distance + 1e-6, 1.1 * far.angle
+    near = inverse.solve_pose(robot, turned, np.random.default_rng(0), IK_STARTS, tolerance=allowed)
+    assert (len(far.configurations), len(near.configurations) > 0) == (0, True)

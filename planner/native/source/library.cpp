@@ -11,7 +11,7 @@
 
 extern "C" {
 
-int planner_version() { return 34; }
+int planner_version() { return 35; }
 
 // Whom to ask whether a long call is to go on, see interrupts.hpp, and on which thread; nobody where that is null.
 void planner_ask(int (*asked)(), uint64_t thread) {
