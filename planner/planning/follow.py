@@ -126,7 +126,7 @@ class Follower:
         }
         if not request.begins_on_path:
             states = states_of(robot, self.checker.world.scene)
-            begun["notes"] = tuple(other_turns(parse_target(str(request.start)), self.checker, states))
+            begun["end_notes"] = tuple(other_turns(parse_target(str(request.start)), self.checker, states))
         roadmap, along = self.found.roadmap, self.found.along
         if roadmap is None:
             nowhere = roadmap_of(self.checker, robot.home[None], request.seed)

@@ -9,12 +9,13 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
+from planner.base.notes import tell
 from planner.base.places import Place
 from planner.base.records import dataclass
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.constraints.keeps import bound_to, narrowed, unbound
-from planner.models.model_checks import require_bodies, tell
+from planner.models import model_checks
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.conditions import AND, Condition, parse_keeps
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 class Query:
     """A robot in a scene with where it starts (k, dof) and where it may end (g, dof), rad.
 
-    ``goal_names`` (g,) is the text of the goal that each row of ``goals`` reaches; ``notes`` what is said of the start.
+    ``goal_names`` (g,) is the text of the goal that each row of ``goals`` reaches; ``end_notes`` are on the start.
     """
 
     robot: Robot
@@ -41,7 +42,7 @@ class Query:
     starts: Floats
     goals: Floats
     goal_names: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    end_notes: tuple[str, ...] = ()
 
     def goal_at(self, q: Floats) -> str:
         """The text of the goal that the configuration ``q`` (dof,) reaches, of all the nearest one."""
@@ -126,8 +127,8 @@ def resolve_query(
         names += [name] * len(ends[-1])
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()
-    notes = tuple(other_turns(start, checker, states))
-    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows), notes)
+    told = tuple(other_turns(start, checker, states))
+    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows), told)
 
 
 def _role(name: str, goals: list[tuple[str, Target]]) -> str:
@@ -188,5 +189,5 @@ def _targets(
 
 
 def _judge(request: WorldRequest, robot: Robot, scene: Scene) -> None:
-    require_bodies(robot)
-    tell(robot, scene, request.robot if isinstance(request.robot, Robot) else None)
+    model_checks.require_bodies(robot)
+    tell(*(note.text for note in model_checks.notes(robot, scene) if note.grave))

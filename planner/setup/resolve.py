@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import StateError, choices, metric
+from planner.base.notes import tell
 from planner.base.yamlfile import FARTHEST, shown
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact
@@ -35,8 +35,6 @@ from planner.problem.targets import (
     follow,
     parse_target,
 )
-
-_log = logging.getLogger(__name__)
 
 IK_STARTS = 100
 NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
@@ -76,8 +74,7 @@ def resolve(
         case Joints(values):
             found = free_configuration(np.array(values), checker, role)
             if role == "start":
-                for sentence in other_turns(target, checker, states):
-                    _log.warning("%s", sentence)
+                tell(*other_turns(target, checker, states))
             return found[None]
         case ToolGoal(conditions):
             found = _spread(within(conditions, checker, role, starts), checker.robot)
