@@ -5,6 +5,7 @@ import pinocchio as pin
 import pytest
 
 from planner.base.errors import PlannerError, StateError, metric
+from planner.base.notes import LOGGER
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.kinematics.forward import tool_pose, tool_positions
@@ -96,6 +97,7 @@ def test_a_start_in_another_turn_is_told_where_the_plan_begins(caplog):
     checker = checker_of("kinova")
     home = checker.robot.home
     turned = Joints(tuple(home + 2 * np.pi * np.eye(6)[0]))
+    caplog.set_level("DEBUG", LOGGER)
     for role, target in (("goal", turned), ("start", Joints(tuple(home)))):
         resolve(target, checker, {}, role)
     assert not caplog.records
