@@ -185,8 +185,8 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         "what": cases.TINY, "progress": planner.Progress(), "timing": None, "request": None, "nodes": 4, "seed": 0,
     },
     "time_path": lambda: {
-        "path": FINE, "checker": make_post(), "limits": None, "law": "blended", "floor": 0.0,
-        "cost": joint_motion, "extra_cost": 0.0,
+        "path": FINE, "checker": make_post(), "limits": None, "law": "blended", "deviation": 0.1,
+        "floor": 0.0, "cost": joint_motion, "extra_cost": 0.0,
     },
     "gabf.AtTimes": lambda: {"t": [0.0, 1.0]},
     "gabf.BackwardEuler": lambda: {"step": 0.05},
