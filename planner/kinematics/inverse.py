@@ -32,29 +32,30 @@ class Solutions:
     angle: float  # rad, between the tool's and the target's orientation; 0 for a position
 
 
-def solve_position(
-    robot: Robot, position: Floats, rng: np.random.Generator, starts: int, near: Floats | None = None
-) -> Solutions:
-    """Configurations within limits that bring the tool's origin to ``position`` (m, world).
-
-    From ``starts`` seeds all over the joint space, and from the configurations ``near`` (k, dof).
-    """
-    return _solve(robot, pin.SE3(np.eye(3), np.asarray(position, dtype=float)), None, rng, starts, near)
-
-
-def solve_pose(
+def solve(
     robot: Robot,
-    target: pin.SE3,
+    target: pin.SE3 | Floats,
     rng: np.random.Generator,
     starts: int,
     near: Floats | None = None,
     tolerance: Tolerance = TOLERANCE,
 ) -> Solutions:
-    """Configurations within limits that bring the tool frame to ``target``, as :func:`solve_position` finds them.
+    """Configurations within limits that bring the tool frame to a pose, or its origin to a position (3,), in the world.
 
-    Where none does, as with fewer than six axes, those that bring it within the ``tolerance`` (m, rad).
+    From ``starts`` seeds all over the joint space, and from the configurations ``near`` (k, dof). Where none reaches a
+    pose exactly, as with fewer than six axes, those that bring the tool within the ``tolerance``.
     """
-    return _solve(robot, target, tolerance, rng, starts, near)
+    seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(starts - 1, robot.dof))])
+    if near is not None:
+        seeds = np.vstack([seeds, near])
+    to = pin.SE3(np.eye(3), np.asarray(target, dtype=float)) if isinstance(target, np.ndarray) else target
+    targets = np.broadcast_to(to.homogeneous, (len(seeds), 4, 4))
+    ends, distance, angle, solved = solve_within(robot, targets, seeds, tolerance if to is target else None)
+    # a target that is inf metres away is out of reach, as the caller will say
+    off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
+    nearest = int(np.argmin(off))
+    distinct = distinct_rows(robot, ends[solved])
+    return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
 def solve_each(
@@ -124,26 +125,6 @@ def _origin_is_fixed(chain: Chain, joint: int) -> bool:
         return False
     offset, axis = chain.offset[joint - 1], chain.axis[parent - 1]
     return bool(length(offset - dot(offset, axis) * axis) < 1e-9)
-
-
-def _solve(
-    robot: Robot,
-    target: pin.SE3,
-    tolerance: Tolerance | None,
-    rng: np.random.Generator,
-    starts: int,
-    near: Floats | None,
-) -> Solutions:
-    seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(starts - 1, robot.dof))])
-    if near is not None:
-        seeds = np.vstack([seeds, near])
-    targets = np.broadcast_to(target.homogeneous, (len(seeds), 4, 4))
-    ends, distance, angle, solved = solve_within(robot, targets, seeds, tolerance)
-    # a target that is inf metres away is out of reach, as the caller will say
-    off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
-    nearest = int(np.argmin(off))
-    distinct = distinct_rows(robot, ends[solved])
-    return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
 def distinct_rows(robot: Robot, solved: Floats, apart: float = _APART, most: float = np.inf) -> Floats:

@@ -184,9 +184,9 @@ def _reach(
     near = None if starts is None else _seeds(robot, starts)
     if isinstance(target, Position):
         _check_finite(position, role)
-        return inverse.solve_position(robot, position, rng, IK_STARTS, near)
+        return inverse.solve(robot, position, rng, IK_STARTS, near)
     _check_finite(np.array([*target.xyz, *target.quaternion]), role)
-    return inverse.solve_pose(robot, se3(_matrix(target, role)), rng, IK_STARTS, near, tolerance)
+    return inverse.solve(robot, se3(_matrix(target, role)), rng, IK_STARTS, near, tolerance)
 
 
 def _seeds(robot: Robot, starts: Floats) -> Floats:
