@@ -72,7 +72,7 @@ def _simulated(session: Session, answer: Plan, simulations: int, seed: int) -> l
     """The row of the runs among boxes that move, along the last path."""
     if not (answer.solved and simulations):
         return []
-    found = simulate(session.checker, time_path(answer.path, session.checker), simulations, seed)
+    found = simulate(session.checker, time_path(answer.path, session.checker, law="shortcuts"), simulations, seed)
     counts = {"runs": found.runs, "touched_before": found.before, "touched_after": found.after}
     return [{"kind": SIMULATED, "outcome": "solved", **counts, "horizon": found.horizon}]
 
