@@ -49,6 +49,7 @@ TOLD: list[tuple[str, str, float | str]] = [
     ("docs/howto/choose_beta.md", r"falls with w: .*?`(\w+)` \(default\)", PLAIN.manipulability_cost),
     ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.charge),
     ("docs/reference/commands.md", r"`--ik-solutions` \((\S+)\)", PLAIN.ik_solutions),
+    ("docs/reference/commands.md", r"`--ik-tolerance` \(`(\S+)`", PLAIN.ik_tolerance),
     ("docs/reference/commands.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
 ]
 MORE = r"left out, [\"`\d]|[\"`\d]+ (?:per joint )?where left out|rounds are the default|\(default\)|\d by default"

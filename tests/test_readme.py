@@ -14,13 +14,16 @@ README = (ROOT / "README.md").read_text()
 COMMANDS = commands([line for line in README.splitlines() if line.startswith("    ")])
 
 
-def test_the_library_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_library_example_runs(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict = {}
     (example,) = blocks(README, "python")
-    exec(example.replace("beta=0.2)", "beta=0.2, nodes=60)"), names)
+    exec(example.replace("beta=0.2,", "beta=0.2, nodes=60,"), names)
     assert len(names["plan"].path) >= 2
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.json", "plan.html", "roadmap.npz"}
+    assert names["plan"].trajectory.proven
+    written = {"plan.json", "plan.html", "roadmap.npz", "trajectory.json"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == written
+    assert run("export", "out", "--format", "ros-json")[0] == 0
 
 
 def test_the_commands_run_as_they_stand(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

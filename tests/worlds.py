@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -42,11 +43,11 @@ def small_plan() -> Plan:
 
 
 def joint_xml(name: str, parent: str, child: str, kind: str = "revolute", axis: str = "0 0 1", **more: str) -> str:
-    """A joint's URDF; ``xyz`` and ``limit`` ("lower upper") may be given."""
+    """A joint's URDF; ``xyz``, ``rpy`` and ``limit`` ("lower upper") may be given."""
     lower, upper = more.get("limit", "-1 1").split()
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><axis xyz="{axis}"/>'
-        f'<origin xyz="{more.get("xyz", "0 0 0")}"/>'
+        f'<origin xyz="{more.get("xyz", "0 0 0")}" rpy="{more.get("rpy", "0 0 0")}"/>'
         f'<limit lower="{lower}" upper="{upper}" velocity="1" effort="1"/></joint>'
     )
 
@@ -106,3 +107,43 @@ def planar_trap(folder: Path) -> Path:
         "  - {name: right, type: box, size: [0.02, 0.6, 0.4], position: [0.0, -0.5, 0.0]}\n"
     )
     return path
+
+
+# arms of four and five axes, with right angles as URDFs round them
+
+UP, DOWN = "1.5708 0 0", "3.1416 0 0"
+FEW_AXES: dict[str, list[tuple[str, str, str, str]]] = {  # kind, limits, and where the joint is in the one before
+    "five axes": [
+        ("revolute", "-2 2", "0 0 0.09", "0 0 0"),
+        ("revolute", "-1.8 1.8", "0 0 0.05", f"-{UP}"),
+        ("revolute", "-2.6 2.6", "0 -0.15 0", "0 0 0"),
+        ("revolute", "-2 2", "0 -0.15 0", "0 0 0"),
+        ("revolute", "-3 3", "0 -0.05 0", UP),
+    ],
+    "scara": [
+        ("revolute", "-2.5 2.5", "0 0 0.3", "0 0 0"),
+        ("revolute", "-2.5 2.5", "0.3 0 0", DOWN),
+        ("prismatic", "0 0.2", "0.25 0 0", "0 0 0"),
+        ("revolute", "-3 3", "0 0 0", "0 0 0"),
+    ],
+    "four that turn": [
+        ("revolute", "-2 2", "0 0 0.3", "0 0 0"),
+        ("revolute", "-1.8 1.8", "0.1 0 0.05", f"-{UP}"),
+        ("revolute", "-2.6 2.6", "0.4 0 0", "0 0 0"),
+        ("revolute", "-3 3", "0.3 0 0.1", UP),
+    ],
+}
+
+
+def arm_of_few_axes(name: str, urdf_file: Callable[..., str], exact: bool = False) -> Robot:
+    """One of ``FEW_AXES``, with right angles as its URDF rounds them, or as ``exact`` as doubles are."""
+    links = [link_xml("l0"), *(link_xml(f"l{k}", '<sphere radius="0.01"/>') for k in range(1, 6)), link_xml("tcp")]
+    joints, last = "", len(FEW_AXES[name])
+    for k, (kind, limit, xyz, rpy) in enumerate(FEW_AXES[name]):
+        for rounded, angle in (("1.5708", np.pi / 2), ("3.1416", np.pi)) if exact else ():
+            rpy = rpy.replace(rounded, repr(float(angle)))
+        joints += joint_xml(f"j{k}", f"l{k}", f"l{k + 1}", kind, limit=limit, xyz=xyz, rpy=rpy)
+    tip = (
+        f'<joint name="tip" type="fixed"><parent link="l{last}"/><child link="tcp"/><origin xyz="0.02 0 0.05"/></joint>'
+    )
+    return Robot.load(urdf_file("".join([*links[: last + 1], links[-1]]) + joints + tip, f"arm{exact}"), tool="tcp")

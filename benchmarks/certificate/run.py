@@ -175,7 +175,7 @@ def _cases(folder: Path, seed: int) -> list[tuple[Case, World, float]]:
     """A path and a motion of few pairs, checked in milliseconds; with the margin (m) that they do not keep."""
     scene = Scene("post", (Obstacle("post", Box((0.1, 0.02, 0.2)), pose([0.75, 0.0, 0.0])),))
     checker, made = make_checker(Robot.load("planar_2r"), scene, margin=MARGIN), []
-    for name, motion in (("path", None), ("motion", time_path(AROUND, checker))):
+    for name, motion in (("path", None), ("motion", time_path(AROUND, checker, law="shortcuts"))):
         case = Case.of(folder_of(folder / name, checker, AROUND, motion, FLOOR)[0])
         made.append((case, checker.world, closest(case.data, 200, np.random.default_rng(seed), 1.0)))
     return made

@@ -18,7 +18,7 @@ from planner.problem.outcome import Outcome
 from planner.problem.request import DEFAULT_TIME_LAW, LimitsRequest, PlanRequest
 from planner.trajectory.check import sampled_contact
 from planner.trajectory.limits import KINDS, MotionLimits
-from planner.trajectory.timing import time_path, timed_curve
+from planner.trajectory.timing import timed_curve
 from planner.trajectory.trajectory import Trajectory
 
 STEP = 1e-4  # m of motion between two looks at a motion
@@ -43,8 +43,7 @@ def _timed(found: Plan, motion: LimitsRequest, python: str | None) -> dict[str, 
     trajectory, curve = timed_curve(found.path, found.checker, limits, DEFAULT_TIME_LAW, floor, cost_in_motion(found))
     seconds = time.process_time() - begin
     blended, stopping = (
-        time_path(found.path, found.checker, limits, law=law, floor=floor).duration
-        for law in ("blended", "stop-at-corners")
+        timed_curve(found.path, found.checker, limits, law, floor)[0].duration for law in ("blended", "stop-at-corners")
     )
     other = next(name for name in BACKENDS if name != found.request.collision)
     judge = make_checker(found.robot, found.scene, other)

@@ -86,6 +86,14 @@ def require_number(name: str, value: object, kind: type = Real) -> None:
         raise OptionError(f"{name} is a {type(value).__name__}: give {what}.")
 
 
+def metric(value: float, unit: str) -> str:
+    """A length or an angle, 0 or more, with three digits in a unit in which it does not look like zero."""
+    for least, size, prefix in ((0.1, 1.0, ""), (1e-3, 1e-3, "m"), (1e-6, 1e-6, "µ"), (1e-9, 1e-9, "n")):
+        if value >= least:
+            return f"{value / size:.3g} {prefix}{unit}"
+    return f"{value:.1g} {unit}"
+
+
 def choices(names) -> str:
     """The valid choices as they stand in an error message: "a, b, c"; of very long names and lists their beginning."""
     listed = [str(name)[:_LONGEST_NAME] for name in names]

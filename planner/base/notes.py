@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
+
+LOGGER = "planner.notes"  # the command line prints what it logs
 
 
 @dataclass(frozen=True)
@@ -11,3 +14,9 @@ class Note:
 
     text: str
     grave: bool = True
+
+
+def tell(*notes: str) -> None:
+    """Log notes that a result holds too: at DEBUG, as a library's caller reads them there."""
+    for note in notes:
+        logging.getLogger(LOGGER).debug("%s", note)

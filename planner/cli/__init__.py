@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import NoReturn
 
 from planner.base.errors import PlannerError
+from planner.base.notes import LOGGER
 from planner.base.printable import printable
 from planner.cli.arguments import prepared
 from planner.cli.terminal import complain, let_go_of_output, say
@@ -36,6 +37,7 @@ def run_and_exit(run: Callable[[list[str]], int]) -> NoReturn:
     lines = logging.StreamHandler(sys.stderr)
     lines.setFormatter(_Printable("planner: %(message)s"))
     logging.basicConfig(level=logging.WARNING, handlers=[lines])
+    logging.getLogger(LOGGER).setLevel(logging.DEBUG)
     debug = "--debug" in sys.argv[1:]
     try:
         code = run(prepared(sys.argv[1:]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -47,7 +48,7 @@ def export(
     over two periods for that, so that it keeps the same limits, and its end is held to a row: what it takes longer and
     how far it leaves the planned curve is told. It is proven anew in the world of the plan.json beside it.
 
-    For ros-json the command line of a FollowJointTrajectory goal is printed too.
+    Beside ros-json stands send_trajectory.py, which sends the file as a FollowJointTrajectory goal.
 
     Exit code 0: written; 2: a wrong option; 3: an unusable file, or a grid too coarse for its motion to be proven.
 
@@ -89,7 +90,9 @@ def export(
     if not said and not made.proven:
         complain("the trajectory is not proven as a whole: see 'proof' in its file, or 'planner check'.")
     if format == "ros-json":
-        say(_goal(place, len(content), rate))
+        sender = place.with_name(formats.SENDER_NAME)
+        write_whole(sender, formats.SENDER.encode())
+        say(f"To run it, with ROS 2: python3 {shlex.quote(str(sender))} {shlex.quote(str(place))}")
     if said:
         say(said)
     say(f"{made.duration:.3f} s. Written: {place}")
@@ -158,13 +161,3 @@ def _world(folder: Path, found: Trajectory) -> CollisionChecker:
     if found.limits is not None:
         require_of_robot(checker.robot, found.limits)
     return checker
-
-
-def _goal(place: Path, size: int, rate: float | None) -> str:
-    from planner.trajectory.export import LONGEST_ARGUMENT, goal_command
-
-    command = goal_command(place)
-    if size < LONGEST_ARGUMENT:
-        return command
-    other = "" if rate is None else ", or export it without --rate"
-    return f"{command}\n(too long for one argument on Linux: send the file from a program{other})"

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Bools, Floats
 from planner.base.products import dot, length
 from planner.kinematics.forward import Chain, joint_placements, tool_joint, travel
 from planner.models.robot import Robot
 
 POSITION_TOLERANCE = 1e-6  # m
-ANGLE_TOLERANCE = 1e-6  # rad
+ANGLE_TOLERANCE = 1e-6  # rad: solutions are exact to these
+Tolerance: TypeAlias = tuple[float, float]  # m, rad
+TOLERANCE: Tolerance = (1e-6, 1e-4)  # poses that an arm cannot reach exactly are reached within these
 _ITERATIONS = 100
 _ARM = 0.1  # m/rad: weighs angles against metres
 _APART = 1e-3  # rad: solutions nearer to each other are one
@@ -29,35 +32,66 @@ class Solutions:
     angle: float  # rad, between the tool's and the target's orientation; 0 for a position
 
 
-def solve_position(
-    robot: Robot, position: Floats, rng: np.random.Generator, starts: int, near: Floats | None = None
+def solve(
+    robot: Robot,
+    target: pin.SE3 | Floats,
+    rng: np.random.Generator,
+    starts: int,
+    near: Floats | None = None,
+    tolerance: Tolerance = TOLERANCE,
 ) -> Solutions:
-    """Configurations within limits that bring the tool's origin to ``position`` (m, world).
+    """Configurations within limits that bring the tool frame to a pose, or its origin to a position (3,), in the world.
 
-    From ``starts`` seeds all over the joint space, and from the configurations ``near`` (k, dof).
+    From ``starts`` seeds all over the joint space, and from the configurations ``near`` (k, dof). Where none reaches a
+    pose exactly, as with fewer than six axes, those that bring the tool within the ``tolerance``.
     """
-    return _solve(robot, pin.SE3(np.eye(3), np.asarray(position, dtype=float)), False, rng, starts, near)
-
-
-def solve_pose(
-    robot: Robot, target: pin.SE3, rng: np.random.Generator, starts: int, near: Floats | None = None
-) -> Solutions:
-    """Configurations within limits that bring the tool frame to ``target``, as :func:`solve_position` finds them."""
-    return _solve(robot, target, True, rng, starts, near)
+    seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(starts - 1, robot.dof))])
+    if near is not None:
+        seeds = np.vstack([seeds, near])
+    to = pin.SE3(np.eye(3), np.asarray(target, dtype=float)) if isinstance(target, np.ndarray) else target
+    targets = np.broadcast_to(to.homogeneous, (len(seeds), 4, 4))
+    ends, distance, angle, solved = solve_within(robot, targets, seeds, tolerance if to is target else None)
+    # a target that is inf metres away is out of reach, as the caller will say
+    off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
+    nearest = int(np.argmin(off))
+    distinct = distinct_rows(robot, ends[solved])
+    return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
 def solve_each(
-    robot: Robot, targets: Floats, seeds: Floats, turns_freely: bool = False
+    robot: Robot, targets: Floats, seeds: Floats, turns_freely: bool = False, weight: float = 1.0, oriented: bool = True
 ) -> tuple[Floats, Floats, Floats]:
     """Where descents from ``seeds`` (n, dof) end that bring the tool each to its own target (n, 4, 4), within limits.
 
     But for a turn about its z axis, where it ``turns_freely``. Configurations (n, dof), and how far (n,) m and rad the
-    tool is off there: a solution where that is no more than the tolerances.
+    tool is off there: a solution where that is no more than the tolerances. Elsewhere a descent ends where ``weight``
+    times metres and radians are least in squares.
     """
     (joint, placement), limits = tool_joint(robot), (robot.lower, robot.upper, robot.continuous)
     return Chain.of(robot).native.inverse(
-        seeds, joint, placement.homogeneous, targets, True, limits, _ITERATIONS, turns_freely
+        seeds, joint, placement.homogeneous, targets, oriented, limits, _ITERATIONS, turns_freely, weight
     )
+
+
+def solve_within(
+    robot: Robot, targets: Floats, seeds: Floats, tolerance: Tolerance | None
+) -> tuple[Floats, Floats, Floats, Bools]:
+    """As :func:`solve_each`, and which ends (n,) are solutions: the exact ones, else those within the ``tolerance``.
+
+    Without an exact one the descents go on in units of the tolerance. None asks for positions only, exactly.
+    """
+    ends, distance, angle = solve_each(robot, targets, seeds, oriented=tolerance is not None)
+    exact = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
+    if tolerance is None or exact.any():
+        return ends, distance, angle, exact
+    metres, radians = tolerance
+    # the first descent ends at the least sum of both squares, which is no more than that of a solution
+    near = np.flatnonzero(np.hypot(distance, angle) <= 2.0 * np.hypot(metres, radians))  # it may not have ended yet
+    again = solve_each(robot, targets[near], ends[near], weight=radians / metres)
+    good = (again[1] <= metres) & (again[2] <= radians)
+    for former, better in zip((ends, distance, angle), again, strict=True):
+        former[near[good]] = better[good]
+    return ends, distance, angle, (distance <= metres) & (angle <= radians)
 
 
 def beyond_reach(robot: Robot, position: Floats) -> float:
@@ -91,24 +125,6 @@ def _origin_is_fixed(chain: Chain, joint: int) -> bool:
         return False
     offset, axis = chain.offset[joint - 1], chain.axis[parent - 1]
     return bool(length(offset - dot(offset, axis) * axis) < 1e-9)
-
-
-def _solve(
-    robot: Robot, target: pin.SE3, oriented: bool, rng: np.random.Generator, starts: int, near: Floats | None
-) -> Solutions:
-    seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(starts - 1, robot.dof))])
-    if near is not None:
-        seeds = np.vstack([seeds, near])
-    (joint, placement), limits = tool_joint(robot), (robot.lower, robot.upper, robot.continuous)
-    ends, distance, angle = Chain.of(robot).native.inverse(
-        seeds, joint, placement.homogeneous, target.homogeneous, oriented, limits, _ITERATIONS
-    )
-    # a target that is inf metres away is out of reach, as the caller will say
-    off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
-    nearest = int(np.argmin(off))
-    solved = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
-    distinct = distinct_rows(robot, ends[solved])
-    return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
 def distinct_rows(robot: Robot, solved: Floats, apart: float = _APART, most: float = np.inf) -> Floats:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import itertools
-import logging
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
-from weakref import WeakSet
 
 import numpy as np
 
@@ -16,10 +14,6 @@ from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Mesh, Shape, extremes
 from planner.models.solids import is_watertight
-
-_log = logging.getLogger(__name__)
-
-_told: WeakSet[Robot] = WeakSet()  # robots whose own notes were logged
 
 _TOO_LARGE = 50  # times the arm's length: a part in millimetres that was read as metres is 1000 times too large
 _TOO_SMALL = 1e-4  # of the arm's length
@@ -43,21 +37,6 @@ def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
     arm = _length(robot)
     models = (*_of_robot(robot), *_of_obstacles(scene, arm), *_far_away(robot, scene, arm))
     return (*models, *robot.notes, *scene.notes, *_strangers(robot, scene), *_permissions(robot, scene))
-
-
-def tell(robot: Robot, scene: Scene, given: Robot | None = None) -> None:
-    """Log the notes on a robot and a scene: warnings where they are grave.
-
-    What is noted of a robot that was ``given`` as an object is told once of that object.
-    """
-    known: set[Note] = set()
-    if given is not None and given in _told:
-        known = {*_of_robot(given), *given.notes}
-    elif given is not None:
-        _told.add(given)
-    for note in notes(robot, scene):
-        if note not in known:
-            _log.log(logging.WARNING if note.grave else logging.INFO, "%s", note.text)
 
 
 @lru_cache(maxsize=16)

@@ -114,12 +114,14 @@ class NativeChain:
         limits: tuple[Floats, Floats, Bools],
         iterations: int,
         turns_freely: bool = False,
+        weight: float = 1.0,
     ) -> tuple[Floats, Floats, Floats]:
         """Where descents from ``seeds`` (n, dof) end that bring a ``tool`` (4, 4), carried by ``joint``, to targets.
 
         ``target`` (4, 4) or (n, 4, 4) in the world, only its position unless ``oriented``, and then but for a turn
         about its z axis where the tool ``turns_freely``; ``limits``: lowest, highest, and which
-        joints wrap and have none, (dof,) each. Ends (n, dof), distances (n,) and angles (n,) left there.
+        joints wrap and have none, (dof,) each. Where a target cannot be reached, the descents end where ``weight``
+        times metres and radians are least in squares. Ends (n, dof), distances (n,) and angles (n,) left there.
         """
         dof, ends = self.dof, _floats(seeds, len(seeds), self.dof).copy()
         tool, target = _floats(tool, 4, 4), _floats(target)
@@ -131,8 +133,8 @@ class NativeChain:
         lower, upper, wraps = _floats(limits[0], dof), _floats(limits[1], dof), _bytes(limits[2], dof)
         distance, angle = np.empty(len(ends)), np.empty(len(ends))
         _library.chain_inverse(
-            self.handle, len(ends), _at(ends), joint, *map(_at, frames), rows, _at(lower), _at(upper), _at(wraps),
-            iterations, threads(), _at(distance), _at(angle),
+            self.handle, len(ends), _at(ends), joint, *map(_at, frames), rows, weight, _at(lower), _at(upper),
+            _at(wraps), iterations, threads(), _at(distance), _at(angle),
         )  # fmt: skip
         return ends, distance, angle
 

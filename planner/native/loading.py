@@ -41,6 +41,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
         _int,
         *4 * [_Pointer],
         _int,
+        _double,
         *3 * [_Pointer],
         _int,
         _int,

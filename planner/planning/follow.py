@@ -122,7 +122,7 @@ class Follower:
         }
         if not request.begins_on_path:
             states = states_of(robot, self.checker.world.scene)
-            begun["notes"] = tuple(other_turns(parse_target(str(request.start)), self.checker, states))
+            begun["end_notes"] = tuple(other_turns(parse_target(str(request.start)), self.checker, states))
         roadmap, along = self.found.roadmap, self.found.along
         if roadmap is None:
             nowhere = roadmap_of(self.checker, robot.home[None], request.seed)
@@ -257,7 +257,7 @@ def _reached(
 def _starts(request: FollowRequest, checker: CollisionChecker) -> Floats:
     """Where the arm may be (k, dof) before it goes to the path."""
     states = states_of(checker.robot, checker.world.scene)
-    return resolve(parse_target(str(request.start)), checker, states, "start")
+    return resolve(parse_target(str(request.start)), checker, states, "start", tolerance=request.tolerance)
 
 
 def _free_at(checker: CollisionChecker) -> Callable[[Floats], Bools]:

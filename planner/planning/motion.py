@@ -14,7 +14,7 @@ from planner.planning.result import Plan
 from planner.problem.request import TimingRequest
 from planner.trajectory.check import looked_at
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.timing import time_path
+from planner.trajectory.timing import timed_curve
 from planner.trajectory.trajectory import Trajectory
 
 _log = logging.getLogger(__name__)
@@ -25,13 +25,13 @@ _OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor
 def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
     """The motion along a plan's path."""
     floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
-    how = {"law": timing.time_law, "floor": floor, "cost": cost_in_motion(found), "extra_cost": timing.extra_cost}
+    how = (limits, timing.time_law, floor, cost_in_motion(found), timing.extra_cost)
     wanted = 0.0 if found.scene.limited else found.request.room  # until when these cannot touch is told for the margin
     kept = min(wanted, found.clearance_kept)
     clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)
-    made = time_path(found.path, keeping(found.checker, clearance), limits, **how)
+    made, _ = timed_curve(found.path, keeping(found.checker, clearance), *how)
     if not made.proven and clearance > 0:
-        made = time_path(found.path, found.checker, limits, **how)
+        made, _ = timed_curve(found.path, found.checker, *how)
     return looked_at_again(made, found.checker)
 
 

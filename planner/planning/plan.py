@@ -63,7 +63,7 @@ def plan(
             _require_earliest(request, timing)
         legs = legs_of(query, request)
     begun = {"robot": query.robot, "scene": query.scene, "checker": query.checker, "timings": clock.seconds}
-    begun["notes"] = query.notes
+    begun["end_notes"] = query.end_notes
     if isinstance(legs, CannotFollow):
         nowhere = roadmap_of(query.checker, np.concatenate([query.starts, query.goals]), request.seed)
         return Plan(request, Outcome.NO_PATH, roadmap=nowhere, reason=legs, **begun)

@@ -21,6 +21,7 @@ from planner.base.progress import Stopwatch, rounded
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
+from planner.models import model_checks
 from planner.models.robot import Robot
 from planner.models.run_record import run_record
 from planner.models.scene import Scene
@@ -106,13 +107,18 @@ class Plan:
     tool_path: FollowedPath | None = None  # what came of a tool path that was to be followed
     legs: tuple[LegRecord, ...] = ()  # lines of the tool that the path begins and ends with, where they were asked for
     reason: NoPath | None = None
-    notes: tuple[str, ...] = ()  # what is said of the start
+    end_notes: tuple[str, ...] = ()  # on the start
     replanned: Replanned = field(default_factory=Replanned)
     timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         size = f"{len(self.path)} waypoints" if len(self.path) else "no path"
         return f"<Plan: {self.robot.name} in {self.scene.name}, {self.outcome.key}, {size}>"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was noticed about robot, scene and start, as ``plan.json`` has it."""
+        return (*(note.text for note in model_checks.notes(self.robot, self.scene)), *self.end_notes)
 
     @property
     def message(self) -> str:
@@ -335,7 +341,7 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
 def record_of(plan: Plan) -> PlanRecord:
     """What there is to be written of a plan."""
     begun: dict[str, Any] = run_record(plan.request, plan.outcome, plan.robot, plan.scene)
-    begun |= {"message": plan.message, "notes": [*begun["notes"], *plan.notes]}
+    begun |= {"message": plan.message, "notes": list(plan.notes)}
     reason: Any = None if plan.reason is None else plan.reason.to_dict()
     return PlanRecord(
         **begun,

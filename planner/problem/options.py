@@ -31,6 +31,7 @@ class RoadmapOptions(TypedDict, total=False):
     collision: Backend
     margin: float
     ik_solutions: int
+    ik_tolerance: str
     nodes: int
     seed: int
     law: LawName

@@ -58,6 +58,7 @@ WorkersBackend = Literal["processes", "dask"]
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 DEFAULT_EFFORT = 12  # rounds
 DEFAULT_ROOM = 5e-3  # m
+IK_LEAST, IK_LARGEST = 1e-6, (0.1, 0.5)  # m or rad; m, rad: of a tolerance for poses
 
 
 @dataclass(frozen=True)
@@ -171,16 +172,33 @@ class Message(Part):
 
 @dataclass(frozen=True)
 class IkSolutions(Part):
-    """How many configurations bring the tool to one place."""
+    """How many configurations bring the tool to one place, and how exactly."""
 
     ik_solutions: int = 8
     """Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to the
     start, in turn; the dynamics picks one."""
+    ik_tolerance: str = "1e-6,1e-4"
+    """How far (m,rad) the tool may be off a pose that the arm cannot reach exactly, as with fewer than six axes."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        _ = self.tolerance
         if not 1 <= self.ik_solutions <= 100:
             raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
+
+    @property
+    def tolerance(self) -> tuple[float, float]:
+        """``ik_tolerance`` in m and rad."""
+        try:
+            metres, radians = map(float, self.ik_tolerance.split(","))
+        except ValueError:
+            metres = radians = math.nan
+        if not (IK_LEAST <= metres <= IK_LARGEST[0] and IK_LEAST <= radians <= IK_LARGEST[1]):
+            raise OptionError(
+                f"ik tolerance must be metres and radians from {IK_LEAST:g} to {IK_LARGEST[0]:g} m and "
+                f"{IK_LARGEST[1]:g} rad, got '{self.ik_tolerance[:100]}': give them as 1e-6,1e-4."
+            )
+        return metres, radians
 
 
 @dataclass(frozen=True)
@@ -389,7 +407,8 @@ class FollowRequest(PlanRequest):
             raise OptionError("a tool path is followed to its end: leave --goal out.")
         plain = PlanRequest()
         of_goals = ("motion_plan_request", "widen_limits", "ik_solutions", "approach", "retreat")
-        of_free = ("roadmap", "path_only", "above_ends", "nodes", "effort", "room") if self.begins_on_path else ()
+        of_free = ("roadmap", "path_only", "above_ends", "nodes", "effort", "room", "ik_tolerance")
+        of_free = of_free if self.begins_on_path else ()
         for names, remedy in ((of_goals, "leave it out"), (of_free, "give a start, or leave it out")):
             for name in names:
                 if getattr(self, name) != getattr(plain, name):

@@ -261,7 +261,7 @@ def _answer(plan: Plan, motion: Trajectory | None) -> dict[str, Any]:
         "reason": None if plan.reason is None else plan.reason.to_dict(),
         "field": _field(plan),
         "motion": _record(motion, plan.robot.name, plan.scene.name),
-        "notes": list(plan.notes),
+        "notes": list(plan.end_notes),
     }
 
 

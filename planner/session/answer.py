@@ -110,7 +110,7 @@ def _plan(live: LiveWorld, last: Found, query: Query, request: PlanRequest) -> P
         path=path,
         path_nodes=frozen(last.nodes, np.int64),
         goal=query.goal_at(path[-1]) if solved else None,
-        notes=query.notes,
+        end_notes=query.end_notes,
         cost=path_cost(last.layered.network, last.steps) if solved else None,
     )
 

@@ -352,7 +352,7 @@ class Session:
 
 def _resolved(live: LiveWorld, request: PlanRequest) -> Query:
     start, goals = parse_target(str(request.start)), parse_targets(str(request.goal))
-    return resolve_query(live.checker, start, goals, request.ik_solutions)
+    return resolve_query(live.checker, start, goals, request)
 
 
 def _task_in(live: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:

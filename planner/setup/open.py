@@ -10,15 +10,16 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
+from planner.base.notes import tell
 from planner.base.places import Place
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.constraints.keeps import bound_to, narrowed, unbound
-from planner.models.model_checks import require_bodies, tell
+from planner.models import model_checks
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.conditions import AND, Condition, parse_keeps
-from planner.problem.request import RoadmapRequest, WorldRequest
+from planner.problem.request import IkSolutions, RoadmapRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text, parse_target, parse_targets
 from planner.setup.message import goals_of, in_request, joints_of, kept_of, noting, unasked
 from planner.setup.resolve import check_limits, joint_values, other_turns, resolve
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 class Query:
     """A robot in a scene with where it starts (k, dof) and where it may end (g, dof), rad.
 
-    ``goal_names`` (g,) is the text of the goal that each row of ``goals`` reaches; ``notes`` what is said of the start.
+    ``goal_names`` (g,) is the text of the goal that each row of ``goals`` reaches; ``end_notes`` are on the start.
     """
 
     robot: Robot
@@ -41,7 +42,7 @@ class Query:
     starts: Floats
     goals: Floats
     goal_names: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    end_notes: tuple[str, ...] = ()
 
     def goal_at(self, q: Floats) -> str:
         """The text of the goal that the configuration ``q`` (dof,) reaches, of all the nearest one."""
@@ -98,34 +99,36 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
     turns = unbound(keep)
     bound = [each for each in keep if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, bound)
-    return resolve_query(checker, start, goals, request.ik_solutions, near_start, turns)
+    return resolve_query(checker, start, goals, request, near_start, turns)
 
 
 def resolve_query(
     checker: CollisionChecker,
     start: Target,
     goals: list[tuple[str, Target]],
-    ik_solutions: int,
+    ik: IkSolutions,
     near_start: bool = True,
     turns: tuple[Condition, ...] = (),
 ) -> Query:
     """The configurations of a start and of goals with their texts; raises :class:`StateError` for unusable ones.
 
+    ``ik`` says how many configurations a goal becomes, and how exactly.
     ``near_start`` as in :func:`make_query`; ``turns`` are conditions that mean the orientation at the start.
     """
     robot, scene = checker.robot, checker.world.scene
     states = states_of(robot, scene)
-    starts = resolve(start, checker, states, "start")
+    starts = resolve(start, checker, states, "start", tolerance=ik.tolerance)
     if turns:
         checker = _bound(checker, turns, starts[0])
     ends, names = [], []
     for name, goal in goals:
-        ends.append(resolve(goal, checker, states, _role(name, goals), ik_solutions, starts if near_start else None))
+        near = starts if near_start else None
+        ends.append(resolve(goal, checker, states, _role(name, goals), ik.ik_solutions, near, ik.tolerance))
         names += [name] * len(ends[-1])
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()
-    notes = tuple(other_turns(start, checker, states))
-    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows), notes)
+    told = tuple(other_turns(start, checker, states))
+    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows), told)
 
 
 def _role(name: str, goals: list[tuple[str, Target]]) -> str:
@@ -186,5 +189,5 @@ def _targets(
 
 
 def _judge(request: WorldRequest, robot: Robot, scene: Scene) -> None:
-    require_bodies(robot)
-    tell(robot, scene, request.robot if isinstance(request.robot, Robot) else None)
+    model_checks.require_bodies(robot)
+    tell(*(note.text for note in model_checks.notes(robot, scene) if note.grave))

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import itertools
-import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
-from planner.base.errors import StateError, choices
+from planner.base.errors import StateError, choices, metric
+from planner.base.notes import tell
 from planner.base.yamlfile import FARTHEST, shown
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact
@@ -21,6 +21,7 @@ from planner.models.poses import pose, se3
 from planner.models.robot import Robot, with_tool
 from planner.problem.conditions import Condition, KeepSphere
 from planner.problem.reasons import BeyondLimit, BreaksKept, OutOfReach, Touching
+from planner.problem.request import IK_LARGEST, IK_LEAST
 from planner.problem.targets import (
     FORMS,
     HOME,
@@ -34,8 +35,6 @@ from planner.problem.targets import (
     follow,
     parse_target,
 )
-
-_log = logging.getLogger(__name__)
 
 IK_STARTS = 100
 NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
@@ -55,6 +54,7 @@ def resolve(
     role: str,
     count: int = 1,
     starts: Floats | None = None,
+    tolerance: inverse.Tolerance = inverse.TOLERANCE,
 ) -> Floats:
     """Up to ``count`` collision-free configurations (k, dof) that reach ``target``, best manipulability first.
 
@@ -64,17 +64,17 @@ def resolve(
     highest manipulability are kept, those within ``NEAR_LIMIT`` of a joint limit only if there are too few others.
     With ``starts`` (s, dof) it begins at these too, and takes the best left in manipulability and the one left that is
     nearest to a start alternately: a good choice for beta 0 and one for beta 1, of which the dynamics takes one.
+    A pose that cannot be reached exactly is reached within the ``tolerance`` (m, rad).
     Raises :class:`StateError`: out of limits, in collision, out of reach.
     """
     match target:
         case Named(names):
             inner = [target for name in names for target in _look_up(name, states, checker, role)]
-            return np.vstack([resolve(each, checker, states, role, count, starts) for each in inner])
+            return np.vstack([resolve(each, checker, states, role, count, starts, tolerance) for each in inner])
         case Joints(values):
             found = free_configuration(np.array(values), checker, role)
             if role == "start":
-                for sentence in other_turns(target, checker, states):
-                    _log.warning("%s", sentence)
+                tell(*other_turns(target, checker, states))
             return found[None]
         case ToolGoal(conditions):
             found = _spread(within(conditions, checker, role, starts), checker.robot)
@@ -82,11 +82,11 @@ def resolve(
         case Position((x, y, z)) if checker.world.keeps:
             here = ToolGoal((KeepSphere((x, y, z), frame=target.frame),))
             return resolve(here, checker, states, role, count, starts)
-        case Position(xyz) | Pose(xyz):
+        case Position() | Pose():
             robot = with_tool(checker.robot, target.frame)
-            solutions = _reach(target, robot, role, starts)
+            solutions = _reach(target, robot, role, starts, tolerance)
             if not len(solutions.configurations):
-                raise _out_of_reach(solutions, robot, np.array(xyz), role)
+                raise _out_of_reach(solutions, robot, target, role)
             return _choose(_kept(solutions.configurations, checker, role), checker, role, count, starts)
 
 
@@ -120,12 +120,12 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
             return resolve_as_is(inner[0], checker, states, role)
         case Joints(values):
             return frozen(joint_values(np.array(values), checker.robot, role))
-        case Position(xyz) | Pose(xyz):
+        case Position() | Pose():
             robot = with_tool(checker.robot, target.frame)
-            solutions = _reach(target, robot, role)
+            solutions = _reach(target, robot, role, None, inverse.TOLERANCE)
             found = solutions.configurations
             if not len(found):
-                raise _out_of_reach(solutions, robot, np.array(xyz), role)
+                raise _out_of_reach(solutions, robot, target, role)
             return _best_as_is(found, checker)
         case ToolGoal(conditions):
             return _best_as_is(within(conditions, checker, role), checker)
@@ -177,14 +177,16 @@ def _spread(found: Floats, robot: Robot) -> Floats:
     return kept
 
 
-def _reach(target: Position | Pose, robot: Robot, role: str, starts: Floats | None = None) -> inverse.Solutions:
+def _reach(
+    target: Position | Pose, robot: Robot, role: str, starts: Floats | None, tolerance: inverse.Tolerance
+) -> inverse.Solutions:
     rng, position = np.random.default_rng(IK_SEED), np.array(target.xyz)
     near = None if starts is None else _seeds(robot, starts)
     if isinstance(target, Position):
         _check_finite(position, role)
-        return inverse.solve_position(robot, position, rng, IK_STARTS, near)
+        return inverse.solve(robot, position, rng, IK_STARTS, near)
     _check_finite(np.array([*target.xyz, *target.quaternion]), role)
-    return inverse.solve_pose(robot, se3(_matrix(target, role)), rng, IK_STARTS, near)
+    return inverse.solve(robot, se3(_matrix(target, role)), rng, IK_STARTS, near, tolerance)
 
 
 def _seeds(robot: Robot, starts: Floats) -> Floats:
@@ -400,17 +402,21 @@ def _describe(contact: Contact, checker: CollisionChecker) -> str:
     return f"{contact} {contact.how(checker.world.margin)}"
 
 
-def _out_of_reach(solutions: inverse.Solutions, robot: Robot, position: Floats, role: str) -> StateError:
-    place = ", ".join(f"{value:g}" for value in position)
-    beyond = inverse.beyond_reach(robot, position)
+def _out_of_reach(solutions: inverse.Solutions, robot: Robot, target: Position | Pose, role: str) -> StateError:
+    place = ", ".join(f"{value:g}" for value in target.xyz)
+    beyond = inverse.beyond_reach(robot, np.array(target.xyz))
     reach = (
-        f"the target lies {beyond:.3f} m beyond the arm's reach"
+        f"the target lies {metric(beyond, 'm')} beyond the arm's reach"
         if beyond > 0
         else "joint limits or orientation forbid it"
     )
-    turn = f" and {np.degrees(solutions.angle):.2f} degrees" if solutions.angle > inverse.ANGLE_TOLERANCE else ""
+    distance, angle, remedy = solutions.distance, solutions.angle, "choose a nearer one"
+    if isinstance(target, Pose) and distance <= IK_LARGEST[0] / 2 and angle <= IK_LARGEST[1] / 2:
+        allowed = ",".join(f"{max(1.1 * miss, IK_LEAST):.2g}" for miss in (distance, angle))
+        remedy += f", or allow as much by --ik-tolerance {allowed}"
+    turn = f" and {metric(angle, 'rad')}" if isinstance(target, Pose) else ""
     return StateError(
         f"{role} ({place}) cannot be reached by frame '{robot.tool}': the nearest configuration of {IK_STARTS} tries "
-        f"stays {solutions.distance:.4f} m{turn} away ({reach}); choose a nearer one.",
-        OutOfReach(role, float(solutions.distance)),
+        f"stays {metric(distance, 'm')}{turn} away ({reach}); {remedy}.",
+        OutOfReach(role, float(distance)),
     )

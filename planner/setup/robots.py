@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.notes import Note
 from planner.base.places import Place
@@ -64,15 +63,13 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
 
 
 def widened_for(robot: Robot, targets: list[Target]) -> Robot:
-    """Limits widened to what is asked for in joints, unless that looks like degrees; the log says which."""
+    """Limits widened to what is asked for in joints, unless that looks like degrees; its notes say which."""
     wanted = [np.array(t.values) for t in targets if isinstance(t, Joints) and len(t.values) == robot.dof]
     wanted = [q for q in wanted if np.isfinite(q).all() and not looks_like_degrees(robot, q)]
     low, high = robot.lower, robot.upper
     for q in wanted:
         low, high = np.minimum(low, q), np.maximum(high, q)
     beyond = np.flatnonzero((low < robot.lower) | (high > robot.upper))
-    for k in beyond:
-        _log.warning("limits of %s widened to [%.4f, %.4f]", robot.joints[k], low[k], high[k])
     return _widened(robot, tuple(low.tolist()), tuple(high.tolist())) if len(beyond) else robot
 
 
@@ -162,5 +159,7 @@ def _with_shares(robot: Robot, shares: tuple[tuple[str, float], ...], notes: tup
 
 @lru_cache(_KEPT)
 def _widened(robot: Robot, low: tuple[float, ...], high: tuple[float, ...]) -> Robot:
-    limits: Floats = np.array([low, high])
-    return with_widened_limits(robot, limits)
+    wide = with_widened_limits(robot, np.array([low, high]))
+    wider = np.flatnonzero((wide.lower < robot.lower) | (wide.upper > robot.upper))
+    told = (f"limits of {robot.joints[k]} widened to [{low[k]:.4f}, {high[k]:.4f}]" for k in wider)
+    return replace(wide, notes=(*robot.notes, *map(Note, told)))

@@ -16,6 +16,7 @@ from planner.collision.world import World
 from planner.kinematics.forward import tool_joint, tool_pose
 from planner.models.scene import Scene
 from planner.models.shapes import Carried, Obstacle
+from planner.problem.request import IkSolutions
 from planner.problem.targets import parse_target
 from planner.setup.open import states_of
 from planner.setup.resolve import resolve
@@ -80,9 +81,9 @@ class Options:
     ``NOTHING``. ``first`` is the mode of the beginning.
     """
 
-    def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, most: int) -> None:
-        """``start`` (1, dof); ``most`` configurations of each grasp. What is held by now has a grasp."""
-        self.task, self.modes, self.gripper, self.start, self._most = task, modes, gripper, start, most
+    def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, ik: IkSolutions) -> None:
+        """``start`` (1, dof); ``ik`` configurations of each grasp. What is held by now has a grasp."""
+        self.task, self.modes, self.gripper, self.start, self._ik = task, modes, gripper, start, ik
         robot = modes.robot
         rng = np.random.default_rng(_SEED)
         self._seeds = np.vstack([start, robot.home, rng.uniform(robot.lower, robot.upper, (_MOST, robot.dof))])
@@ -135,7 +136,7 @@ class Options:
     def _goals(self, number: int, step: Move) -> list[Option]:
         checker, role, none = self.modes.checker, f"step {number}, the move,", np.zeros(0, dtype=np.int64)
         states = states_of(checker.robot, checker.world.scene)
-        found = resolve(parse_target(step.to), checker, states, role, _GOALS, self.start)
+        found = resolve(parse_target(step.to), checker, states, role, _GOALS, self.start, self._ik.tolerance)
         return [Option(NOTHING, NOTHING, q, np.array([q, q]), none) for q in found]
 
     def _pick(self, step: Pick) -> dict[int, list[Option]]:
@@ -189,9 +190,10 @@ class Options:
         margin = self.modes.checker.world.margin
         out, away = (line_poses(tool, *line, margin) for line in ((step.approach, False), (step.retreat, True)))
         add, robot, found = self.modes.motions.through, self.modes.robot, []
-        most = self._most if isinstance(step, Pick) else max(1, self._most // 2)  # of a placement there are many
-        for q in solutions(robot, tool, seeds, most):
-            before, after = along(robot, q, out), along(robot, q, away)
+        most, tolerance = self._ik.ik_solutions, self._ik.tolerance
+        most = most if isinstance(step, Pick) else max(1, most // 2)  # of a placement there are many
+        for q in solutions(robot, tool, seeds, most, tolerance):
+            before, after = (along(robot, q, poses, tolerance) for poses in (out, away))
             if before is None or after is None:
                 continue
             before, ends = before[::-1], np.array([before[-1], after[-1]])

@@ -22,7 +22,7 @@ from planner.problem.request import TaskRequest, TimingRequest, WorldRequest
 from planner.problem.targets import parse_target
 from planner.roadmap.roadmap import Roadmap
 from planner.setup.open import open_world, states_of
-from planner.setup.resolve import free_configuration, resolve
+from planner.setup.resolve import free_configuration, other_turns, resolve
 from planner.tasks.file import Pick, Task, TaskError
 from planner.tasks.gripper import gripper_of
 from planner.tasks.modes import Modes
@@ -87,10 +87,10 @@ class TaskPlanner:
             scene = what.scene if isinstance(what.scene, Scene) else Scene.load(str(what.scene))
             scene, modes = _modes(what, scene, request)
             states = states_of(modes.robot, modes.checker.world.scene)
-            start = resolve(parse_target(what.start), modes.checker, states, "start")[0]
+            start = resolve(parse_target(what.start), modes.checker, states, "start", tolerance=request.tolerance)[0]
         with clock("grasps"):
             gripper = gripper_of(modes.robot, what.gripper)
-            found = Options(what, modes, gripper, start[None], request.ik_solutions)
+            found = Options(what, modes, gripper, start[None], request)
             start = free_configuration(start, modes.checker_of(found.first), "start")
         if found.dead_end is not None:
             return TaskPlanner(request, what, found, scene, None, None, clock)
@@ -118,6 +118,10 @@ class TaskPlanner:
         clock, self.clock, robot = self.clock, Stopwatch(), self.options.modes.robot
         request = self.request if beta is None else replace(self.request, beta=beta)
         draft = TaskPlan(request, self.task, Outcome.NO_PATH, robot, self.scene, self.options, timings=clock.seconds)
+        if start is None:
+            world = self.options.modes.checker
+            told = other_turns(parse_target(self.task.start), world, states_of(robot, world.world.scene))
+            draft = replace(draft, end_notes=tuple(told))
         if self.search is None or self.roadmap is None:
             return replace(draft, reason=why_stuck(self.options, None))
         search = known = self.search

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE, distinct_rows, solve_each
+from planner.kinematics.inverse import Tolerance, distinct_rows, solve_within
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
 from planner.tasks.file import Line
@@ -16,33 +16,34 @@ _JUMP = 0.5  # rad (m): neighbouring solutions farther apart are not of one line
 _APART = 1e-2  # rad: solutions nearer to each other are one
 
 
-def solutions(robot: Robot, pose: Floats, seeds: Floats, most: int) -> Floats:
+def solutions(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: Tolerance) -> Floats:
     """At most ``most`` distinct configurations (k, dof) that bring the tool to ``pose``, best manipulability first.
 
-    From each of the ``seeds`` (n, dof), by damped least squares as :mod:`planner.kinematics.inverse` has it.
+    From each of the ``seeds`` (n, dof), by damped least squares as :func:`planner.kinematics.inverse.solve_within`,
+    within a ``tolerance`` (m, rad).
     """
-    found = _ends(robot, pose, seeds)
+    found = _ends(robot, pose, seeds, tolerance)
     best = np.argsort(-manipulability(robot, found), kind="stable") if len(found) else slice(0)
     return distinct_rows(robot, found[best], _APART, most)
 
 
-def along(robot: Robot, q: Floats, poses: Floats) -> Floats | None:
+def along(robot: Robot, q: Floats, poses: Floats, tolerance: Tolerance) -> Floats | None:
     """Configurations (k + 1, dof) from ``q`` on with the tool at ``poses`` (k, 4, 4); None where that cannot be.
 
     A line ends where a solution is missing, or lies a jump away from the one before it.
     """
     path = [q]
     for pose in poses:
-        found = _ends(robot, pose, path[-1][None])
+        found = _ends(robot, pose, path[-1][None], tolerance)
         if not len(found) or np.abs(robot.difference(path[-1], found[0])).max() > _JUMP:
             return None
         path.append(path[-1] + robot.difference(path[-1], found[0]))
     return np.array(path)
 
 
-def _ends(robot: Robot, pose: Floats, seeds: Floats) -> Floats:
-    ends, distance, angle = solve_each(robot, np.broadcast_to(pose, (len(seeds), 4, 4)), seeds)
-    return ends[(distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)]
+def _ends(robot: Robot, pose: Floats, seeds: Floats, tolerance: Tolerance) -> Floats:
+    ends, _, _, solved = solve_within(robot, np.broadcast_to(pose, (len(seeds), 4, 4)), seeds, tolerance)
+    return ends[solved]
 
 
 def line_poses(rest: Floats, line: Line, forward: bool, margin: float) -> Floats:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from planner.base.errors import Reason, choices
+from planner.base.errors import Reason, choices, metric
 from planner.base.yamlfile import Name, Number, Whole
 from planner.planning.network import PathCost
 from planner.planning.record import FieldRecord, MotionRecord
@@ -102,7 +102,7 @@ class StepFails(Reason, Record):
         """What the user reads."""
         head = f"Step {self.step} ({self.doing}) cannot be done: "
         found = f"{self.out_of_reach} of {self.tried} out of reach"
-        found += f" (the nearest by {self.beyond:.2f} m or more)" if self.beyond else ""
+        found += f" (the nearest by {metric(self.beyond, 'm')} or more)" if self.beyond else ""
         for pair, count in list(self.contacts.items())[:_NAMED]:
             found += f", {count} in contact ({pair})"
         if self.strays:

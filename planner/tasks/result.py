@@ -68,6 +68,7 @@ class TaskPlan:
     reason: StepFails | None = None
     rounds: int = 0
     refused: int = 0
+    end_notes: tuple[str, ...] = ()  # on the start
     timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -111,7 +112,7 @@ class TaskPlan:
     def to_dict(self) -> dict[str, Any]:
         """The keys of ``plan.json``; units in rad, m and s."""
         begun: dict[str, Any] = run_record(self.request, self.outcome, self.robot, self.scene)
-        begun["message"] = self.message
+        begun |= {"message": self.message, "notes": [*begun["notes"], *self.end_notes]}
         net, x = self.network, self.cost_to_go
         record = TaskPlanRecord(
             **begun,

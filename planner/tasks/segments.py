@@ -24,7 +24,7 @@ from planner.tasks.record import Event, Part, SegmentRecord, SegmentTimes
 from planner.tasks.why import doing
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion
-from planner.trajectory.timing import time_path
+from planner.trajectory.timing import timed_curve
 from planner.trajectory.trajectory import Trajectory
 
 PAUSE = 0.5  # s that the arm rests while a gripper moves
@@ -103,7 +103,7 @@ def timed(
         checker = options.modes.checker_of(segment.mode)
         line = segment.part != PARTS[0] and timing.time_law == "shortcuts"
         law = "blended" if line else timing.time_law
-        made = time_path(segment.path, checker, limits, law=law, cost=cost, extra_cost=timing.extra_cost)
+        made, _ = timed_curve(segment.path, checker, limits, law, 0.0, cost, timing.extra_cost)
         if segment.mode != segment.strict:
             strict = EdgeProver(options.modes.checker_of(segment.strict))
             away = off_rest(made, segment.path, segment.part)  # one point where the line ends so near its rest

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import io
 import json
-import shlex
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -32,7 +30,26 @@ SUFFIX: dict[Format, str] = {
 
 _PER_SECOND = 1_000_000_000
 _LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
-LONGEST_ARGUMENT = 131_000  # bytes of one argument of a command on Linux, and what stands around the message
+SENDER_NAME = "send_trajectory.py"
+SENDER = """\
+# Runs a trajectory of 'planner export --format ros-json': python3 send_trajectory.py FILE [CONTROLLER]
+import json, sys
+import rclpy, rclpy.action
+from control_msgs.action import FollowJointTrajectory
+from rosidl_runtime_py import set_message_fields
+
+rclpy.init()
+node, goal = rclpy.create_node("send_trajectory"), FollowJointTrajectory.Goal()
+set_message_fields(goal.trajectory, json.load(open(sys.argv[1])))
+controller = (sys.argv[2:] or ["/joint_trajectory_controller"])[0]
+client = rclpy.action.ActionClient(node, FollowJointTrajectory, controller + "/follow_joint_trajectory")
+client.wait_for_server()
+rclpy.spin_until_future_complete(node, sent := client.send_goal_async(goal))
+if not sent.result().accepted:
+    sys.exit("the controller refuses the trajectory: its log says why")
+rclpy.spin_until_future_complete(node, done := sent.result().get_result_async())
+print(done.result().result)
+"""
 
 
 def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False) -> bytes:
@@ -57,13 +74,6 @@ def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False)
     if kind == "ros-json":
         return (_flow(message) + "\n").encode()
     return _yaml(message).encode()
-
-
-def goal_command(file: Path) -> str:
-    """The command line that sends the trajectory of a ros-json ``file`` as a FollowJointTrajectory goal."""
-    action = "control_msgs/action/FollowJointTrajectory"
-    controller = "/joint_trajectory_controller/follow_joint_trajectory"
-    return f'ros2 action send_goal {controller} {action} "{{trajectory: $(cat {shlex.quote(str(file))})}}"'
 
 
 def _clock(trajectory: Trajectory) -> Ints:

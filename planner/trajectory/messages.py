@@ -42,6 +42,8 @@ def points_of(data: Any, where: str) -> Raw | None:
         return None  # a plan.json, whose trajectory stands beside it
     data, notes = unwrapped(data, where)
     points = data.get("points") if isinstance(data, dict) else None
+    if isinstance(points, str) or (isinstance(points, list) and "..." in points):
+        raise FileError(f"{where} lacks points that 'ros2 topic echo' left out: write it with --full-length.")
     if not isinstance(points, list) or not points or not all(isinstance(point, dict) for point in points):
         return None
     own = any("q" in point or "t" in point for point in points)

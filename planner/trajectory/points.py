@@ -108,8 +108,13 @@ def read_points(path: Place, robot: Robot) -> Points | None:
         case ".csv":
             found = _from_csv(read_text(path, "joint path"), robot, where)
         case ".yaml" | ".yml":
-            texts = [text for text in read_text(path, "trajectory").split("\n---") if text.strip(" -\n")]
+            text = read_text(path, "trajectory")
+            texts = [part for part in text.split("\n---") if part.strip(" -\n")]
             found = _first_of(points_of(parse_yaml("".join(texts[:1]), where), where), len(texts), "documents")
+            if found is not None and len(texts) == 1 and text[-1] not in "\n]}":
+                found = replace(
+                    found, notes=(*found.notes, "the file ends within a line: if it is cut there, so is its last point")
+                )
             if found is None:
                 raise FileError(f"{where} holds no trajectory: give one with joint_names and points with times.")
         case ".json":

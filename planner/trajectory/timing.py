@@ -8,14 +8,14 @@ from typing import Protocol
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
-from planner.base.errors import StateError
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import OptionError, StateError
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.motions import motion_shares
-from planner.problem.request import DEFAULT_TIME_LAW, TimeLaw, require_timing
+from planner.problem.request import TimeLaw, require_timing
 from planner.trajectory.curve import Curve, blends, rounded, straight, without_standstill
 from planner.trajectory.limits import USED, MotionLimits, own_limits
 from planner.trajectory.proof import MotionProof, prove_motion
@@ -24,7 +24,11 @@ from planner.trajectory.time_optimal import Phases, quickest
 from planner.trajectory.time_shortcuts import Cost, Shortcuts, curve_cost, joint_motion
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
-_NARROWEST = 1 / 64  # of half a segment: a corner that needs less room is stopped at
+_NARROWEST = 1 / 64  # of the widest rounding of a corner: one that needs less room is stopped at
+DEVIATION = 0.02  # rad (m): the motion along a path that is given passes each corner as near as this
+_LEAST = 1e-6
+_ROUNDED = 0.9  # of it is left to the rounding; the mean that limits the jerk leaves the curve as well
+_LOOKS = 129  # moments among which the one nearest to a waypoint is sought
 _EXTRA = 1e-7  # by so much more than needed is a motion slowed down that is a little too quick, so that once will do
 
 
@@ -56,6 +60,13 @@ class _Asked:
     limits: MotionLimits
     floor: float
     guide: Guide | None = None
+    deviation: float = np.inf
+
+    @cached_property
+    def widest(self) -> Floats:
+        """The shares (k - 2,) of half a segment by which corners are rounded at most, for the deviation."""
+        off = np.abs(np.diff(self.path[:, : self.dof], n=2, axis=0)).max(axis=1, initial=0.0) / 8.0  # by whole halves
+        return np.minimum(1.0, _ROUNDED * self.deviation / np.maximum(off, 1e-300))
 
     @property
     def dof(self) -> int:
@@ -108,22 +119,28 @@ def time_path(
     checker: CollisionChecker,
     limits: MotionLimits | None = None,
     *,
-    law: TimeLaw = DEFAULT_TIME_LAW,
+    law: TimeLaw = "blended",
+    deviation: float = DEVIATION,
     floor: float = 0.0,
     cost: Cost = joint_motion,
     extra_cost: float = 0.0,
 ) -> Trajectory:
     """A motion along a joint path (k, dof) that keeps ``limits``, from rest to rest.
 
-    ``blended`` rounds corners by parabolas, as wide as half the segments where that is proven to keep the checker's
-    margin and w above ``floor``, narrower where it is not, and stops where even narrow ones are not; the motion is the
-    quickest along that curve, but for the milliseconds over which it is averaged to limit the jerk. ``shortcuts`` takes
-    proven shortcuts in time as well, as long as the curve's ``cost`` is at most 1 + ``extra_cost`` times the path's:
-    the larger, the quicker the motion. ``stop-at-corners`` stays on the path. Each exists for every path. ``proof``
+    ``blended`` rounds corners by parabolas and passes every waypoint: no joint is farther from it than ``deviation``
+    (rad; m where it slides) at some moment, and a larger one makes the motion quicker. Corners are narrower where that
+    is not proven to keep the checker's margin and w above ``floor``, and the motion stops where even narrow ones are
+    not; it is the quickest along that curve, but for the milliseconds over which it is averaged to limit the jerk.
+    ``stop-at-corners`` stays on the path. ``shortcuts``, which the planner's own paths have, may leave out waypoints
+    and loops: it rounds corners by up to half a segment, and takes proven shortcuts in time as long as the curve's
+    ``cost`` is at most 1 + ``extra_cost`` times the path's. Each exists for every path. ``proof``
     says what is proven of the result; a path that touches something is timed too, and nothing is proven then. Raises
     :class:`PlannerError` for a path of other joints, without waypoints, or with what is no finite number.
     """
-    return timed_curve(path, checker, limits, law, floor, cost, extra_cost)[0]
+    if not deviation >= _LEAST:
+        raise OptionError(f"deviation must be {_LEAST} rad (m) or more, got {deviation:g}: stop-at-corners has none.")
+    near = np.inf if law == "shortcuts" else deviation
+    return timed_curve(path, checker, limits, law, floor, cost, extra_cost, deviation=near)[0]
 
 
 def timed_curve(
@@ -135,15 +152,19 @@ def timed_curve(
     cost: Cost = joint_motion,
     extra_cost: float = 0.0,
     guide: Guide | None = None,
+    deviation: float = np.inf,
 ) -> tuple[Trajectory, Curve]:
-    """As :func:`time_path`, with the curve that the motion runs along; proven where it keeps to a ``guide`` too."""
+    """As :func:`time_path`, with the curve that the motion runs along; proven where it keeps to a ``guide`` too.
+
+    Corners of the planner's own paths are rounded by up to half a segment.
+    """
     require_timing(law, floor, extra_cost)
     path = configurations(checker, "path", path)
     if not len(path):
         raise StateError("path has no waypoint: give a row of joint values for each, at least one.")
     limits = own_limits(limits, checker.robot)
     lifted = path if guide is None else np.column_stack([path, guide.along])
-    asked = _Asked(without_standstill(lifted), EdgeProver(checker), limits, floor, guide)
+    asked = _Asked(without_standstill(lifted), EdgeProver(checker), limits, floor, guide, deviation)
     rules = None
     if law == "shortcuts" and len(asked.path) > 1 and guide is None:
         most = (1.0 + extra_cost) * curve_cost(straight(asked.path), cost)
@@ -169,7 +190,7 @@ def _proven_motion(asked: _Asked, law: TimeLaw, rules: Shortcuts | None) -> tupl
     if (found := _shortened(asked, curve, widths, rules)) is not None:
         return found
     proven = _motion(asked, curve).proven_for(asked, widths)
-    while (narrower := _narrowed(proven)) is not None:
+    while (narrower := _narrowed(proven, asked)) is not None:
         proven = _motion(asked, rounded(asked.path, narrower)).proven_for(asked, narrower)
     if proven.widths is not widths and proven.proof.whole:
         found = _shortened(asked, proven.curve, proven.widths, rules)
@@ -190,8 +211,8 @@ def _shortened(asked: _Asked, curve: Curve, widths: Floats, rules: Shortcuts | N
 
 
 def _provable_widths(asked: _Asked) -> Floats:
-    """The widest of 1, 1/2, ... 1/64 at which each corner's parabola (k - 2,) is proven, else 0."""
-    widths = np.ones(len(asked.path) - 2)
+    """The widest of 1, 1/2, ... 1/64 of the allowed width at which a corner's parabola (k - 2,) is proven, else 0."""
+    widths = asked.widest.copy()
     levels = _levels(asked)
     open_ = np.arange(len(widths))
     while len(open_):
@@ -205,8 +226,8 @@ def _provable_widths(asked: _Asked) -> Floats:
             good[asks] = prove_floor(asked.prover.robot, curves[asks], levels[open_[asks]]).holds
         open_ = open_[~good]
         widths[open_] *= 0.5
-        open_ = open_[widths[open_] >= _NARROWEST]
-    return np.where(widths >= _NARROWEST, widths, 0.0)
+        open_ = open_[widths[open_] >= _NARROWEST * asked.widest[open_]]
+    return np.where(widths >= _NARROWEST * asked.widest, widths, 0.0)
 
 
 def _levels(asked: _Asked) -> Floats:
@@ -259,15 +280,29 @@ def _stretch_needed(timed: Timed, limits: MotionLimits) -> float:
     return float(max(share ** (1.0 / order) for order, share in enumerate(shares.tolist(), start=1)))
 
 
-def _narrowed(motion: _Proven) -> Floats | None:
-    """Half the width for corners next to which something is not proven; None where there is nothing to narrow."""
+def _narrowed(motion: _Proven, asked: _Asked) -> Floats | None:
+    """Half the width for corners next to which something is not proven, or that are passed too far away; else None."""
     bad = np.flatnonzero((motion.proof.verdict != 0) | ~motion.proof.floor_holds | ~motion.inside)
     pieces, corner = motion.timed.piece[bad], motion.curve.corner
     near = np.unique(np.concatenate([pieces, pieces - 1, pieces + 1]).clip(0, len(corner) - 1))
     corners = corner[near]
-    corners = corners[corners > 0] - 1
+    corners = np.append(corners[corners > 0] - 1, _passed_too_far_away(motion, asked))
     if not len(corners):
         return None
     narrower = motion.widths.copy()
     narrower[corners] *= 0.5
-    return np.where(narrower >= _NARROWEST, narrower, 0.0)
+    return np.where(narrower >= _NARROWEST * asked.widest, narrower, 0.0)
+
+
+def _passed_too_far_away(motion: _Proven, asked: _Asked) -> Ints:
+    """The rounded corners (m,) that the motion, averaged to limit the jerk, passes farther away than the deviation."""
+    rounded = np.flatnonzero(motion.curve.corner > 0)
+    if not len(rounded) or np.isinf(asked.deviation):
+        return np.zeros(0, dtype=np.int64)
+    timed, corner = motion.timed, motion.curve.corner[rounded]
+    first, behind = (np.searchsorted(timed.piece, rounded, side=side) for side in ("left", "right"))
+    window = Spacing.of(asked.used, asked.path[:, : asked.dof]).window
+    clock = np.linspace(timed.nanoseconds[first], timed.nanoseconds[behind] + window, _LOOKS) * NANOSECOND
+    q = timed.trajectory(asked.limits.joints, "").at(clock.ravel()).reshape(_LOOKS, len(corner), -1)
+    off = np.abs(q - asked.path[corner, : asked.dof]).max(axis=2).min(axis=0)
+    return corner[off > asked.deviation] - 1

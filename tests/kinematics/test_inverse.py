@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.optimize import least_squares
 
 from planner.kinematics import inverse
 from planner.kinematics.forward import Chain
@@ -10,7 +11,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.robot import Robot
 from planner.setup.resolve import IK_STARTS
-from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
+from tests.worlds import FEW_AXES, ROBOTS, arm_of_few_axes, joint_xml, link_xml, load, random_q
 
 STARTS = 25
 
@@ -37,7 +38,7 @@ def test_positions(name):
     robot, rng = load(name), np.random.default_rng(0)
     for q in random_q(robot, 2, seed=5):
         target = tool(robot, q)
-        found = inverse.solve_position(robot, target.translation, rng, STARTS)
+        found = inverse.solve(robot, target.translation, rng, STARTS)
         assert_solved(robot, found, pin.SE3(np.eye(3), target.translation), False)
         assert found.angle == 0.0
 
@@ -46,12 +47,12 @@ def test_positions(name):
 def test_poses(name):
     robot, rng = load(name), np.random.default_rng(0)
     for q in random_q(robot, 2, seed=6):
-        assert_solved(robot, inverse.solve_pose(robot, tool(robot, q), rng, 60), tool(robot, q), True)
+        assert_solved(robot, inverse.solve(robot, tool(robot, q), rng, 60), tool(robot, q), True)
 
 
 def test_solutions_differ_from_each_other():
     robot = load("planar_2r")
-    found = inverse.solve_position(robot, np.array([0.5, 0.3, 0.0]), np.random.default_rng(0), 40).configurations
+    found = inverse.solve(robot, np.array([0.5, 0.3, 0.0]), np.random.default_rng(0), 40).configurations
     assert len(found) == 2  # elbow left and right
     assert np.abs(found[0] - found[1]).max() > 0.1
     assert found[0, 1] == pytest.approx(-found[1, 1], abs=1e-5)
@@ -59,14 +60,14 @@ def test_solutions_differ_from_each_other():
 
 def test_closed_form_of_planar_2r():
     x, y = 0.5, 0.3
-    found = inverse.solve_position(load("planar_2r"), np.array([x, y, 0]), np.random.default_rng(1), 40).configurations
+    found = inverse.solve(load("planar_2r"), np.array([x, y, 0]), np.random.default_rng(1), 40).configurations
     cosine = (x * x + y * y - 0.25 - 0.16) / (2 * 0.5 * 0.4)
     np.testing.assert_allclose(np.abs(found[:, 1]), np.arccos(cosine), atol=1e-5)
 
 
 def test_seeded():
     robot, place = load("iiwa14"), np.array([0.5, 0.1, 0.6])
-    one, two = (inverse.solve_position(robot, place, np.random.default_rng(3), 10).configurations for _ in range(2))
+    one, two = (inverse.solve(robot, place, np.random.default_rng(3), 10).configurations for _ in range(2))
     np.testing.assert_array_equal(one, two)
     assert len(one) > 3
     apart = np.abs(one[:, None] - one[None]).max(axis=2) + np.eye(len(one))
@@ -76,7 +77,7 @@ def test_seeded():
 def test_continuous_joints_come_back_within_one_turn():
     robot = load("kinova")
     target = tool(robot, robot.home)
-    found = inverse.solve_pose(robot, target, np.random.default_rng(2), 40).configurations
+    found = inverse.solve(robot, target, np.random.default_rng(2), 40).configurations
     assert (np.abs(found[:, robot.continuous]) <= np.pi).all()
 
 
@@ -93,7 +94,7 @@ def test_the_residual_of_an_unreachable_target(direction):
     """iiwa14's flange leaves the sphere of 0.946 m about the shoulder nowhere."""
     robot, shoulder = load("iiwa14"), np.array([0, 0, 0.36])
     target = shoulder + 1.2 * np.array(direction)
-    found = inverse.solve_position(robot, target, np.random.default_rng(0), IK_STARTS)
+    found = inverse.solve(robot, target, np.random.default_rng(0), IK_STARTS)
     assert len(found.configurations) == 0
     assert found.distance == pytest.approx(1.2 - 0.946, abs=2e-3)
     assert np.linalg.norm(tool(robot, found.nearest).translation - target) == pytest.approx(found.distance)
@@ -103,7 +104,7 @@ def test_the_residual_of_an_unreachable_target(direction):
 def test_an_orientation_out_of_reach_has_an_angle():
     robot = load("planar_2r")
     target = pin.SE3(pin.rpy.rpyToMatrix(0.5, 0.0, 0.0), np.array([0.5, 0.3, 0.0]))
-    found = inverse.solve_pose(robot, target, np.random.default_rng(0), 10)
+    found = inverse.solve(robot, target, np.random.default_rng(0), 10)
     assert len(found.configurations) == 0
     assert found.angle >= 0.5 - 1e-6  # the plane cannot be left
 
@@ -206,3 +207,35 @@ def test_each_seed_has_its_own_target(name: str, free: bool) -> None:
             np.linalg.norm(pin.log3(t.actInv(tool(robot, row)).rotation)) for t, row in zip(turned, found, strict=True)
         ]
         assert max(turns) > 0.1
+
+
+def miss_of(robot: Robot, q: np.ndarray, target: pin.SE3) -> np.ndarray:
+    """(6,) how far the tool is off, in tolerances: metres by 1e-6, radians by 1e-4."""
+    off = target.actInv(tool(robot, q))
+    return np.concatenate([off.translation / 1e-6, pin.log3(off.rotation) / 1e-4])
+
+
+@pytest.mark.parametrize("name", FEW_AXES)
+def test_poses_of_arms_of_few_axes_are_reached_as_nearly_as_they_can_be(name: str, urdf_file) -> None:
+    """By SciPy's least squares over Pinocchio, from where the arm without rounding reaches them."""
+    exact, robot = (arm_of_few_axes(name, urdf_file, sharp) for sharp in (True, False))
+    missed = []
+    for q in 0.9 * random_q(exact, 12, seed=8):
+        target = tool(exact, q)
+        found = inverse.solve(robot, target, np.random.default_rng(0), IK_STARTS)
+        bounds = robot.lower - 1e-9, robot.upper + 1e-9
+        want = least_squares(lambda x, to=target: miss_of(robot, x, to), q, bounds=bounds, xtol=1e-15, ftol=1e-15)
+        assert len(found.configurations)
+        misses = [miss_of(robot, one, target) for one in found.configurations]
+        assert all(np.linalg.norm(part) <= 1.0 + 1e-9 for miss in misses for part in (miss[:3], miss[3:]))
+        if max(found.distance, found.angle) > inverse.ANGLE_TOLERANCE:
+            missed.append(min(map(np.linalg.norm, misses)) / np.sqrt(2 * want.cost))
+    assert missed, "all are reached exactly"
+    assert max(missed) <= 1.01
+    turned = tool(exact, 0.9 * random_q(exact, 1, seed=8)[0]) * pin.SE3(
+        pin.exp3(np.array([0.0, 2e-2, 0.0])), np.zeros(3)
+    )
+    far = inverse.solve(robot, turned, np.random.default_rng(0), IK_STARTS)
+    allowed = 1.1 * far.distance + 1e-6, 1.1 * far.angle
+    near = inverse.solve(robot, turned, np.random.default_rng(0), IK_STARTS, tolerance=allowed)
+    assert (len(far.configurations), len(near.configurations) > 0) == (0, True)

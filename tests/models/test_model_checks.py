@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 import yaml
 
+import planner
 from planner.base.errors import RobotError, StateError
+from planner.base.notes import LOGGER
 from planner.base.resources import published_scene_names, scene_names
 from planner.models.model_checks import notes
 from planner.models.poses import pose
@@ -142,24 +144,25 @@ def test_a_link_in_millimetres(tmp_path: Path, urdf_file: Callable[..., str]) ->
     assert "b would reach 100 m far, and the arm is 0.5 m long: if their numbers are in millimetres" in text
 
 
-def test_doubts_are_told_once_a_query(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.WARNING, "planner"):
-        open_world(WorldRequest("z1", "empty"))
-    assert [record.message for record in caplog.records if "link01" in record.message] == grave(
-        load("z1"), Scene.load("empty")
-    )
+def test_a_library_call_holds_doubts_and_logs_them_at_debug_only(caplog: pytest.LogCaptureFixture) -> None:
+    """In the plan each stands once; its log is what the command line prints."""
+    home = load("z1").home
+    with caplog.at_level(logging.DEBUG, "planner"):
+        plan = planner.plan(robot="z1", scene="empty", start=home, goal=home + 0.1, path_only=True)
+    doubts = grave(load("z1"), Scene.load("empty"))
+    assert doubts
+    assert [record.message for record in caplog.records if record.name == LOGGER] == doubts
+    assert max(record.levelno for record in caplog.records) == logging.DEBUG
+    assert set(doubts) <= set(plan.notes)
+    assert list(plan.notes) == plan.to_dict()["notes"]
 
 
-def test_doubts_of_a_robot_that_is_given_are_told_once_of_it(caplog: pytest.LogCaptureFixture) -> None:
-    """Those of a scene, and of another robot, however like it is, are told all the same."""
-    robot, scene = Robot.load("z1"), scene_of((OPEN, pose([0, 0, 1000.0])))
-    with caplog.at_level(logging.WARNING, "planner"):
-        for given, told in ((robot, 1), (robot, 0), (Robot.load("z1"), 1), (robot, 0), ("z1", 1), ("z1", 1)):
-            caplog.clear()
-            open_world(WorldRequest(given, scene))
-            texts = [record.message for record in caplog.records]
-            assert sum("link01" in text for text in texts) == told
-            assert sum("is not closed" in text for text in texts) == 1
+def test_widened_limits_are_noted() -> None:
+    arm = load("iiwa14")
+    goal = np.where(np.arange(7) == 6, arm.upper + 0.01, arm.home)
+    plan = planner.plan(robot=arm, scene="empty", start=arm.home, goal=goal, widen_limits=True, path_only=True)
+    (note,) = (note for note in plan.notes if "widened" in note)
+    assert note == f"limits of {arm.joints[6]} widened to [{arm.lower[6]:.4f}, {goal[6]:.4f}]"
 
 
 # degrees

@@ -32,6 +32,15 @@ def test_what_is_no_state_is_refused_with_a_sentence(state: object) -> None:
         PlanRequest(start=state)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    "text", ["", "1e-4", "1e-4,x", "1,1,1", "0,1e-4", "1e-7,1e-4", "1e-4,nan", "0.2,0.1", "0.1,0.6"]
+)
+def test_a_tolerance_is_metres_and_radians(text: str) -> None:
+    with pytest.raises(OptionError, match=r"ik tolerance must be metres and radians .* give them as 1e-6,1e-4"):
+        PlanRequest(ik_tolerance=text)
+    assert PlanRequest(ik_tolerance="1e-3, 2e-2").tolerance == (1e-3, 2e-2)
+
+
 def test_a_robot_and_a_scene_themselves_will_do() -> None:
     world = make_post().world
     request = PlanRequest(robot=world.robot, scene=world.scene, start=[-1.0, 0.8], goal=[1.0, -0.8], nodes=40)

@@ -11,7 +11,7 @@ from planner import gabf
 from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Obstacle, Sphere
-from planner.problem.request import PlanRequest, WorldRequest
+from planner.problem.request import IkSolutions, PlanRequest, WorldRequest
 from planner.problem.targets import Joints
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.answer import Moment, Planning, adopted, answered
@@ -27,7 +27,7 @@ def bare(scene: Scene | None = None) -> LiveWorld:
 
 
 def query(live: LiveWorld, start: np.ndarray = POST_START, goal: np.ndarray = POST_GOAL) -> Query:
-    return resolve_query(live.checker, Joints(tuple(start)), [("there", Joints(tuple(goal)))], 1)
+    return resolve_query(live.checker, Joints(tuple(start)), [("there", Joints(tuple(goal)))], IkSolutions(1))
 
 
 def test_the_first_query_grows_the_roadmap_that_a_plan_would() -> None:

@@ -1,17 +1,21 @@
 """From a target to configurations: what comes first, what is refused, and in which words."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
-from planner.base.errors import PlannerError, StateError
+from planner.base.errors import PlannerError, StateError, metric
+from planner.base.notes import LOGGER
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.kinematics.forward import tool_pose, tool_positions
+from planner.kinematics.inverse import TOLERANCE
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Sphere
 from planner.problem.reasons import BeyondLimit, OutOfReach, Touching
+from planner.problem.request import IkSolutions
 from planner.problem.targets import Joints, Pose, Position, joints_text, parse_target
 from planner.setup.resolve import (
     beyond_limits,
@@ -21,7 +25,8 @@ from planner.setup.resolve import (
     resolve,
     resolve_as_is,
 )
-from tests.worlds import POST_GOAL, POST_START, ROBOTS, checker_of, load, make_post, random_q, scene_of
+from planner.tasks.reach import along, solutions
+from tests.worlds import POST_GOAL, POST_START, ROBOTS, arm_of_few_axes, checker_of, load, make_post, random_q, scene_of
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +97,7 @@ def test_a_start_in_another_turn_is_told_where_the_plan_begins(caplog):
     checker = checker_of("kinova")
     home = checker.robot.home
     turned = Joints(tuple(home + 2 * np.pi * np.eye(6)[0]))
+    caplog.set_level("DEBUG", LOGGER)
     for role, target in (("goal", turned), ("start", Joints(tuple(home)))):
         resolve(target, checker, {}, role)
     assert not caplog.records
@@ -223,14 +229,33 @@ def test_the_reason_is_data_too(walled, case):
             assert (role, value, lower, upper) == ("start", target.values[k], robot.lower[k], robot.upper[k])
         case OutOfReach(role, distance):
             assert role == "start"
-            assert f"stays {distance:.4f} m" in str(caught.value)
+            assert f"stays {metric(distance, 'm')} away" in str(caught.value)
             if case == "out of reach":  # a metre and a half from the shoulder's height: the rest is the arm's length
                 assert distance >= 0.553
 
 
 def test_an_orientation_out_of_reach_tells_the_angle():
-    with pytest.raises(StateError, match=r"stays 0\.\d{4} m and \d+\.\d\d degrees away"):
+    with pytest.raises(StateError, match=r"stays 0\.\d+ m and 0\.\d+ rad away"):
         resolve(Pose((0.5, 0.3, 0), (0.5, 0, 0, 1)), checker_of("planar_2r"), {}, "goal")
+
+
+def test_a_pose_that_few_axes_miss_is_refused_with_the_tolerance_that_reaches_it(urdf_file):
+    """The arm turns its tool by 3 mrad less than asked for; Pinocchio measures how far it is off."""
+    robot = arm_of_few_axes("scara", urdf_file)
+    checker, q = make_checker(robot, scene_of((Sphere(0.1), pose([5.0, 0, 0])))), np.array([0.3, 0.4, 0.1, 0.2])
+    to = tool_pose(robot, q) * pin.SE3(pin.exp3(np.array([3e-3, 0.0, 0.0])), np.zeros(3))
+    goal = Pose(tuple(to.translation), tuple(pin.Quaternion(to.rotation).coeffs()))
+    with pytest.raises(StateError, match=r"stays .* [nµ]m and (2\.99|3) mrad away .* by --ik-tolerance ") as refused:
+        resolve(goal, checker, {}, "goal")
+    allowed = IkSolutions(ik_tolerance=str(refused.value).split()[-1].rstrip(".")).tolerance
+    for found in resolve(goal, checker, {}, "goal", 4, tolerance=allowed):
+        off = to.actInv(tool_pose(robot, found))
+        assert np.linalg.norm(off.translation) <= allowed[0]
+        assert np.linalg.norm(pin.log3(off.rotation)) <= allowed[1]
+    near = tool_pose(robot, q)
+    along_z = near.homogeneous @ pose([0, 0, -0.05])
+    (first, *_) = solutions(robot, near.homogeneous, q[None] + 0.1, 4, TOLERANCE)
+    assert along(robot, first, along_z[None], TOLERANCE) is not None, "as tasks ask for grasps and lines"
 
 
 def test_a_margin_is_named_in_the_refusal():

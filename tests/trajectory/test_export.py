@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
@@ -16,7 +19,7 @@ from planner.base.errors import PlannerError
 from planner.collision import make_checker
 from planner.models.poses import pose
 from planner.models.shapes import Box
-from planner.trajectory.export import SUFFIX, Format, export, goal_command
+from planner.trajectory.export import SENDER, SUFFIX, Format, export
 from planner.trajectory.points import read_points
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
@@ -26,7 +29,7 @@ ARM = load("planar_2r")
 A, B = ARM.joints
 PATH = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
 FAR = scene_of((Box((0.1, 0.1, 0.1)), pose([5.0, 0.0, 0.0])))
-MADE = time_path(PATH, make_checker(ARM, FAR))
+MADE = time_path(PATH, make_checker(ARM, FAR), law="shortcuts")
 needs_mcap = pytest.mark.skipif(find_spec("mcap") is None, reason="the extra mcap is not installed")
 FORMATS = [pytest.param(kind, marks=needs_mcap) if kind == "mcap" else kind for kind in get_args(Format)]
 
@@ -91,7 +94,83 @@ def test_a_csv_has_a_column_for_each_joint(name: str) -> None:
         export(replace(MADE, joints=(name, B)), "csv")
 
 
-def test_the_goal_is_sent_with_one_command() -> None:
-    command = goal_command(Path("a b.json"))
-    assert command.startswith("ros2 action send_goal /joint_trajectory_controller/follow_joint_trajectory")
-    assert "$(cat 'a b.json')" in command
+# the fields of messages, as trajectory_msgs, std_msgs and builtin_interfaces define them
+FIELDS = {
+    "JointTrajectory": {"header": "Header", "joint_names": None, "points": ["JointTrajectoryPoint"]},
+    "Header": {"stamp": "Time", "frame_id": None},
+    "Time": {"sec": None, "nanosec": None},
+    "JointTrajectoryPoint": {
+        **dict.fromkeys(("positions", "velocities", "accelerations", "effort")),
+        "time_from_start": "Time",
+    },
+}
+
+
+def set_message_fields(kind: str, values: dict[str, Any]) -> None:
+    """As rosidl_runtime_py does: a field that a message has not is an AttributeError there."""
+    for name, value in values.items():
+        match FIELDS[kind][name]:
+            case [inner]:
+                for each in value:
+                    set_message_fields(inner, each)
+            case str(inner):
+                set_message_fields(inner, value)
+
+
+@pytest.mark.parametrize("accepted", [True, False])
+def test_the_script_sends_the_file(
+    accepted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Among stand-ins for ROS 2, which is not here: its modules, an action client and a controller's answer."""
+    file, ros = tmp_path / "a b.json", MagicMock()
+    file.write_bytes(export(MADE, "ros-json"))
+    ros.FollowJointTrajectory.Goal().trajectory = "JointTrajectory"
+    ros.set_message_fields = Mock(side_effect=set_message_fields)
+    send = ros.rclpy.action.ActionClient.return_value.send_goal_async
+    send.return_value.result.return_value.accepted = accepted
+    modules = {"rclpy": ros.rclpy, "rclpy.action": ros.rclpy.action, "rosidl_runtime_py": ros}
+    for name, module in (modules | {"control_msgs": ros, "control_msgs.action": ros}).items():
+        monkeypatch.setitem(sys.modules, name, module)
+    monkeypatch.setattr(sys, "argv", ["send_trajectory.py", str(file), "/arm_controller"])
+    with nullcontext() if accepted else pytest.raises(SystemExit, match="refuses the trajectory"):
+        exec(compile(SENDER, "send_trajectory.py", "exec"), {})
+    assert ros.rclpy.action.ActionClient.call_args.args[2] == "/arm_controller/follow_joint_trajectory"
+    assert ros.set_message_fields.call_args.args[1] == json.loads(export(MADE, "ros-json"))
+    send.assert_called_once_with(ros.FollowJointTrajectory.Goal())
+    assert bool(capsys.readouterr().out) == accepted
+
+
+def test_what_topic_echo_left_out_is_missed(tmp_path: Path) -> None:
+    """As rosidl_runtime_py shortens: 128 points and a text in place of the others, or one text for all."""
+    file, message = tmp_path / "echo.yaml", json.loads(export(MADE, "ros-json"))
+    points = message["points"]
+    file.write_text(yaml.safe_dump(message) + "---\n" + yaml.safe_dump(message)[:2000])
+    whole = read_points(file, ARM)
+    assert whole is not None
+    np.testing.assert_array_equal(whole.times, MADE.times)
+    assert whole.notes == ("the first of 2 documents is looked at",)
+    for left in ([*points[:128], "..."], "<sequence type: trajectory_msgs/msg/JointTrajectoryPoint, length: 200>"):
+        file.write_text(yaml.safe_dump(message | {"points": left}) + "---\n")
+        with pytest.raises(PlannerError, match=r"lacks points that 'ros2 topic echo' left out: .* --full-length\.$"):
+            read_points(file, ARM)
+
+
+def test_a_file_that_is_cut_within_a_line_says_so(tmp_path: Path) -> None:
+    """At every byte of one it is refused, or read with a note that its last point is in doubt."""
+    message, file = json.loads(export(MADE, "ros-json")), tmp_path / "cut.yaml"
+    points = [point for point in message["points"] if point["time_from_start"]["sec"] > 0][:3]
+    text = yaml.safe_dump(message | {"points": points}, sort_keys=False)
+    for end in range(text.index("points"), len(text) + 1):
+        file.write_text(text[:end])
+        if text[end - 1] == "\n":
+            continue
+        try:
+            found = read_points(file, ARM)
+        except PlannerError:
+            continue
+        assert found is not None
+        assert any("the file ends within a line" in note for note in found.notes)
+    file.write_text(text)
+    found = read_points(file, ARM)
+    assert found is not None
+    assert found.notes == ()

@@ -28,7 +28,7 @@ from tests.worlds import load, make_post, scene_of
 ARM = load("planar_2r")
 FAR = scene_of((Box((0.1, 0.1, 0.1)), pose([5.0, 0.0, 0.0])))
 PATH = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
-MADE = time_path(PATH, make_checker(ARM, FAR))
+MADE = time_path(PATH, make_checker(ARM, FAR), law="shortcuts")
 MOTIONS = [
     ("planar_2r", "blended", 120, 0.5, 0.25),
     ("panda", "blended", 12, 0.5, 0.25),

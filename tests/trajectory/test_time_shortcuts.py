@@ -33,7 +33,7 @@ def length(motion: Trajectory) -> float:
 
 
 def test_they_are_quicker_and_no_longer_than_the_path() -> None:
-    rounded, found = (time_path(PATH, CHECKER, law=law) for law in ("blended", "shortcuts"))
+    (rounded, _), (found, _) = (timed_curve(PATH, CHECKER, None, law, 0.0) for law in ("blended", "shortcuts"))
     assert found.proof["shortcuts"] > 0
     assert found.proven
     assert found.duration < 0.97 * rounded.duration
@@ -67,7 +67,7 @@ def test_what_is_allowed_beyond_is_kept_to_and_used() -> None:
 
 def test_the_floor_holds_on_them() -> None:
     floor = 0.99 * float(manipulability(ARM, PATH).min())
-    free, kept = (time_path(PATH, CHECKER, floor=level) for level in (0.0, floor))
+    free, kept = (time_path(PATH, CHECKER, floor=level, law="shortcuts") for level in (0.0, floor))
     assert kept.proven
     assert manipulability(ARM, kept.at(np.linspace(0.0, kept.duration, 2001))).min() >= floor
     assert kept.duration >= free.duration
@@ -76,8 +76,8 @@ def test_the_floor_holds_on_them() -> None:
 @pytest.mark.parametrize("extra", [0.0, 0.2])
 def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
     cost = cost_in_motion(solved)
-    motion = time_path(solved.path, solved.checker, cost=cost, extra_cost=extra)
-    slower = time_path(solved.path, solved.checker, law="blended")
+    motion = time_path(solved.path, solved.checker, law="shortcuts", cost=cost, extra_cost=extra)
+    slower, _ = timed_curve(solved.path, solved.checker, None, "blended", 0.0)
     assert motion.proven
     assert motion.duration <= slower.duration
     assert sampled_contact(motion, second_checker(solved.checker), 1e-3) is None

@@ -9,6 +9,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from planner.base.errors import OptionError
 from planner.base.polynomials import evaluate
 from planner.collision import make_checker, second_checker
 from planner.kinematics.forward import tool_positions
@@ -20,7 +21,7 @@ from planner.problem.request import LimitsRequest, TimeLaw
 from planner.trajectory.check import sampled_contact
 from planner.trajectory.curve import blends, without_standstill
 from planner.trajectory.limits import KINDS, USED, MotionLimits
-from planner.trajectory.timing import time_path
+from planner.trajectory.timing import DEVIATION, time_path
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load, scene_of
 
@@ -57,6 +58,44 @@ def test_limits_hold_exactly_and_it_ends_where_the_path_does(law: TimeLaw, seed:
     np.testing.assert_array_equal(found.times, np.round(found.times * 1e9) / 1e9)
 
 
+H = 0.3 * np.eye(7)
+GIVEN = {
+    "a loop": np.array([0 * H[0], H[0], H[0] + H[3], H[3], 0 * H[0]]),
+    "up and down one joint": H[0] * np.array([[0.0], [1.0], [0.2], [0.7], [-0.4]]),
+    "there and back over the same waypoints": H[[0, 1, 2, 1, 0]],
+    "waypoints on a line": np.linspace(0.0, 1.0, 6)[:, None] ** 2 * H.sum(axis=0),
+    "a loop smaller than the deviation": 0.02 * np.array([0 * H[0], H[0], H[0] + H[1], H[1], 0 * H[0], 90 * H[2]]),
+    **{f"zigzag {seed}": zigzag(seed, size=0.12) for seed in range(3)},
+    "many": zigzag(4, corners=40, size=0.05),
+}
+
+
+@pytest.mark.parametrize("jerk", [None, 60.0])
+@pytest.mark.parametrize("deviation", [1e-3, None, 0.2])
+@pytest.mark.parametrize("name", GIVEN)
+def test_a_given_path_is_passed_corner_by_corner(name: str, deviation: float | None, jerk: float | None) -> None:
+    """In the order of the waypoints, by samples that know nothing of the curve; a low jerk takes more of the room."""
+    robot = load("panda")
+    path, limits = robot.home + GIVEN[name], MotionLimits.of(robot, LimitsRequest(jerk=jerk))
+    checker = make_checker(robot, scene_of((Sphere(0.01), pose([3.0, 0.0, 0.0]))))
+    asked, allowed, row = {} if deviation is None else {"deviation": deviation}, deviation or DEVIATION, 0
+    motion = time_path(path, checker, limits, **asked)  # pyright: ignore[reportArgumentType]
+    q = motion.at(np.linspace(0.0, motion.duration, 100_001))
+    for waypoint in path:
+        near = np.flatnonzero(np.abs(q[row:] - waypoint).max(axis=1) <= 1.01 * allowed)
+        assert len(near), "it is passed farther away"
+        row += int(near[0])
+    assert motion.proven
+    if jerk is None and len(path) < 40 and deviation == 0.2:
+        assert motion.duration < time_path(path, checker, limits, law="stop-at-corners").duration
+
+
+def test_a_deviation_is_a_length() -> None:
+    for bad, told in ((0.0, "must be 1e-06"), (np.nan, "must be"), ("0.1", "is the text")):
+        with pytest.raises(OptionError, match=told):
+            time_path(np.zeros((2, 2)), FREE, deviation=bad)  # pyright: ignore[reportArgumentType]
+
+
 def test_stopping_stays_on_the_path_and_takes_as_long_as_trapezoids_do() -> None:
     path = 0.3 * zigzag(2, dof=2)
     limits = MotionLimits.of(ARM)
@@ -76,7 +115,7 @@ def test_stopping_stays_on_the_path_and_takes_as_long_as_trapezoids_do() -> None
 
 def test_corners_are_rounded_when_there_is_room_and_that_is_quicker() -> None:
     path = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
-    stop, blend = (time_path(path, FREE, law=law) for law in ("stop-at-corners", "blended"))
+    stop, blend = (time_path(path, FREE, law=law, deviation=np.inf) for law in ("stop-at-corners", "blended"))
     assert blend.proof["corners_blended"] == blend.proof["corners"] == 2
     assert blend.duration < 0.8 * stop.duration
 
@@ -88,7 +127,7 @@ def test_a_corner_next_to_an_obstacle_is_rounded_less_and_the_result_is_free() -
     middle = evaluate(blends(path, np.ones(1)), np.array([0.5]))
     empty = make_checker(robot, scene_of((Sphere(0.01), pose([3.0, 0.0, 0.0]))))
     checker = make_checker(robot, scene_of((Sphere(0.01), pose(tool_positions(robot, middle)[0]))))
-    wide, found = time_path(path, empty, law="blended"), time_path(path, checker, law="blended")
+    wide, found = (time_path(path, each, deviation=np.inf) for each in (empty, checker))
     assert found.proven
     assert wide.proven
     assert found.duration > wide.duration + 1e-3

@@ -60,6 +60,7 @@ struct Task {
     int last;    // joint that carries the tool
     Frame tool;  // in its frame
     int rows;
+    double weight;  // of a metre against a radian
     const double *lower, *upper;
     const uint8_t* wraps;
 };
@@ -130,13 +131,13 @@ class Descent {
         return back * tool;
     }
 
-    // The error at q, seen from the target, its Jacobian (rows, dof), and the square of the error.
+    // The error at q, seen from the target and weighted, its Jacobian (rows, dof), and the square of the error.
     double look(const double* q, double* error, double* jacobian) {
         task_.chain.place(q, frames_.data());
         task_.chain.jacobian(frames_.data(), task_.last, task_.tool.shift, linear_.data(), angular_.data());
         const Frame& joint = frames_[task_.last];
         const Mat turn = joint.turn * task_.tool.turn;
-        const Vec apart = turned_back(target_.turn, joint * task_.tool.shift - target_.shift);
+        const Vec apart = task_.weight * turned_back(target_.turn, joint * task_.tool.shift - target_.shift);
         error[0] = apart.x, error[1] = apart.y, error[2] = apart.z;
         Vec vector;
         if (rows_ > 3) {
@@ -144,7 +145,7 @@ class Descent {
             error[3] = vector.x, error[4] = vector.y, error[5] = vector.z;  // the last one is not among 5 rows
         }
         for (int j = 0; j < dof_; ++j) {
-            const Vec column = turned_back(target_.turn, linear_[j]);
+            const Vec column = task_.weight * turned_back(target_.turn, linear_[j]);
             jacobian[j] = column.x, jacobian[dof_ + j] = column.y, jacobian[2 * dof_ + j] = column.z;
             if (rows_ > 3) {
                 const Vec rate = rotation_vector_rate(vector, turned_back(turn, angular_[j]));

@@ -17,7 +17,7 @@ REQUEST = PlanRequest("planar_2r", "empty", start="q:-1,0.5", goal="q:1,0.9", no
 def test_the_columns_are_those_of_the_motion() -> None:
     columns = measure(REQUEST, LimitsRequest(), QUIET)
     found = plan(REQUEST)
-    motion = time_path(found.path, found.checker)
+    motion = time_path(found.path, found.checker, law="shortcuts")
     assert columns["outcome"] == "solved"
     assert columns["blended_s"] == motion.duration
     assert columns["knots"] == len(motion.times)

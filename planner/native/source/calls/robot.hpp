@@ -206,14 +206,16 @@ int chain_motion_costs(const Chain* chain, int last, const double* point, int ro
 }
 
 // Seeds q (n, dof) become where the descents to their targets end, turns (n, 3, 3) and shifts (n, 3); distance (n,) m and
-// angle (n,) rad are left there. `rows` as in Task.
+// angle (n,) rad are left there. `rows` and `weight` as in Task.
 int chain_inverse(const Chain* chain, int n, double* q, int last, const double* tool_turn, const double* tool_shift,
-                  const double* turns, const double* shifts, int rows, const double* lower, const double* upper,
-                  const uint8_t* wraps, int iterations, int threads, double* distance, double* angle) {
+                  const double* turns, const double* shifts, int rows, double weight, const double* lower,
+                  const double* upper, const uint8_t* wraps, int iterations, int threads, double* distance,
+                  double* angle) {
     return answered([&] {
         require_joint(*chain, last);
         require(rows == 3 || rows == 5 || rows == 6, "a target has 3, 5 or 6 rows");
-        const Task task{*chain, last, {mat_at(tool_turn), vec_at(tool_shift)}, rows, lower, upper, wraps};
+        require(weight > 0.0 && weight <= farthest, "a metre has no weight");
+        const Task task{*chain, last, {mat_at(tool_turn), vec_at(tool_shift)}, rows, weight, lower, upper, wraps};
         share_out(
             n, threads, 8, [&] { return Descent(task); },
             [&](int k, Descent& descent) {
