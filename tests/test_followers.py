@@ -27,7 +27,7 @@ from planner.collision.world import World
 from planner.constraints.keeps import Keeps
 from planner.gate.gate import Gate
 from planner.kinematics.forward import Chain, joint_placements, tool_pose
-from planner.kinematics.inverse import beyond_reach, solve_position
+from planner.kinematics.inverse import beyond_reach, solve
 from planner.kinematics.manipulability import jacobian, manipulability, node_manipulability
 from planner.kinematics.reach import Reach
 from planner.models.moving import KnownMotion, MovingObstacle
@@ -214,7 +214,7 @@ def test_inverse_kinematics_brings_the_tool_there(which: str | int) -> None:
     for q in random_q(made.robot, 3, seed=4):
         target = made.frames(q)[made.robot.tool]
         assert beyond_reach(made.robot, target[:3, 3]) == 0.0
-        found = solve_position(made.robot, target[:3, 3], rng, 40).configurations
+        found = solve(made.robot, target[:3, 3], rng, 40).configurations
         assert len(found)
         for there in found:
             np.testing.assert_allclose(made.frames(there)[made.robot.tool][:3, 3], target[:3, 3], atol=2e-6)
@@ -310,7 +310,7 @@ def test_a_certificate_holds_and_false_ones_are_refused(planned: Plan, tmp_path:
     """Of the URDF, too; a rod that stands, follows otherwise or another joint is none of this robot."""
     case, made = case_of(tmp_path / "out", planned), palletizer()
     said = verify_proof.check(case.folder, made.path)
-    assert "Joints and shapes are those of linkage.urdf;" in said
+    assert "Joints and shapes are those of linkage.urdf" in said
     assert verify(case.folder, planned.checker.world)
     rng = np.random.default_rng(0)
     assert closest(case.data, 20, rng, 1.0) > 0

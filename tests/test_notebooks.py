@@ -76,13 +76,6 @@ def test_is_kept_small_with_its_pictures(path: Path) -> None:
     assert not any(output.get("name") == "stderr" for output in outputs(path)), "warnings teach nothing"
 
 
-def test_the_trade_off_has_the_crosses_that_it_speaks_of() -> None:
-    (line,) = [line for line in texts(FOLDER / "02_beta_tradeoff.ipynb") if "(crosses)" in line]
-    circles, crosses = (int(word) for word in re.findall(r"\d+", line))
-    assert circles >= 3
-    assert crosses >= 3
-
-
 @each
 def test_no_interval_is_from_a_number_to_the_same(path: Path) -> None:
     for low, high in re.findall(r"β from (\S+) to (\S+?)[:,\s]", "\n".join(texts(path)) + "\n"):

@@ -24,6 +24,7 @@ from planner.gabf.problem import reduce
 
 LAW = gabf.SingularityFree()
 KERNEL = gabf.TradeOff(beta=0.5)
+_ARRAYS = ("indptr", "indices", "weight", "sources", "node_cost")
 RTOL = 1e-6
 """Relative tolerance of RK45; the absolute one stays at SciPy's default, 1e-6, to its advantage."""
 
@@ -69,6 +70,17 @@ def geometric_network(nodes: int, neighbours: int, rng: np.random.Generator) -> 
         node_cost=rng.uniform(0.1, 1.0, nodes),
         kernel=KERNEL,
     )
+
+
+def write_network(network: gabf.Network, path: Path) -> None:
+    """Write the arrays of a network whose kernel is ``KERNEL``."""
+    np.savez(path, allow_pickle=False, **{name: getattr(network, name) for name in _ARRAYS})
+
+
+def read_network(path: Path) -> gabf.Network:
+    """Read the arrays that :func:`write_network` wrote."""
+    with np.load(path, allow_pickle=False) as content:
+        return gabf.Network(**{name: content[name] for name in _ARRAYS}, kernel=KERNEL)
 
 
 def measure(network: gabf.Network, repeats: int, rk45_repeats: int) -> dict[str, Any]:
@@ -163,7 +175,7 @@ def _interleaved(
 
 def main(network: str, out: str, options: str) -> None:
     """The work of the process: read, measure, write."""
-    rows = measure(gabf.read_network(Path(network), KERNEL), **json.loads(options))
+    rows = measure(read_network(Path(network)), **json.loads(options))
     write_whole(Path(out), json.dumps(rows).encode())
 
 

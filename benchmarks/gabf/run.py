@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.bench import run_bench, software
-from benchmarks.gabf.case import geometric_network
+from benchmarks.gabf.case import geometric_network, write_network
 from benchmarks.gabf.report import Row, to_markdown
-from planner import gabf
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import QUIET, Progress
 from planner.batch.results import Results, ResultsFile
@@ -74,7 +73,7 @@ def _measure(nodes: int, progress: Progress, neighbours: int, seed: int, rk45_up
     }
     with tempfile.TemporaryDirectory() as place:
         network, out = Path(place) / "network.npz", Path(place) / "rows.json"
-        gabf.write_network(geometric_network(nodes, neighbours, np.random.default_rng(seed)), network)
+        write_network(geometric_network(nodes, neighbours, np.random.default_rng(seed)), network)
         ended = run_module("benchmarks.gabf.case", [str(network), str(out), json.dumps(options)], progress)
         if ended.code is None:
             return []

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import replace
 
 import numpy as np
 
 from planner.base.arrays import Bools
 from planner.base.errors import FileError, choices
+from planner.base.notes import tell
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver
@@ -18,7 +18,6 @@ from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, origin_of, segments
 from planner.roadmap.storage import same_world
 
-_log = logging.getLogger(__name__)
 _BATCH = 128  # edges proven between two looks whether to stop
 _LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back
 
@@ -31,9 +30,10 @@ def in_this_world(roadmap: Roadmap, checker: CollisionChecker, progress: Progres
     if same_world(roadmap, checker):
         return roadmap
     part = reprove(roadmap, checker, progress)
-    _log.warning(
-        "the roadmap was proven for '%s' in scene '%s' as they were then: all edges are proven again, %d of %d hold.",
-        *(roadmap.origin.robot, roadmap.origin.scene, len(part.edges), len(roadmap.edges)),
+    origin, count = roadmap.origin, f"{len(part.edges)} of {len(roadmap.edges)}"
+    tell(
+        f"the roadmap was proven for '{origin.robot}' in scene '{origin.scene}' as they were then: "
+        f"all edges are proven again, {count} hold"
     )
     return part
 

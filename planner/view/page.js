@@ -221,6 +221,7 @@ function showPath(k) {
   if (element("colour").value === "cost" || !root.dataset.colour) colourRoadmap(path);
   goTo(share);
   [...element("strip").children].forEach((piece, number) => piece.classList.toggle("on", number === k));
+  if (!path.interval) return; // one path and no trade-off
   element("which").textContent = `path ${k + 1} of ${optimal()}`;
   const [low, high] = path.interval;
   element("interval").textContent = low === high ? `as good as others at β = ${low}` : `optimal for β from ${betas(path.interval)}`;

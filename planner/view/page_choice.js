@@ -7,7 +7,8 @@ const otherPath = () => (compared === null || compared === current ? null : data
 const optimal = () => data.paths.filter((path) => path.interval).length; // these come first
 
 function pathName(k) {
-  return `path ${k + 1}, β ${betas(data.paths[k].interval)}`;
+  const { interval } = data.paths[k]; // null where there is one path and no trade-off
+  return interval ? `path ${k + 1}, β ${betas(interval)}` : `path ${k + 1}`;
 }
 
 // the plane of the costs

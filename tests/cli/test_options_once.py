@@ -18,7 +18,6 @@ from planner.problem.request import LimitsRequest, LiveRequest, PlanRequest, Tim
 REQUESTS = (PlanRequest, TimingRequest, LiveRequest)
 OWN_MEANING = {  # of options that a request has too, by command
     "robot_yaml": "a file is written for a robot alone: its tool, group and joints are those of no scene",
-    "extend": "nodes are how many more, and a seed left out follows from the roadmap",
     "gabf": "networks, no robots: the seed alone",
     "optimum": "numbers of nodes",
     "misses": "a seed of obstacles",

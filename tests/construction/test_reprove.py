@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 
 import numpy as np
@@ -67,7 +68,8 @@ def test_edges_that_are_kept_are_free_in_coals_opinion_and_those_dropped_are_not
 def test_in_its_own_world_it_stays_as_it_is_and_elsewhere_a_message_counts_edges(caplog):
     assert in_this_world(OLD, make_post()) is OLD
     assert caplog.text == ""
-    part = in_this_world(OLD, WORLDS["added"]())
+    with caplog.at_level(logging.DEBUG, "planner.notes"):
+        part = in_this_world(OLD, WORLDS["added"]())
     assert f"{len(part.edges)} of {len(OLD.edges)} hold" in caplog.text
 
 

@@ -28,5 +28,3 @@ def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> Non
     for height in (0, -1, True):
         with pytest.raises(OptionError, match="height"):
             planner.show(made, height=height)
-    with pytest.raises(TypeError, match="give a Plan, or a Tradeoff, or a Roadmap"):
-        planner.show("plan.json")  # type: ignore[arg-type]

@@ -10,7 +10,6 @@ import pytest
 from benchmarks.gabf import run as bench
 from benchmarks.gabf.report import Row
 from benchmarks.gabf.run import bench_gabf
-from planner import gabf
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.progress import Progress
 from planner.batch.results import read_rows
@@ -69,7 +68,7 @@ def test_a_stop_abandons_the_size_at_hand(tmp_path: Path) -> None:
 
 
 def test_a_failing_measurement_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(gabf, "write_network", lambda network, path: path.write_bytes(b"no network"))
+    monkeypatch.setattr(bench, "write_network", lambda network, path: path.write_bytes(b"no network"))
     with pytest.raises(PlannerError, match="the measurement ended with code 1"):
         bench_gabf(tmp_path, sizes=(60,), rk45_up_to=0)
 
