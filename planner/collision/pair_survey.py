@@ -24,7 +24,6 @@ from planner.collision.self_pairs import ALWAYS, adjacent_pairs
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.kinematics.reach import pair_reach
-from planner.models.files.urdf import Description
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Mesh
@@ -75,7 +74,7 @@ def survey_pairs(
     Configurations are uniform within the limits. A pair of links has the strongest reason that holds for all its
     bodies, except that two links always touch if any two of their bodies do.
     """
-    adjacent = adjacent_pairs(robot) & adjacent_links(robot.source, {body.link for body in robot.bodies})
+    adjacent = adjacent_pairs(robot)
     world = World.of(robot, Scene("none"), robot.disabled_pairs or frozenset())
     links = [_links(world, pair) for pair in range(len(world.self_pairs))]
     asked = np.array([pair not in adjacent for pair in links], dtype=bool)
@@ -90,19 +89,6 @@ def survey_pairs(
         seen = _seen(sampling.touched[pair] / samples) if asked[pair] else Reason.ADJACENT
         found[names].append(proofs.get(pair, seen))
     return Survey({names: _of_links(each) for names, each in found.items()}, samples)
-
-
-def adjacent_links(description: Description, with_bodies: Iterable[str]) -> frozenset[frozenset[str]]:
-    """Pairs of links with nothing but joints and links without bodies between them."""
-    above, solid = {child: parent for parent, child in description.joints.values()}, set(with_bodies)
-    found = set()
-    for link in solid:
-        parent = above.get(link)
-        while parent is not None and parent not in solid:
-            parent = above.get(parent)
-        if parent is not None:
-            found.add(frozenset((link, parent)))
-    return frozenset(found)
 
 
 def _links(world: World, pair: int) -> frozenset[str]:

@@ -16,14 +16,20 @@ ALWAYS = 0.95  # share of random configurations in which a pair that is no true 
 
 
 def adjacent_pairs(robot: Robot) -> frozenset[frozenset[str]]:
-    """Links joined by one joint: they touch there by construction."""
-    parents = robot.model.parents
-    return frozenset(
-        frozenset((a.link, b.link))
-        for a in robot.bodies
-        for b in robot.bodies
-        if b.joint != 0 and parents[b.joint] == a.joint
-    )
+    """Pairs of links that one planned joint joins: they touch there by construction.
+
+    Only joints and links without bodies stand between them. A link that is fixed to one of the two, as a pedestal is to
+    the base, is no neighbour of the other: it can be hit.
+    """
+    above = {child: parent for parent, child in robot.source.joints.values()}
+    carrier, parents, pairs = {body.link: body.joint for body in robot.bodies}, robot.model.parents, set()
+    for link, joint in carrier.items():
+        parent = above.get(link)
+        while parent is not None and parent not in carrier:
+            parent = above.get(parent)
+        if parent is not None and joint != 0 and parents[joint] == carrier[parent]:
+            pairs.add(frozenset((link, parent)))
+    return frozenset(pairs)
 
 
 def generate_disabled_pairs(robot: Robot, backend: type[CollisionChecker]) -> frozenset[frozenset[str]]:
@@ -45,7 +51,8 @@ def worked_out(
         made.append(backend(World.of(robot, Scene("none"), disabled)))
         return {"pairs": np.array(_always(made[0]), dtype=np.str_).reshape(-1, 2)}
 
-    found = cached("pairs", [robot.identity, SAMPLES, FIRST, ALWAYS], always)["pairs"]
+    neighbours = sorted(sorted(pair) for pair in disabled)
+    found = cached("pairs", [robot.identity, neighbours, SAMPLES, FIRST, ALWAYS], always)["pairs"]
     return disabled | frozenset(frozenset(pair) for pair in found.tolist()), made[0] if made else None
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from planner.collision import pair_survey
 from planner.collision.coal import CoalChecker
-from planner.collision.pair_survey import Reason, adjacent_links, survey_pairs
+from planner.collision.pair_survey import Reason, survey_pairs
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.kinematics.reach import Reach, pair_reach
@@ -59,10 +59,6 @@ def test_two_joints_apart_are_no_neighbours_even_with_nothing_between(urdf_file)
     joints = joint_xml("j", "a", "none", limit="-3 3", xyz="0.2 0 0") + joint_xml("k", "none", "b", xyz="0.15 0 0")
     found = survey_pairs(Robot.load(urdf_file(links + joints)), CoalChecker, 100, 0)
     assert found.pairs(Reason.SOMETIMES) == [("a", "b")]
-
-
-def test_neighbours_are_found_through_links_without_bodies(arm: Robot) -> None:
-    assert adjacent_links(arm.source, "ac") == {frozenset("ac")}
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "xarm7"])

@@ -77,6 +77,31 @@ def test_generated_pairs_turn_off_what_always_touches(urdf_file):
     assert frozenset(("l1", "l4")) not in disabled
 
 
+def test_a_pedestal_and_links_that_are_held_can_be_hit(urdf_file):
+    """Pinocchio's frames and coal: the first moving link meets both, which hang on the base."""
+    ball, post = '<sphere radius="0.02"/>', '<box size="0.1 0.1 0.1"/>'
+    rod = '<capsule radius="0.02" length="0.5"/>'
+    file = urdf_file(
+        link_xml("base", ball) + link_xml("mount") + link_xml("pedestal", post) + link_xml("arm", ball)
+        + link_xml("rod", rod)
+        + joint_xml("stand", "base", "pedestal", "fixed", xyz="0 0 0.4")
+        + joint_xml("m", "base", "mount", "fixed")
+        + joint_xml("j1", "mount", "arm", "revolute", "0 1 0", limit="-3 3", xyz="0.3 0 0.4")
+        + joint_xml("j2", "arm", "rod", "revolute", "0 1 0", limit="-3 3", xyz="-0.1 0 0")
+    )  # fmt: skip
+    whole, held = Robot.load(file, tool="rod"), Robot.load(file, tool="rod", fixed_joints={"j1": 0.0})
+    assert adjacent_pairs(whole) == {frozenset(("base", "arm")), frozenset(("arm", "rod"))}
+    assert adjacent_pairs(held) == {frozenset(("arm", "rod"))}
+    for robot in (whole, held):
+        assert frozenset(("pedestal", "rod")) not in generate_disabled_pairs(robot, FclChecker)
+        world = make_checker(robot, Scene("none")).world
+        judge, q = CoalWorld(world), random_q(robot, 200, seed=3)
+        hits = np.array([judge.distances(row).min() <= 0 for row in q])
+        assert hits.any()
+        checker = make_checker(robot, Scene("none"))
+        assert [checker.first_contact(row[None]) is not None for row in q] == hits.tolist()
+
+
 def test_nothing_to_check_with_one_body(urdf_file):
     links = link_xml("a", '<sphere radius="0.1"/>') + link_xml("b") + link_xml("c")
     robot = Robot.load(urdf_file(links + joint_xml("j", "a", "b") + joint_xml("k", "b", "c")))
