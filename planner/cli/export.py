@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import tyro
 
-from planner.base.errors import FileError, OptionError, PlannerError, choices
+from planner.base.errors import FileError, PlannerError, choices
 from planner.cli.common import Debug, Flag
 from planner.cli.terminal import complain, say
 
@@ -16,23 +16,22 @@ if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
     from planner.trajectory.trajectory import Trajectory
 
-Format: TypeAlias = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
+Format: TypeAlias = Literal["ros-json", "csv", "mcap"]
 
 
 def export(
     trajectory: tyro.conf.Positional[Path],
-    format: Format = "ros-yaml",
+    format: Format = "ros-json",
     rate: float | None = None,
-    knots: Flag = False,
     skip_first_point: Flag = False,
     out: Path | None = None,
     debug: Debug = False,
 ) -> int:
     """Write a trajectory as a controller or another program takes it.
 
-    TRAJECTORY is a trajectory.json, or the folder that 'planner plan' wrote it into. ros-yaml and ros-json are a
-    trajectory_msgs/JointTrajectory, moveit is a moveit_msgs/RobotTrajectory, csv and npz hold t, q, qd and qdd, mcap is
-    a bag of ROS 2 with one JointTrajectory (it needs the Python package mcap). The points are the knots of the
+    TRAJECTORY is a trajectory.json, or the folder that 'planner plan' wrote it into. ros-json is a
+    trajectory_msgs/JointTrajectory, which YAML reads too, csv holds t, q, qd and qdd, mcap is a bag of ROS 2 with one
+    JointTrajectory (it needs the Python package mcap). The points are the knots of the
     polynomials that were proven, with positions, velocities and accelerations: between them a ROS 2 joint trajectory
     controller runs these same polynomials. Examples:
 
@@ -40,9 +39,9 @@ def export(
 
     planner export out --format csv --rate 1000 --out motion.csv
 
-    planner export out --format ros-json --skip-first-point
+    planner export out --skip-first-point
 
-    The events of a task (attach, detach, gripper) stand in trajectory.json and npz; of others they are told.
+    The events of a task (attach, detach, gripper) stand in trajectory.json only; a message lists them.
 
     With --rate the points are rows on an exact grid, for a controller that takes one a cycle. The motion is averaged
     over two periods for that, so that it keeps the same limits, and its end is held to a row: what it takes longer and
@@ -55,12 +54,9 @@ def export(
     Args:
         format: What to write.
         rate: Rows at every k/rate s (Hz), to the nanosecond, in place of the knots.
-        knots: With --rate: the knots stay, which lie on no grid, with rows at k/rate between them, on the same curve.
         skip_first_point: Leave out the point at time 0, where the robot stands already.
         out: File to write; beside the trajectory where left out.
     """
-    if knots and rate is None:
-        raise OptionError("--knots says what becomes of the knots beside the rows of --rate: add --rate.")
     from planner.base.files import is_folder, require_writable_file, write_whole
     from planner.trajectory import export as formats
     from planner.trajectory.file import load_trajectory
@@ -73,16 +69,12 @@ def export(
     made, said = load_trajectory(trajectory), ""
     events = [f"{event['kind']} '{event['object']}' at {event['t']:.3f} s" for event in made.events]
     if rate is not None:
-        made, said = _between_knots(made, rate) if knots else _on_grid(made, rate, folder)
+        made, said = _on_grid(made, rate, folder)
     content = formats.export(made, format, skip_first_point)
     require_writable_file(place)
     write_whole(place, content)
-    if events and not made.events:
-        left = choices(events)
-        complain(f"the grid shifts times, so no events are written: by the knots they are {left}; add --knots.")
-    elif events and format != "npz":
-        left = choices(events)
-        complain(f"{format} has no place for the events of a task: they are {left}; trajectory.json and npz hold them.")
+    if events:
+        complain(f"{format} has no place for the events of a task, which trajectory.json holds: {choices(events)}.")
     if len(made.columns) > 1 and made.columns[1][-1].any():
         complain(
             "the motion does not end at rest, which a ROS 2 joint trajectory controller refuses unless it is told."
@@ -97,19 +89,6 @@ def export(
         say(said)
     say(f"{made.duration:.3f} s. Written: {place}")
     return 0
-
-
-def _between_knots(found: Trajectory, rate: float) -> tuple[Trajectory, str]:
-    """The trajectory with rows between its knots, and what is to be said of it."""
-    from planner.trajectory.grid import between_knots
-
-    made = between_knots(found, rate)
-    gaps = 1e3 * made.seconds
-    apart = f"{gaps.min():.3g} to {gaps.max():.3g} ms apart"
-    return (
-        made,
-        f"No grid: {len(found.times)} knots and {len(made.times) - len(found.times)} rows between them, {apart}.",
-    )
 
 
 def _on_grid(found: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, str]:
@@ -128,7 +107,7 @@ def _on_grid(found: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, 
         left = made.proof["pieces"] - made.proof["pieces_free"]
         raise FileError(
             f"on a grid of {rate:g} Hz the motion is not proven as a whole any more ({left} of {made.proof['pieces']} "
-            "pieces between rows are not proven free): give a higher rate, or --knots."
+            "pieces between rows are not proven free): give a higher rate."
         )
     told = _told(found, made, rate)
     if made.proven:

@@ -7,7 +7,6 @@ these and nothing more: what it runs is what was proven. Other points are made b
 
 from __future__ import annotations
 
-import io
 import json
 from typing import Any, Literal
 
@@ -18,15 +17,8 @@ from planner.base.errors import FileError, OptionError, choices
 from planner.trajectory.ros_bag import write_bag
 from planner.trajectory.trajectory import Trajectory
 
-Format = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
-SUFFIX: dict[Format, str] = {
-    "ros-yaml": "yaml",
-    "ros-json": "json",
-    "moveit": "yaml",
-    "csv": "csv",
-    "npz": "npz",
-    "mcap": "mcap",
-}
+Format = Literal["ros-json", "csv", "mcap"]
+SUFFIX: dict[Format, str] = {"ros-json": "json", "csv": "csv", "mcap": "mcap"}
 
 _PER_SECOND = 1_000_000_000
 _LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
@@ -64,16 +56,8 @@ def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False)
     nanoseconds, columns = _clock(trajectory)[first:], [rows[first:] for rows in trajectory.columns]
     if kind == "csv":
         return _csv(trajectory.joints, nanoseconds, columns).encode()
-    if kind == "npz":
-        return _npz(trajectory, nanoseconds / _PER_SECOND, columns)
     message = _message(trajectory.joints, nanoseconds, columns)
-    if kind == "moveit":
-        message = {"joint_trajectory": message, "multi_dof_joint_trajectory": {"joint_names": [], "points": []}}
-    if kind == "mcap":
-        return write_bag(message)
-    if kind == "ros-json":
-        return (_flow(message) + "\n").encode()
-    return _yaml(message).encode()
+    return write_bag(message) if kind == "mcap" else (_flow(message) + "\n").encode()
 
 
 def _clock(trajectory: Trajectory) -> Ints:
@@ -113,20 +97,6 @@ def _flow(value: Any) -> str:
     return text.replace("e", ".0e") if isinstance(value, float) and "." not in text else text
 
 
-def _yaml(value: dict[str, Any], indent: str = "") -> str:
-    """Mappings and lists of mappings in block style, everything in them in flow style, which is JSON."""
-    lines = []
-    for key, item in value.items():
-        if isinstance(item, dict) and key != "time_from_start":
-            lines.append(f"{indent}{key}:\n{_yaml(item, indent + '  ')}")
-        elif isinstance(item, list) and item and isinstance(item[0], dict):
-            entries = [_yaml(entry, indent + "    ") for entry in item]
-            lines.append(f"{indent}{key}:\n" + "".join(f"{indent}  - {e[len(indent) + 4 :]}" for e in entries))
-        else:
-            lines.append(f"{indent}{key}: {_flow(item)}\n")
-    return "".join(lines)
-
-
 def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> str:
     odd = [joint for joint in joints if set(joint) & set(',"\r\n')]
     if odd:
@@ -139,12 +109,3 @@ def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> s
     for t, row in zip(nanoseconds.tolist(), np.concatenate(columns, axis=1).tolist(), strict=True):
         lines.append(",".join([f"{t // _PER_SECOND}.{t % _PER_SECOND:09d}", *map(repr, row)]))
     return "\n".join(lines) + "\n"
-
-
-def _npz(trajectory: Trajectory, t: Floats, columns: list[Floats]) -> bytes:
-    content = io.BytesIO()
-    given: dict[str, Any] = dict(zip(("q", "qd", "qdd"), columns, strict=False))
-    if trajectory.events:
-        given["events"] = np.array([json.dumps(dict(event), allow_nan=False) for event in trajectory.events])
-    np.savez(content, t=t, **given, joints=np.array(trajectory.joints))
-    return content.getvalue()

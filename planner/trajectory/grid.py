@@ -29,7 +29,6 @@ from planner.trajectory.smoothing import apart_for
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 _PER_SECOND = 1_000_000_000
-_NEAR = 0.1  # of a period: a row that near to a knot is left out
 _MOST_ROWS = 5_000_000
 _AT_REST = 1e-9  # of a limit's unit: what rounding makes of nothing
 _WEIGHTS = {1: (1.0,), 2: (0.5, 0.5), 3: (1 / 6, 4 / 6, 1 / 6)}  # of neighbouring control points, by degree
@@ -65,20 +64,6 @@ def on_grid(trajectory: Trajectory, rate: float, checker: CollisionChecker | Non
     columns = _rows(points, degree, float(period) * NANOSECOND, late)
     made = Trajectory(trajectory.joints, trajectory.nanoseconds[0] + clock, columns, trajectory.law, trajectory.limits)
     return made if checker is None else _proven(made, trajectory, checker)
-
-
-def between_knots(trajectory: Trajectory, rate: float) -> Trajectory:
-    """The same curve by its knots and by rows at k / ``rate`` s, but for those that would be too near to a knot."""
-    period = period_of(rate)
-    apart = max(_NEAR * float(period), _require_apart(trajectory, rate))
-    _require_few(trajectory, rate)
-    knots = trajectory.nanoseconds - trajectory.nanoseconds[0]
-    more, _ = _clock(period, int(knots[-1] / period) + 1)
-    behind = np.searchsorted(knots, more).clip(1, len(knots) - 1)
-    away = np.minimum(np.abs(more - knots[behind - 1]), np.abs(knots[behind] - more))
-    clock = trajectory.nanoseconds[0] + np.union1d(knots, more[(away >= apart) & (more < knots[-1])])
-    columns = tuple(_values(trajectory, clock, order) for order in range(len(trajectory.columns)))
-    return replace(trajectory, nanoseconds=clock, columns=columns)
 
 
 def off_the_curve(made: Trajectory, trajectory: Trajectory) -> float:
@@ -133,15 +118,6 @@ def _proven(made: Trajectory, original: Trajectory, checker: CollisionChecker) -
     return replace(made, proven=proof.whole, proof=proof.to_dict(checker.world.margin, checker.name))
 
 
-def _values(trajectory: Trajectory, clock: Ints, order: int) -> Floats:
-    """Positions (n, dof) at ``clock`` (n,) ns, or a derivative; at knots what :meth:`Trajectory.knots` says."""
-    found, knots = trajectory.at_nanoseconds(clock, order), trajectory.knots(order)
-    row = np.searchsorted(trajectory.nanoseconds, clock)
-    at_knot = trajectory.nanoseconds[row] == clock
-    found[at_knot] = knots[row[at_knot]]
-    return found
-
-
 def _require_rest(trajectory: Trajectory) -> None:
     for name, ends in zip(("velocity", "acceleration"), trajectory.columns[1:], strict=False):
         for when, row in (("begins", ends[0]), ("ends", ends[-1])):
@@ -149,7 +125,7 @@ def _require_rest(trajectory: Trajectory) -> None:
             if abs(row[joint]) > _AT_REST:
                 raise FileError(
                     f"the trajectory {when} with a {name} of {row[joint]:.3g} of joint '{trajectory.joints[joint]}', "
-                    "and on a grid a motion is from rest to rest: give --knots too, or leave --rate out."
+                    "and on a grid a motion is from rest to rest: leave --rate out."
                 )
 
 

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
-import numpy as np
 import pytest
 
 from planner.base.resources import data_folder
@@ -301,16 +300,11 @@ def test_events_stand_where_there_is_a_place_for_them_and_are_told_elsewhere(tid
         code, _, error = run("export", str(tidy), "--format", kind)
         assert code == 0, error
         told = " ".join(error.split())
-        assert ("has no place for the events of a task" in told) == (kind != "npz")
-        assert kind == "npz" or all(f"{event['t']:.3f} s" in told for event in written)
-    with np.load(tidy / "trajectory-npz.npz", allow_pickle=False) as arrays:
-        assert [json.loads(text) for text in arrays["events"]] == written
-    code, text, error = run("export", str(tidy), "--rate", "100", "--format", "npz", "--out", str(tidy / "grid.npz"))
+        assert "has no place for the events of a task" in told
+        assert all(f"{event['t']:.3f} s" in told for event in written)
+    code, text, error = run("export", str(tidy), "--rate", "100", "--out", str(tidy / "grid.json"))
     assert code == 0, error
     assert "NOT proven" in text
-    assert "no events are written" in " ".join(error.split())
-    with np.load(tidy / "grid.npz", allow_pickle=False) as arrays:
-        assert "events" not in arrays
 
 
 @pytest.mark.parametrize("option", [("--prefixes",), ("--acceleration", "0.001")])
@@ -320,14 +314,10 @@ def test_what_says_nothing_of_a_task_is_refused(tidy: Path, run: Run, option: tu
     assert "is of a task, which is judged by the limits that it was made for" in " ".join(error.split())
 
 
-@pytest.mark.parametrize("kind", ["json", "npz"])
-def test_where_events_are_not_followed_that_is_said(tidy: Path, run: Run, tmp_path: Path, kind: str) -> None:
+def test_where_events_are_not_followed_that_is_said(tidy: Path, run: Run, tmp_path: Path) -> None:
     """A trajectory away from its plan.json is judged by itself, among the scene as it stood at the beginning."""
-    file = tmp_path / f"trajectory.{kind}"
-    if kind == "json":
-        file.write_bytes((tidy / "trajectory.json").read_bytes())
-    else:
-        assert run("export", str(tidy), "--format", "npz", "--out", str(file))[0] == 0
+    file = tmp_path / "trajectory.json"
+    file.write_bytes((tidy / "trajectory.json").read_bytes())
     _, text, error = run("check", str(file), "--robot", "panda", "--scene", SCENE)
     assert "events of a task (attach, detach, gripper) are not followed" in " ".join(text.replace("│", " ").split()), (
         error

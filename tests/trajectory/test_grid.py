@@ -17,7 +17,7 @@ from planner.models.shapes import Box
 from planner.problem.request import LimitsRequest, TimeLaw
 from planner.trajectory.check import check_trajectory
 from planner.trajectory.export import export
-from planner.trajectory.grid import between_knots, off_the_curve, on_grid, period_of
+from planner.trajectory.grid import off_the_curve, on_grid, period_of
 from planner.trajectory.limits import KINDS, USED, MotionLimits
 from planner.trajectory.points import Points
 from planner.trajectory.timing import time_path
@@ -181,49 +181,33 @@ def test_a_floor_is_asked_for_again() -> None:
 
 def test_what_does_not_rest_at_its_ends_is_refused() -> None:
     middle = replace(MADE, nanoseconds=MADE.nanoseconds[5:], columns=tuple(rows[5:] for rows in MADE.columns))
-    with pytest.raises(PlannerError, match=r"the trajectory begins with a velocity of .* give --knots too"):
+    with pytest.raises(PlannerError, match=r"the trajectory begins with a velocity of .* leave --rate out"):
         on_grid(middle, 100)
-    assert len(between_knots(middle, 100).times) > len(middle.times)
 
 
 def test_rows_nearer_than_their_rounding_allows_are_refused() -> None:
     slow = MotionLimits.of(ARM, LimitsRequest(acceleration=0.1, jerk=1e-4))
     made = time_path(PATH, make_checker(ARM, FAR), slow, law="stop-at-corners")
-    for way in (on_grid, between_knots):
-        with pytest.raises(PlannerError, match=r"rate 1000 Hz is too high .* give \d+\.\d Hz or less"):
-            way(made, 1000.0)
-        assert way(made, 50.0)
+    with pytest.raises(PlannerError, match=r"rate 1000 Hz is too high .* give \d+\.\d Hz or less"):
+        on_grid(made, 1000.0)
+    assert on_grid(made, 50.0)
 
 
 def test_bad_rates_and_too_many_rows_are_refused() -> None:
     ages = replace(MADE, nanoseconds=MADE.nanoseconds * 10**6, limits=None)
-    for way in (on_grid, between_knots):
-        for rate in (0.0, float("nan"), 1e6):
-            with pytest.raises(PlannerError, match="is not usable"):
-                way(MADE, rate)
-        with pytest.raises(PlannerError, match=r"makes .* rows of .* give one that makes 5000000 at most"):
-            way(ages, 1000.0)
+    for rate in (0.0, float("nan"), 1e6):
+        with pytest.raises(PlannerError, match="is not usable"):
+            on_grid(MADE, rate)
+    with pytest.raises(PlannerError, match=r"makes .* rows of .* give one that makes 5000000 at most"):
+        on_grid(ages, 1000.0)
 
 
-def test_rows_between_knots_lie_on_the_same_curve() -> None:
-    found = between_knots(MADE, 250.0)
-    assert np.diff(found.times).max() <= 1.2 / 250.0
-    assert set(MADE.nanoseconds) < set(found.nanoseconds)
-    t = np.linspace(0.0, MADE.duration, 3001)
-    for order, close in enumerate((1e-13, 1e-10, 1e-6)):
-        np.testing.assert_allclose(found.at(t, order), MADE.at(t, order), atol=close, rtol=0)
-
-
-@pytest.mark.parametrize("rate", [None, 400.0])
 @pytest.mark.parametrize(("robot", "law", "waypoints", "acceleration", "jerk"), MOTIONS)
-def test_knots_and_rows_between_them_keep_the_limits(
-    robot: str, law: TimeLaw, waypoints: int, acceleration: float, jerk: float, rate: float | None
-) -> None:
+def test_knots_keep_the_limits(robot: str, law: TimeLaw, waypoints: int, acceleration: float, jerk: float) -> None:
     """By rational numbers, between the very nanoseconds and doubles of the file."""
     made = motion(robot, law, waypoints, acceleration, jerk)
-    few = made if rate is None else between_knots(made, rate)
-    found = shares(part(few), made.limits)
-    assert max(found.values()) <= (USED if rate is None else 1.0) + 1e-7, found
+    found = shares(part(made), made.limits)
+    assert max(found.values()) <= USED + 1e-7, found
 
 
 def test_a_rate_is_the_decimal_number_that_is_written() -> None:
