@@ -1,4 +1,4 @@
-"""The door to Dask: tasks and actors on the workers of a cluster. Loads Dask when it is asked for a cluster."""
+"""The door to Dask: tasks on the workers of a cluster. Loads Dask when it is asked for a cluster."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import concurrent.futures as cf
 import logging
 import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -63,17 +63,6 @@ class Cluster:
 
         Event(self.signal.name, client=self._client).set()
 
-    def actors(self, kind: type, arguments: Iterable[tuple]) -> list[Any]:
-        """An object ``kind(*arguments)`` each, shared out among the workers; calls of its methods give futures."""
-        workers = sorted(self._client.nthreads())
-        made = []
-        for k, args in enumerate(arguments):
-            worker = [workers[k % len(workers)]]
-            sent = self._client.scatter(list(args), workers=worker, hash=False)  # past the scheduler
-            future = self._client.submit(kind, *sent, actor=True, pure=False, workers=worker)
-            made.append(future.result())
-        return made
-
 
 @contextmanager
 def local_cluster(workers: int) -> Iterator[str]:
@@ -114,7 +103,7 @@ def cluster(address: str) -> Iterator[Cluster]:
             f"no Dask scheduler of this version answers at {address}: start one with 'dask scheduler', or mend "
             "the address."
         ) from None
-    with client, client.as_current():  # actors look for the current client
+    with client, client.as_current():
         workers = Cluster(client)
         if not workers.threads:
             raise FileError(f"the scheduler at {address} has no workers: start some with 'dask worker {address}'.")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from planner.base.arrays import Bools
+from planner.base.arrays import Bools, Ints
 from planner.base.errors import FileError, choices
 from planner.base.notes import tell
 from planner.base.progress import QUIET, Progress
@@ -51,7 +52,7 @@ def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QU
             "build one for this robot."
         )
     prover, free, clearance, samples = EdgeProver(checker, progress), np.zeros(m, bool), np.zeros(m), np.zeros(m, int)
-    for rows in (np.arange(first, min(first + _BATCH, m)) for first in range(0, m, _BATCH)):
+    for rows in batches(np.arange(m)):
         if progress.stopped:
             break
         proofs = prover.prove(*segments(roadmap, robot, rows))
@@ -71,9 +72,15 @@ def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QU
     return replace(part, manipulability=w, scale=scale, **measures)
 
 
+def batches(rows: Ints) -> Iterator[Ints]:
+    """``rows`` a few at a time, so that the work can stop between them."""
+    for first in range(0, len(rows), _BATCH):
+        yield rows[first : first + _BATCH]
+
+
 def _usable_nodes(roadmap: Roadmap, checker: CollisionChecker, proven: Bools) -> Bools:
     """(n,) which nodes are within limits and free; the ends of a proven edge are free."""
-    good, ends = is_within_limits(roadmap, checker.robot), np.zeros(len(roadmap.nodes), dtype=bool)
+    good, ends = _within_limits(roadmap, checker.robot), np.zeros(len(roadmap.nodes), dtype=bool)
     ends[roadmap.edges[proven]] = True
     for row in np.flatnonzero(good & ~ends):
         good[row] = is_free(checker, roadmap.nodes[row])
@@ -82,7 +89,7 @@ def _usable_nodes(roadmap: Roadmap, checker: CollisionChecker, proven: Bools) ->
     return good
 
 
-def is_within_limits(roadmap: Roadmap, robot: Robot) -> Bools:
+def _within_limits(roadmap: Roadmap, robot: Robot) -> Bools:
     """(n,) which nodes are within the robot's limits; a continuous joint has none."""
     beyond = np.maximum(robot.lower - roadmap.nodes, roadmap.nodes - robot.upper)
     return np.where(robot.continuous, 0.0, beyond).max(axis=1) <= _LIMIT_SLACK

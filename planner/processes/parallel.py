@@ -49,22 +49,6 @@ def measured_cases(
         yield from pool.finished(cases, progress)
 
 
-def collected(
-    cases: Sequence[C], measure: Measure[C, T | None], workers: WorkersRequest, stage: str, progress: Progress
-) -> list[T]:
-    """The results of :func:`measured_cases` in the order of the cases, those that were cut off left out.
-
-    ``progress`` is called with (``stage``, done, total).
-    """
-    found: dict[int, T] = {}
-    progress(stage, 0, len(cases))
-    for k, result in measured_cases(cases, measure, workers, progress):
-        if result is not None:
-            found[k] = result
-            progress(stage, len(found), len(cases))
-    return [found[k] for k in sorted(found)]
-
-
 @dataclass(frozen=True)
 class _Pool(Generic[C, T]):
     """What begins a case, how many may run at once, and what asks those that run elsewhere to stop."""

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pydantic
 
+from planner.base.arrays import frozen
 from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
 from planner.base.files import write_whole
 from planner.base.hashing import content_hash
+from planner.base.npz import DAMAGE
 from planner.base.places import Place, place
 from planner.collision.checker import CollisionChecker
 from planner.objective.scale import CostScale
@@ -63,13 +64,15 @@ def load_roadmap(path: Place) -> Roadmap:
     path = place(path)
     try:
         roadmap = _read(path)
+    except FileError:
+        raise
     except FileNotFoundError:
         raise FileError(
             f"roadmap {path} not found: 'planner roadmap build' makes one, 'planner plan' writes one too."
         ) from None
     except OSError as error:
         raise FileError(f"roadmap {path} cannot be read: {error.strerror or error}; name a roadmap.npz.") from None
-    except (ValueError, LookupError, TypeError, zipfile.BadZipFile, EOFError) as error:
+    except DAMAGE as error:
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise FileError(f"roadmap {path} is damaged or no roadmap ({reason}): build it again.") from None
     warn_of_mismatch(path)
@@ -78,14 +81,14 @@ def load_roadmap(path: Place) -> Roadmap:
 
 def same_world(roadmap: Roadmap, checker: CollisionChecker) -> bool:
     """Whether ``checker`` checks what the roadmap was proven against, with no larger margin and no narrower limits."""
-    mine, world = roadmap.origin, checker.world
-    robot = world.robot
-    return (
-        (mine.joints, mine.tool) == (robot.joints, robot.tool)
-        and mine.margin >= world.margin
-        and mine.world == world_hash(world)
-        and bool((robot.lower <= mine.lower).all() and (robot.upper >= mine.upper).all())
-    )
+    mine, world, robot = roadmap.origin, checker.world, checker.robot
+    if (mine.joints, mine.tool) != (robot.joints, robot.tool) or mine.margin < world.margin:
+        return False
+    if (robot.lower > mine.lower).any() or (robot.upper < mine.upper).any():
+        return False
+    # wider limits do not matter: the nodes are within the recorded ones
+    within = replace(robot, lower=frozen(mine.lower), upper=frozen(mine.upper))
+    return (mine.robot_identity, mine.world) == (within.identity, world_hash(world))
 
 
 def _checksum(header: dict[str, Any], arrays: dict[str, Any]) -> str:

@@ -7,7 +7,6 @@ it goes, only its clauses go, and what it alone had blocked is proven again with
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -16,6 +15,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
+from planner.construction.reprove import batches
 from planner.models.shapes import Shape, corners
 from planner.planning.replanned import Edges
 from planner.roadmap.roadmap import Roadmap, segments
@@ -166,9 +166,3 @@ def clauses_of(world: World) -> tuple[tuple[Clause, ...], Ints]:
     clauses = tuple(dict.fromkeys(named))
     place = {clause: k for k, clause in enumerate(clauses)}
     return clauses, np.array([place[clause] for clause in named], dtype=np.int64)
-
-
-def batches(rows: Ints) -> Iterator[Ints]:
-    """``rows`` 128 at a time, so that the work can stop between them."""
-    for first in range(0, len(rows), 128):
-        yield rows[first : first + 128]

@@ -13,22 +13,6 @@ from planner.base.cluster import cluster, local_cluster
 from planner.base.errors import FileError, InstallationError, OptionError, PlannerError
 
 
-class Sum:
-    """An object that keeps what it was given."""
-
-    def __init__(self, first: int, second: int) -> None:
-        self.total = first + second
-
-    def add(self, more: int) -> int:
-        self.total += more
-        return self.total
-
-    def place(self) -> str:
-        from distributed import get_worker  # pyright: ignore[reportMissingImports]
-
-        return get_worker().address
-
-
 def test_functions_run_on_every_worker_or_on_one(scheduler: str) -> None:
     with cluster(scheduler) as found:
         assert found.threads == 2
@@ -37,15 +21,6 @@ def test_functions_run_on_every_worker_or_on_one(scheduler: str) -> None:
         assert list(executor.map(pow, (2, 3), (5, 2))) == [32, 9]
         with pytest.raises(ValueError, match="math domain"):
             executor.submit(math.sqrt, -1.0).result()
-
-
-def test_actors_keep_their_state_and_are_shared_out(scheduler: str) -> None:
-    with cluster(scheduler) as found:
-        actors = found.actors(Sum, [(1, 2), (10, 20), (100, 200)])
-        assert [actor.add(4).result() for actor in actors] == [7, 34, 304]
-        assert [actor.add(1).result() for actor in actors] == [8, 35, 305]
-        places = [actor.place().result() for actor in actors]
-        assert places[0] == places[2] != places[1]
 
 
 def test_a_stop_is_heard_within_a_second_and_only_by_its_own(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,7 @@ from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.construction.reprove import in_this_world, reprove
+from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.robot import Robot, with_carried
 from planner.models.scene import Scene
@@ -79,6 +80,21 @@ def test_a_world_is_the_same_to_the_bit_of_shapes_and_places_and_with_no_larger_
     assert not same_world(OLD, made(thing0=(POST, pose([0.75 + 1e-9, 0, 0]))))
     for name in set(WORLDS) - {"by coal"}:
         assert not same_world(OLD, WORLDS[name]()), name
+    robot = load("planar_2r")
+    wider, narrower = (replace(robot, upper=robot.upper + step) for step in (0.1, -0.1))
+    assert same_world(OLD, make_checker(wider, make_post().world.scene))
+    assert not same_world(OLD, make_checker(narrower, make_post().world.scene))
+
+
+def test_where_w_has_other_rows_it_is_measured_again():
+    """Nothing else differs: such a roadmap would have the costs of another manipulability."""
+    robot = load("planar_2r")
+    other = replace(robot, manipulability="pose" if robot.manipulability != "pose" else "translation")
+    checker = make_checker(other, make_post().world.scene)
+    assert not same_world(OLD, checker)
+    part = in_this_world(OLD, checker)
+    assert len(part.edges) == len(OLD.edges)
+    np.testing.assert_allclose(part.manipulability, manipulability(other, part.nodes), rtol=1e-9)
 
 
 def test_once_stopped_the_rest_is_dropped_as_unproven():

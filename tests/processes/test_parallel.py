@@ -16,7 +16,7 @@ from planner.base.errors import FileError, OptionError
 from planner.base.progress import QUIET, Progress
 from planner.batch.run import run_batch
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
-from planner.processes.parallel import collected, measured_cases
+from planner.processes.parallel import measured_cases
 from tests.batch.test_run import PLAIN, timeless
 from tests.processes.functions import killed_at_first, process_id, refused, slow, square
 
@@ -38,10 +38,6 @@ def test_every_case_is_measured_once_whoever_measures() -> None:
     expected = {0: 9, 1: 16, 2: 25}
     for workers in (SERIAL, TWO, WorkersRequest(8)):
         assert dict(measured_cases([3, 4, 5], square, workers, QUIET)) == expected
-    heard = []
-    progress = Progress(lambda stage, done, total: heard.append((stage, done, total)))
-    assert collected([5, 3], square, TWO, "squares", progress) == [25, 9]
-    assert heard == [("squares", k, 2) for k in range(3)]
 
 
 def test_one_job_is_this_process_and_more_have_one_each() -> None:
