@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import zipfile
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -98,7 +99,11 @@ def _checksum(header: dict[str, Any], arrays: dict[str, Any]) -> str:
 
 
 def _read(path: Path) -> Roadmap:
-    with np.load(path, allow_pickle=False) as content:
+    with path.open("rb") as file:
+        if not zipfile.is_zipfile(file):
+            raise ValueError("it is no .npz archive")
+        file.seek(0)
+        content = np.load(file, allow_pickle=False)
         header = json.loads(str(content["header"]))
         if header.get("format") != FORMAT:
             raise FileError(f"{path} is not a roadmap of this planner.")

@@ -93,6 +93,11 @@ def test_other_files_and_versions_are_refused(tmp_path, monkeypatch):
         load_roadmap(tmp_path / "none.npz")
     with pytest.raises(FileError, match="Is a directory"):
         load_roadmap(tmp_path)
+    (tmp_path / "text.npz").write_text("# a page")
+    with pytest.raises(
+        FileError, match=r"text\.npz is damaged or no roadmap \(it is no \.npz archive\): build it again"
+    ):
+        load_roadmap(tmp_path / "text.npz")
     np.savez(tmp_path / "other.npz", a=np.zeros(3))
     with pytest.raises(FileError, match=r"other\.npz is damaged or no roadmap"):
         load_roadmap(tmp_path / "other.npz")
