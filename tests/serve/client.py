@@ -26,7 +26,8 @@ class Client:
     def __init__(self, address: str, packed: bool = False, token: str = TOKEN, **more: Any) -> None:
         self._held = ExitStack()
         more["additional_headers"] = {"Authorization": f"Bearer {token}"}
-        self.socket: ClientConnection = self._held.enter_context(connect(address, compression=None, **more))
+        self.socket: ClientConnection = connect(address, compression=None, **more)
+        self._held.enter_context(self.socket)
         self.packed, self.events, self._ids = packed, list[dict[str, Any]](), itertools.count(1)
 
     def __enter__(self) -> Client:
