@@ -534,7 +534,6 @@ def test_what_moves_in_the_way_is_a_reason(moving, tmp_path):
         (TimingRequest(time_law="stop-at-corners"), {}, "--time-law"),
         (TimingRequest(extra_cost=0.1), {}, "--extra-cost"),
         (TimingRequest(), {"min_manipulability": 0.01}, "--min-manipulability"),
-        (TimingRequest(), {"above_ends": True}, "--above-ends"),
     ],
 )
 def test_what_has_no_meaning_among_what_moves_is_refused(moving, timing, more, words):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,7 +10,6 @@ from pathlib import Path
 from benchmarks.bench import require_left_to_problems, run_bench, software
 from benchmarks.first_motion.report import OMPL, OTHERS, OURS, WHOLE, Row, to_markdown
 from planner.base.errors import OptionError
-from planner.base.files import is_file
 from planner.base.progress import QUIET, Progress
 from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED
@@ -46,7 +46,7 @@ def environments(given: Sequence[str]) -> dict[str, str]:
     found = {}
     for text in given:
         name, _, path = text.partition("=")
-        if name not in OTHERS or not is_file(Path(path)):
+        if name not in OTHERS or not os.path.isfile(Path(path)):
             raise OptionError(
                 f"python '{text[:200]}' is not usable: give NAME=PATH, a planner of {', '.join(OTHERS)} and the Python "
                 "of the environment that it is installed in, such as roboplan=/opt/roboplan/bin/python."

@@ -50,7 +50,7 @@ class Strict(pydantic.BaseModel):
 
 
 def read_text(path: Path, what: str) -> str:
-    """The text of ``path``, or a :class:`FileError` that names ``what`` was wanted."""
+    """The text of ``path``; :class:`FileError` names ``what`` was expected there."""
     try:
         return read_bytes(path, what).decode("utf-8")
     except UnicodeDecodeError:
@@ -58,13 +58,9 @@ def read_text(path: Path, what: str) -> str:
 
 
 def read_bytes(path: Path, what: str) -> bytes:
-    """The content of ``path``, or a :class:`FileError` that names ``what`` was wanted."""
+    """The content of ``path``; :class:`FileError` names ``what`` was expected there."""
     try:
-        with path.open("rb") as file:
-            content = file.read(_LARGEST + 1)  # a device may have no end
-        if len(content) > _LARGEST:
-            raise FileError(f"{what} {path} is larger than {_LARGEST >> 20} MiB: give a smaller file.")
-        return content
+        return path.read_bytes()
     except FileNotFoundError:
         raise FileError(f"{what} {path} not found: check the path.") from None
     except (OSError, ValueError) as error:
@@ -101,19 +97,23 @@ def _whole(loader: yaml.CSafeLoader, node: yaml.ScalarNode) -> int:
 
 _Loader.add_constructor(_NUMBERS[0], _whole)
 
-_DEEPEST = 200  # levels: on deep nesting libyaml's loader overflows the stack, its parser of events does not
-_LEVELS = {
-    yaml.MappingStartEvent: 1,
-    yaml.SequenceStartEvent: 1,
-    yaml.MappingEndEvent: -1,
-    yaml.SequenceEndEvent: -1,
-}
+
+def _mapping(loader: yaml.CSafeLoader, node: yaml.MappingNode) -> dict[Any, Any]:
+    """A mapping; an error for a key that is repeated, where PyYAML would drop all values but the last."""
+    names = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode) and key.value != "<<")
+    twice = next((name for name, count in names.items() if count > 1), None)
+    if twice is not None:
+        raise yaml.MarkedYAMLError(problem=f"key {shown(twice)} stands twice", problem_mark=node.start_mark)
+    loader.flatten_mapping(node)
+    return loader.construct_mapping(node, deep=True)
+
+
+_Loader.add_constructor("tag:yaml.org,2002:map", _mapping)
 
 
 def parse_yaml(text: str, where: str) -> Any:
-    """Plain data out of YAML text; no tag can construct an object, and no key may stand twice in one mapping."""
+    """Plain data from YAML text; no tag constructs an object, and no key is repeated in one mapping."""
     try:
-        _require_plain(_require_small(yaml.parse(text, yaml.CSafeLoader)))
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
@@ -121,69 +121,9 @@ def parse_yaml(text: str, where: str) -> Any:
         problem = getattr(error, "problem", None) or "the nesting is too deep"
         raise FileError(f"{where} is not valid YAML{line}: {problem}; mend the file.") from None
     except (ValueError, TypeError, ArithmeticError, LookupError, AttributeError) as error:
-        # PyYAML's own constructors of dates, whole numbers (5000 digits) and tagged scalars (!!int "")
+        # PyYAML's own constructors of dates, integers (5000 digits) and tagged scalars (!!int "")
         problem = str(error).partition(";")[0]
         raise FileError(f"{where} holds a value that YAML cannot make sense of: {problem}; mend the file.") from None
-
-
-_MOST_REPEATED = 1_000_000  # values that aliases and merges (<<) may add: forty lines can make more than memory holds
-_LONGEST_NUMBER = 5000  # characters: of a number to base 60 (1:30:00) the time to read it grows with their square
-
-
-def _require_small(events: Iterable[Any]) -> Iterator[Any]:
-    """The events as they are; raises where a value contains itself, or aliases unfold to more than makes sense."""
-    known: dict[str | None, tuple[int, int] | None] = {}  # values and levels below each anchor; None while it is open
-    open_: list[tuple[str | None, int]] = []  # anchor, and how many values there were before it
-    depths: list[int] = [0]  # the deepest level within each that is open, aliases unfolded
-    total = written = 0
-    for event in events:
-        step, anchor, problem = _LEVELS.get(type(event), 0), getattr(event, "anchor", None), None
-        if isinstance(event, yaml.AliasEvent):
-            size, height = known.get(anchor, (0, 0)) or (0, 0)
-            total, depths[-1] = total + size, max(depths[-1], len(open_) + height)
-            if anchor in known and known[anchor] is None:
-                problem = f"{shown(anchor)} contains itself"
-            elif total - written > _MOST_REPEATED:
-                problem = f"its aliases repeat more than {_MOST_REPEATED} values"
-        elif step < 0:
-            (name, before), depth = open_.pop(), depths.pop()
-            known[name], depths[-1] = (total - before, depth - len(open_)), max(depths[-1], depth)
-        elif isinstance(event, yaml.NodeEvent):
-            total, written, known[anchor] = total + 1, written + 1, None if step else (1, 0)
-            if step:
-                open_.append((anchor, total - 1))
-                depths.append(len(open_))
-            elif _is_long_number(event):
-                problem = f"a number has more than {_LONGEST_NUMBER} characters"
-        if problem:
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
-        if depths[-1] > _DEEPEST:
-            raise RecursionError
-        yield event
-
-
-def _is_long_number(event: Any) -> bool:
-    """Whether a scalar that may be read as a number is longer than one is."""
-    plain = event.implicit[0] or event.tag
-    return len(event.value) > _LONGEST_NUMBER and plain and not event.value.strip("+-.:_0123456789")
-
-
-def _require_plain(events: Iterable[Any]) -> None:
-    """Raise where YAML says a key twice: the loader would take the last and drop the others."""
-    open_: list[tuple[set[str] | None, bool]] = []  # keys of each mapping that is open, and whether one comes next
-    for event in events:
-        step = _LEVELS.get(type(event), 0)
-        if step < 0:
-            open_.pop()
-        keys, is_key = open_[-1] if open_ else (None, False)
-        if step >= 0 and keys is not None:
-            open_[-1] = keys, not is_key
-            name = event.value if is_key and isinstance(event, yaml.ScalarEvent) else "<<"  # merging may be repeated
-            if name in keys:
-                raise yaml.MarkedYAMLError(problem=f"key {shown(name)} stands twice", problem_mark=event.start_mark)
-            keys |= {name} - {"<<"}
-        if step > 0:
-            open_.append((set() if isinstance(event, yaml.MappingStartEvent) else None, True))
 
 
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")  # of a model, of a dataclass

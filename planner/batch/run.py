@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tempfile
 from collections import Counter
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from pathlib import Path
 import pydantic
 
 from planner.base.errors import OptionError
-from planner.base.files import is_file, make_folder, write_json, write_whole
+from planner.base.files import make_folder, write_json, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.tables import markdown_table, median
 from planner.batch.outcomes import CRASHED, SOLVED, TIMED_OUT
@@ -125,7 +126,7 @@ def _blank(task: Task) -> Row:
 def _kept(task: Task, out: Path) -> Row | None:
     """The row in the plan's folder, if it would come out the same now."""
     path = out / task.name / ROW_NAME
-    if not is_file(path):
+    if not os.path.isfile(path):
         return None
     try:
         row = pydantic.TypeAdapter(Row).validate_python(json.loads(path.read_text()))

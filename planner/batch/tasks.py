@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -14,7 +15,6 @@ from typing import Any, get_type_hints
 import pydantic
 
 from planner.base.errors import FileError, PlannerError, choices
-from planner.base.files import is_file, is_folder
 from planner.base.yamlfile import Strict, nearest, parse_yaml, read_text, repeated, validate
 from planner.batch.options import plain_options
 from planner.batch.problems import find_problems
@@ -69,7 +69,7 @@ def read_tasks(source: Path, plain: PlanRequest) -> list[Task]:
     MoveIt's problems, see :func:`planner.batch.problems.find_problems`. Raises :class:`FileError` that
     names the plan and the option.
     """
-    if is_folder(source):
+    if os.path.isdir(source):
         found = find_problems(source)
         return [
             Task(each.name, replace(plain, scene=str(each.scene), motion_plan_request=each.request)) for each in found
@@ -127,7 +127,7 @@ def _task(entry: Mapping[str, Any], number: int, plain: PlanRequest, source: Pat
             "put a text in quotes (yes, no, on and off are true and false in YAML)."
         )
     for key in _FILES:
-        if isinstance(given.get(key), str) and is_file(source.parent / given[key]):
+        if isinstance(given.get(key), str) and os.path.isfile(source.parent / given[key]):
             given[key] = str(source.parent / given[key])
     for key in _SEVERAL:
         if isinstance(given.get(key), list) and all(isinstance(part, str) for part in given[key]):

@@ -5,13 +5,13 @@ from __future__ import annotations
 import io
 import json
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.files import write_whole
-from planner.base.places import Place, place
+from planner.base.files import StrPath, write_whole
 from planner.certificate import verify_proof as checker
 from planner.certificate.geometry import Arrays, Cuts, geometry_of, moving_pairs, with_dents, words_of
 from planner.certificate.witnesses import Search
@@ -51,9 +51,9 @@ class Certificate:
         np.savez_compressed(file, allow_pickle=False, meta=meta, **self.arrays)
         return file.getvalue()
 
-    def save(self, path: Place) -> None:
+    def save(self, path: StrPath) -> None:
         """Write it whole or not at all; :class:`FileError` where that cannot be done."""
-        write_whole(place(path), self.content())
+        write_whole(Path(path), self.content())
 
 
 def certificate_of(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -40,7 +41,7 @@ def check(
     joint slides), the motion between two rows is straight in joint space; a joint without limits turns the shorter way.
 
     Rows with times are a trajectory: a trajectory.json or its folder, a JointTrajectory, RobotTrajectory or
-    FollowJointTrajectory goal as JSON or YAML, a CSV with a column t or time, an .npz with t, q and qd, or a bag of
+    FollowJointTrajectory goal as JSON or YAML, a CSV with a column t, or a bag of
     ROS 2 in MCAP. Then what a ROS 2 joint trajectory controller makes of it is checked (lines, with velocities cubics,
     with accelerations quintics) against the limits on velocity, acceleration and jerk too: those of the options, else
     of the trajectory.json, else the robot's own. Where a velocity or an acceleration jumps at a point, the acceleration
@@ -69,7 +70,6 @@ def check(
             can brake without contact. Until when there is one is said.
         json: Print the report as JSON on standard output, and nothing else there.
     """
-    from planner.base.files import is_file, is_folder
     from planner.paths.check import check_path, require_step, worst_excess
 
     require_step(step)
@@ -82,7 +82,9 @@ def check(
     from planner.trajectory.file import TRAJECTORY_NAME
     from planner.trajectory.points import read_points
 
-    without_times = is_folder(path) and not is_file(path / TRAJECTORY_NAME) and is_file(path / JSON_NAME)
+    without_times = (
+        os.path.isdir(path) and not os.path.isfile(path / TRAJECTORY_NAME) and os.path.isfile(path / JSON_NAME)
+    )
     path = path / JSON_NAME if without_times else path
     task = task_record(path)
     checker = open_world(request, start=None if task else lambda checker: _first(path, checker.robot))
@@ -127,13 +129,12 @@ def _first(path: Path, robot: Robot) -> Floats:
 
 
 def _check_task(path: Path, task: TaskRecord, checker: CollisionChecker, step: float, json: bool) -> int:
-    from planner.base.files import is_file
     from planner.tasks.judge import judged, summary
     from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory
     from planner.trajectory.limits import require_of_robot
 
     folder = path if path.is_dir() else path.parent
-    timed = any(segment.trajectory for segment in task.segments) or is_file(folder / TRAJECTORY_NAME)
+    timed = any(segment.trajectory for segment in task.segments) or os.path.isfile(folder / TRAJECTORY_NAME)
     whole = load_trajectory(folder / TRAJECTORY_NAME) if timed else None
     if whole is not None and whole.limits is not None and whole.joints == checker.robot.joints:
         require_of_robot(checker.robot, whole.limits)

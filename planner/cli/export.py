@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -57,14 +58,14 @@ def export(
         skip_first_point: Leave out the point at time 0, where the robot stands already.
         out: File to write; beside the trajectory where left out.
     """
-    from planner.base.files import is_folder, require_writable_file, write_whole
+    from planner.base.files import require_writable_file, write_whole
     from planner.trajectory import export as formats
     from planner.trajectory.file import load_trajectory
     from planner.trajectory.grid import require_rate
 
     if rate is not None:
         require_rate(rate)
-    folder = trajectory if is_folder(trajectory) else trajectory.parent
+    folder = trajectory if os.path.isdir(trajectory) else trajectory.parent
     place = out or folder / f"trajectory-{format}.{formats.SUFFIX[format]}"
     made, said = load_trajectory(trajectory), ""
     events = [f"{event['kind']} '{event['object']}' at {event['t']:.3f} s" for event in made.events]

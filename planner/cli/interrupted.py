@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Callable
 from pathlib import Path
-
-from planner.base.files import is_file
 
 NAME = "interrupted"
 
@@ -16,12 +15,12 @@ def folder_for_interrupted(folder: Path, names: tuple[str, ...]) -> Path:
 
     That is 'interrupted', or 'interrupted-2' and so on where an earlier result is there.
     """
-    return _first_free(folder, lambda name: folder / name, lambda place: any(is_file(place / n) for n in names))
+    return _first_free(folder, lambda name: folder / name, lambda place: any(os.path.isfile(place / n) for n in names))
 
 
 def file_for_interrupted(file: Path) -> Path:
     """``file`` if there is none yet; else a new one beside it."""
-    return _first_free(file, lambda name: file.with_name(f"{file.stem}.{name}{file.suffix}"), is_file)
+    return _first_free(file, lambda name: file.with_name(f"{file.stem}.{name}{file.suffix}"), os.path.isfile)
 
 
 def _first_free(place: Path, named: Callable[[str], Path], taken: Callable[[Path], bool]) -> Path:

@@ -101,7 +101,7 @@ def written_and_told(
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
         record = save_plan_without_page(result, place, clock, certificate and not progress.stopped)
-        others = "".join(f", {place / name}" for name in (TRAJECTORY_NAME, PROOF_NAME) if name in record["files"])
+        others = "".join(f", {place / name}" for name in (TRAJECTORY_NAME, PROOF_NAME) if (place / name).exists())
         written = f"Written: {place / JSON_NAME}, {place / ROADMAP_NAME}{others}"
         with leaving_on_interrupt(f"stopping without the page. {result.message} {written}"):
             if not progress.stopped:

@@ -46,7 +46,7 @@ def task(
     motion = timing_of(timing, no_timing)
     require_writable_folder(out)
     from planner.cli.interrupted import folder_for_interrupted, kept
-    from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME
+    from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, ROADMAP_NAME
     from planner.problem.outcome import Outcome
     from planner.tasks.plan import task as plan_task
     from planner.tasks.result import save_task, task_rows
@@ -62,6 +62,6 @@ def task(
         say((place / JSON_NAME).read_text().rstrip())
     else:
         show(facts(f"{found.task.name}: {record['robot']} in {record['scene']}", task_rows(record)))
-    written = ", ".join(str(place / name) for name in (JSON_NAME, *record["files"]))
+    written = ", ".join(str(place / name) for name in NAMES if (place / name).exists())
     tell(f"{found.message} Written: {written}{kept(out, place)}")
     return found.outcome.exit_code

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import tyro
@@ -28,12 +29,11 @@ def verify(out: tyro.conf.Positional[Path] = Path("out"), debug: Debug = False) 
     Args:
         out: The folder with plan.json, roadmap.npz and proof.npz, or one of these files.
     """
-    from planner.base.files import is_file
     from planner.certificate import verify as verified
     from planner.certificate.verification import require_certificate
     from planner.certificate.verify_proof import Refused
 
-    out = out.parent if is_file(out) else out
+    out = out.parent if os.path.isfile(out) else out
     require_certificate(out)
     try:
         say(verified(out, world_of_plan(out).world))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import fields
 from pathlib import Path
@@ -63,7 +64,6 @@ def view(
         port: Port to serve on; any free one where left out.
         open: Open the page in the browser, where there is a screen.
     """
-    from planner.base.beside import warn_of_mismatch
     from planner.base.files import require_writable_file
     from planner.view.serve import require_free_port, serve
 
@@ -83,7 +83,6 @@ def view(
                 "a result has its own robot, scene and page: give RESULT or options for a state, not both."
             )
         page = _page_beside(result)
-        warn_of_mismatch(page.with_suffix(".json"))
     else:
         if out is not None:
             if port or open:
@@ -120,11 +119,10 @@ def _controller(request: WorldRequest, question: LiveRequest, out: Path | None) 
 
 def _page_beside(result: Path) -> Path:
     """The page of a result given by its folder, its record or the page itself."""
-    from planner.base.files import is_file, is_folder
 
-    if not is_folder(result):
+    if not os.path.isdir(result):
         return result.with_suffix(".html") if result.suffix.lower() == ".json" else result
-    pages = [result / name for name in ("plan.html", "sweep.html") if is_file(result / name)]
+    pages = [result / name for name in ("plan.html", "sweep.html") if os.path.isfile(result / name)]
     if not pages:
         raise FileError(f"folder {result} holds neither plan.html nor sweep.html: 'planner plan --out {result}' first.")
     if len(pages) > 1:

@@ -1,15 +1,13 @@
-"""Why a roadmap's parts are not joined: the fewest obstacles found without which a start would reach a goal.
+"""The obstacles that keep the parts of a roadmap apart: the fewest found without which a start would reach a goal.
 
 That is the minimum constraint removal problem (Hauser 2014, "The minimum constraint removal problem with three robotics
 applications"), which is NP-hard. Here it is searched over straight motions between the parts of the roadmap, each with
-the obstacles that block it; then RRTConnect tries whether fewer obstacles do.
+the obstacles that block it.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,18 +18,12 @@ from planner.collision.checker import CollisionChecker, with_conditions
 from planner.collision.edge_prover import EdgeProver
 from planner.problem.reasons import BudgetSpent, Gap, KeptTooNarrow, NoWay, Separated
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.straight_motions import Motions
 from planner.sampling.connections import nearest_of
-from planner.sampling.first_path import FirstPathSearch, JoinSettings
 
 _PARTS = 12  # the largest parts, from whose nodes links are tried, beside those of starts and goals
 _NEAREST = 4  # nodes of other parts that a node is linked to
 _LINKS = 1000  # the shortest are tried
 _MOST_SETS = 20_000  # sets of obstacles that the search takes up
-_MOTIONS = 2000  # that RRTConnect may check in a world without some obstacles
-_TRIES = 12  # such worlds
-_ENDS = 30  # nodes of either side that it begins at
-_STEP = 0.8  # rad
 
 Blockers = frozenset[int]
 """Numbers of obstacles in the scene."""
@@ -49,26 +41,21 @@ class _Links:
 
 
 def why_apart(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> NoWay:
-    """What keeps the starts of a roadmap from its goals, which lie in other parts of it, as far as it is found.
+    """The reason why the starts of a roadmap lie in other parts of it than its goals.
 
-    The obstacles that are named do suffice: without them every motion of a path from a start to a goal is proven. That
-    fewer would do is not excluded: only some motions between the parts are looked at. What motions keep is named where
-    it is that. Once ``progress`` is asked to
-    stop, the answer is of no use.
+    The obstacles that it names suffice: without them, and without constraints on the path, straight motions between the
+    parts that are proven free lead from a start to a goal. Fewer may suffice, as only some motions are tried. An answer
+    after ``progress`` was asked to stop is of no use.
     """
     gap, keeps = _gap(roadmap, checker), checker.world.keeps
-    if keeps and _Without(roadmap, with_conditions(checker, ()), progress).joins(()):
+    unconstrained = with_conditions(checker, ())
+    links = _links(roadmap, unconstrained)
+    fewest = _fewest(roadmap, links, _blockers(roadmap, unconstrained, links, progress))
+    if fewest:
+        return Separated(tuple(checker.world.obstacles[k].name for k in sorted(fewest)), gap)
+    if keeps and fewest is not None:
         return KeptTooNarrow(keeps.texts, gap)
-    links = _links(roadmap, checker)
-    blockers = _blockers(roadmap, checker, links, progress)
-    fewest = _fewest(roadmap, links, blockers)
-    if (fewest is None or len(fewest) > 1) and not progress.stopped:
-        often = Counter(obstacle for found in blockers if found is not None for obstacle in found)
-        suspects = [obstacle for obstacle, _ in often.most_common()]
-        fewest = _fewer(_Without(roadmap, checker, progress), fewest, suspects)
-    if not fewest:
-        return BudgetSpent(len(roadmap.nodes), gap)
-    return Separated(tuple(checker.world.obstacles[k].name for k in sorted(fewest)), gap)
+    return BudgetSpent(len(roadmap.nodes), gap)
 
 
 def _links(roadmap: Roadmap, checker: CollisionChecker) -> _Links:
@@ -159,46 +146,6 @@ def _keep_least(sets: list[Blockers], new: Blockers) -> bool:
         return False
     sets[:] = [known for known in sets if not new <= known] + [new]
     return True
-
-
-@dataclass(frozen=True)
-class _Without:
-    """The question whether RRTConnect joins a start and a goal of a roadmap in the world that lacks some obstacles."""
-
-    roadmap: Roadmap
-    checker: CollisionChecker
-    progress: Progress
-
-    def joins(self, obstacles: Iterable[int]) -> bool:
-        roadmap, count = self.roadmap, len(self.checker.world.obstacles)
-        if self.progress.stopped:
-            return False
-        prover = _prover(self.checker, ~np.isin(np.arange(count), list(obstacles)), own=True)
-        pairs = _across(roadmap, self.checker, *_sides(roadmap)).pairs
-        first, last = (np.array(list(dict.fromkeys(column))[:_ENDS]) for column in pairs.T.tolist())
-        rng = np.random.default_rng(roadmap.origin.seed)
-        search = FirstPathSearch(Motions(prover), JoinSettings(_STEP, _MOTIONS, 0), rng, self.progress)
-        starts, goals = roadmap.nodes[first], roadmap.nodes[last]
-        return bool(search.straight(starts[:1], goals[:1])) or search.join(starts, goals) is not None
-
-
-def _fewer(without: _Without, known: Blockers | None, suspects: list[int]) -> Blockers | None:
-    """Fewer obstacles than ``known`` (None: all) without which RRTConnect joins a start and a goal; else ``known``."""
-    for suspect in suspects[:_TRIES]:
-        if without.joins((suspect,)):
-            return frozenset((suspect,))
-    everything = frozenset(range(len(without.checker.world.obstacles)))
-    if known is None and without.joins(everything):
-        return _shrunk(without, everything)
-    return known
-
-
-def _shrunk(without: _Without, enough: Blockers) -> Blockers:
-    """A subset of ``enough`` that is enough as well, with obstacles left out one after the other."""
-    for obstacle in sorted(enough)[:_TRIES]:
-        if without.joins(enough - {obstacle}):
-            enough -= {obstacle}
-    return enough
 
 
 def _prover(checker: CollisionChecker, obstacles: Bools, own: bool) -> EdgeProver:

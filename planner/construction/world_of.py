@@ -10,7 +10,7 @@ import numpy as np
 import pydantic
 
 from planner.base.errors import FileError, OptionError
-from planner.base.places import Place
+from planner.base.files import StrPath
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.models.robot import with_widened_limits
@@ -19,7 +19,7 @@ from planner.roadmap.storage import load_roadmap, same_world
 from planner.setup.open import open_world
 
 
-def reopen_plan(config: Mapping[str, Any], path: Place) -> CollisionChecker:
+def reopen_plan(config: Mapping[str, Any], path: StrPath) -> CollisionChecker:
     """A checker of the world that a plan was made in, by the ``config`` of its plan.json and its roadmap at ``path``.
 
     Raises :class:`PlannerError` where it cannot be opened, or differs from what the roadmap was proven in.

@@ -13,9 +13,9 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen, placement
 from planner.base.errors import ArrayError, RobotError, choices
+from planner.base.files import StrPath
 from planner.base.hashing import content_hash
 from planner.base.notes import Note
-from planner.base.places import Place
 from planner.base.yamlfile import FARTHEST
 from planner.models.files import urdf
 from planner.models.files.dae import dae_notes
@@ -74,12 +74,12 @@ class Robot:
 
     @staticmethod
     def load(
-        name: Place,
+        name: StrPath,
         tool: str | None = None,
         fixed_joints: Mapping[str, float] | None = None,
         base: Floats | None = None,
         choice: JointChoice = ALL_JOINTS,
-        srdf: Place | None = None,
+        srdf: StrPath | None = None,
     ) -> Robot:
         """A built-in robot by name, or any robot by the path of its robot.yaml or URDF.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,10 +12,9 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError, SceneError, choices
-from planner.base.files import is_file
+from planner.base.files import StrPath
 from planner.base.hashing import content_hash
 from planner.base.notes import Note
-from planner.base.places import Place, place_text
 from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.yamlfile import (
     FARTHEST,
@@ -235,15 +235,15 @@ class Scene:
         return f"<Scene: {self.name}, {', '.join(f'{len(items)} {kind}' for items, kind in kinds if items) or 'empty'}>"
 
     @staticmethod
-    def load(name: Place) -> Scene:
+    def load(name: StrPath) -> Scene:
         """A built-in scene by name, or by path: our own YAML, MoveIt's PlanningScene as YAML or its ``.scene`` text.
 
         Raises :class:`SceneError` or ``FileError``.
         """
-        name = place_text(name, "scene")
+        name = os.fspath(name)
         path = scene_file(name) or Path(name)
         known = path.suffix.lower() in (".yaml", ".yml", ".scene")
-        if not known and "/" not in name and not is_file(path):
+        if not known and "/" not in name and not os.path.isfile(path):
             there = choices([*scene_names(), *published_scene_names()])
             raise SceneError(f"scene '{name}' not found; scenes are {there}, or give the path of a scene file.")
         where = f"scene file {path}"

@@ -9,14 +9,15 @@ import logging
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
+from planner.base.files import StrPath
 from planner.base.formats import require_readable_version
-from planner.base.places import Place, place
 from planner.base.words import number
 from planner.base.yamlfile import object_of, read_text, shown
 from planner.models.robot import HALF_TURN, Robot
@@ -28,12 +29,8 @@ _ROWS = ("path", "waypoints", "positions")
 _OF_A_PATH = (*_NAMES, *_ROWS, "points", "robot", "scene", "header", "format_version")
 _COLUMNS = ("positions", "velocities", "accelerations", "effort")
 OF_A_POINT = (*_COLUMNS, "time_from_start")
-TIME = ("t", "time", "time_from_start", "time_s", "seconds")
-ENDINGS = {
-    "velocity": ("_velocity", "_vel", ".velocity", "/velocity"),
-    "acceleration": ("_acceleration", "_acc", ".acceleration", "/acceleration"),
-    "effort": ("_effort", "_eff", ".effort", "/effort"),
-}
+TIME = "t"  # s
+ENDINGS = ("_velocity", "_acceleration")
 _TOLERANCES = ("path_tolerance", "goal_tolerance", "component_path_tolerance", "component_goal_tolerance")
 _WRAPPERS = {  # what stands beside a message in what wraps it, as ROS names it
     "goal": ("goal_id", "header"),
@@ -57,7 +54,7 @@ class PathFile:
     notes: tuple[str, ...] = ()
 
 
-def read_joint_path(path: Place, robot: Robot) -> Floats:
+def read_joint_path(path: StrPath, robot: Robot) -> Floats:
     """The joint path (k, dof) of a .json or .csv file, in the robot's order of joints, rad (m where prismatic).
 
     Named columns are put in order, those of joints that are not planned left out, with a warning; without names there
@@ -65,7 +62,7 @@ def read_joint_path(path: Place, robot: Robot) -> Floats:
     Continuous joints are unwound: each step is below half a turn, with a warning where the file has it the longer way.
     Raises :class:`FileError` for a file that cannot be read, is for another robot, or does not tell which way round.
     """
-    path = place(path)
+    path = Path(path)
     where = f"joint path {path}"
     text = read_text(path, "joint path")
     match path.suffix.lower():
@@ -265,64 +262,41 @@ def _text(value: Any) -> str | None:
 
 
 def _from_csv(text: str, robot: Robot, where: str) -> PathFile:
-    """Commas, semicolons, tabs or blanks between columns; a first line of names, behind a # or not; # lines skipped."""
-    names, table = csv_table(text, robot, where)
-    content = PathFile(matrix(table, where), names)
-    if names is None:
-        return content
-    in_order(content, robot, where)
-    kinds = column_kinds(names, robot, where)
-    other = next((name for name in names if kinds[name] not in ("position", "time")), None)
-    if other is not None:
-        raise FileError(f"{where} has a column '{other}' and no times: give a column t (s), or leave it out.")
-    kept = [k for k, name in enumerate(names) if kinds[name] == "position"]
-    return PathFile(content.rows[:, kept], tuple(names[k] for k in kept))
-
-
-def csv_table(text: str, robot: Robot, where: str) -> tuple[tuple[str, ...] | None, list[list[str]]]:
-    """The names of the columns of a CSV, if it has any, and its rows of text; of named columns words become NaN."""
-    lines = [line.strip() for line in text.lstrip("\ufeff").splitlines() if line.strip()]
-    table = [cells(line, where) for line in lines if not line.startswith("#")]
-    names = None
-    if lines and lines[0].startswith("#") and set(first := cells(lines[0].lstrip("# "), where)) & set(robot.joints):
-        names = tuple(first)
-    elif table and not all(map(is_number, table[0])):
-        names, table = tuple(table[0]), table[1:]
+    names, table = csv_table(text, where)
+    rows = matrix(table, where)
     if names is not None:
-        table = [[cell if is_number(cell) else "nan" for cell in row] for row in table]
-    return names, table
+        require_columns(names, rows, robot, where)
+        rate = next((name for name in names if name.endswith(ENDINGS)), None)
+        if rate is not None:
+            raise FileError(f"{where} has a column '{rate}' and no times: give a column {TIME} (s), or leave it out.")
+    return PathFile(rows, names)
 
 
-def column_kinds(names: Sequence[str], robot: Robot, where: str) -> dict[str, str]:
-    """What each column of a CSV is: time, position, velocity, acceleration or effort; others are refused."""
+def csv_table(text: str, where: str) -> tuple[tuple[str, ...] | None, list[list[str]]]:
+    """The names in the first line of a CSV, None where it holds numbers, and the rows of text."""
+    try:
+        table = [[cell.strip() for cell in row] for row in csv.reader(text.removeprefix("\ufeff").splitlines()) if row]
+    except csv.Error as error:
+        raise FileError(f"{where} is not valid CSV: {error}; mend the file.") from None
+    if not table or all(map(_is_number, table[0])):
+        return None, table
+    return tuple(table[0]), table[1:]
+
+
+def require_columns(names: Sequence[str], rows: Floats, robot: Robot, where: str) -> None:
+    """Raise :class:`FileError` for names that do not fit the ``rows``, are repeated, or that no reader knows."""
     joints = (*robot.joints, *robot.fixed_joints)
-    known = dict.fromkeys(TIME, "time") | dict.fromkeys(joints, "position")
-    for kind, endings in ENDINGS.items():
-        known |= {f"{joint}{ending}": kind for joint in joints for ending in endings}
-    listed = [
-        name for name in known if known[name] in ("time", "position") or name.endswith(("_velocity", "_acceleration"))
-    ]
-    require_known((name for name in names if name not in known), listed, where, "a column")
+    require_known(
+        names, (TIME, *joints, *(joint + ending for joint in joints for ending in ENDINGS)), where, "a column"
+    )
     twice = [name for name, count in Counter(names).items() if count > 1]
-    clocks = [name for name in names if known[name] == "time"]
-    if twice or len(clocks) > 1:
-        raise FileError(f"{where} has columns that say the same ({choices(twice or clocks)}): leave one of them.")
-    return {name: known[name] for name in names}
+    if twice:
+        raise FileError(f"{where} has two columns {choices(twice)}: leave one of them.")
+    if len(rows) and rows.shape[1] != len(names):
+        raise FileError(f"{where} names {len(names)} columns and has {rows.shape[1]}: mend the file.")
 
 
-def cells(line: str, where: str) -> list[str]:
-    """The columns of a line of a CSV, whatever separates them; :class:`FileError` for a cell of 131,073 characters."""
-    for mark in (",", ";", "\t"):
-        if mark in line:
-            try:
-                return [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
-            except csv.Error as error:
-                raise FileError(f"{where} is no CSV: {error}; mend the file.") from None
-    return line.split()
-
-
-def is_number(text: str) -> bool:
-    """Whether a cell of a CSV holds a number."""
+def _is_number(text: str) -> bool:
     try:
         number(text)
     except ValueError:

@@ -11,7 +11,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError, SceneError
-from planner.base.places import Place
+from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
@@ -50,7 +50,7 @@ _FAST_STEP = 0.004  # m between stations where the tool's speed matters: between
 
 
 def follow(
-    tool_path: Place | Mapping[str, Any] | ToolPath,
+    tool_path: StrPath | Mapping[str, Any] | ToolPath,
     request: FollowRequest | None = None,
     progress: Progress = QUIET,
     timing: TimingRequest | None = None,
@@ -91,7 +91,7 @@ class Follower:
 
     @staticmethod
     def of(
-        tool_path: Place | Mapping[str, Any] | ToolPath, request: FollowRequest, progress: Progress = QUIET
+        tool_path: StrPath | Mapping[str, Any] | ToolPath, request: FollowRequest, progress: Progress = QUIET
     ) -> Follower:
         """The ladder of a path: all that does not depend on beta or start."""
         clock = Stopwatch()
@@ -180,11 +180,8 @@ class Follower:
         """Why it is not followed beyond what is ``found``: what the ladder says, whatever the beta or the start."""
         if found.share not in self.reasons:
             floor = self._lower_floor()
-            self.reasons[found.share] = why_not(self.checker, found, floor=floor, in_tube=self._in_tube)
+            self.reasons[found.share] = why_not(self.checker, found, floor=floor)
         return self.reasons[found.share]
-
-    def _in_tube(self, tube: Tube) -> Reached:
-        return _reached(tube, self.checker, self.request, QUIET, Stopwatch())
 
     def _lower_floor(self) -> float | None:
         """The highest floor found with which the path is followed farther; None where no floor is in the way."""

@@ -18,7 +18,7 @@ from planner.planning.network import build_network
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
-_ROUNDS_WITHOUT_DIP = 2  # where nothing but the cost decides
+_ROUNDS_ABOVE_ENDS = 2  # where nothing but the cost decides
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
 
 
@@ -67,36 +67,28 @@ def improved_roadmap(
     return improve(roadmap, wider, cost, part, request.rounds, request.seed, progress, clearance=clearance)
 
 
-def without_dip(
+def with_path_above_ends(
     roadmap: Roadmap,
     checker: CollisionChecker,
     request: PlanRequest,
     progress: Progress = QUIET,
     clearance: float = 0.0,
-) -> tuple[Roadmap, float]:
-    """The roadmap with a path whose w does not fall below both its ends', and the floor under w that holds it there.
+) -> Roadmap:
+    """The roadmap with a path whose w does not fall below both its ends' w, as far as a few rounds find one.
 
-    The roadmap is as it was where the best path is such a path, or where none is found. With ``request.above_ends`` the
-    floor is the lower end's w, if the path found costs at most 2 - beta times as much: with length only, beta = 1, none
-    is taken. Otherwise it is 0, and the path found is taken where it is the cheaper one. A floor that is asked for and
-    is above the lower end's w holds a path there by itself.
+    The roadmap is returned as it was where its best path is such a path.
     """
     path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, request, request.beta, clearance))
-    rounds = request.rounds if request.above_ends else min(request.rounds, _ROUNDS_WITHOUT_DIP)
+    rounds = min(request.rounds, _ROUNDS_ABOVE_ENDS)
     if len(path) < 2 or rounds < 1:
-        return roadmap, 0.0
+        return roadmap
     w = path_manipulability(checker.robot, path)
     level = (1.0 - _ROUNDING) * float(min(w[0], w[-1]))
     if w.min() >= level:
-        return roadmap, 0.0
-    cost = motion_cost(roadmap, checker, request, request.beta)
-    limit = (2.0 - request.beta) * float(cost(path[:-1], path[1:]).sum())
-    cost = cost.above(level)
+        return roadmap
+    cost = motion_cost(roadmap, checker, request, request.beta).above(level)
     wider = keeping(checker, clearance)
-    found = improve(roadmap, wider, cost, None, rounds, request.seed, progress, path, clearance)
-    if not request.above_ends:
-        return found.roadmap, 0.0
-    return (found.roadmap, level) if found.curve and found.curve[-1][1] <= limit else (roadmap, 0.0)
+    return improve(roadmap, wider, cost, None, rounds, request.seed, progress, path, clearance).roadmap
 
 
 def motion_cost(roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, beta: float) -> MotionCost:

@@ -144,7 +144,7 @@ def legs_of(query: Query, request: PlanRequest) -> Legs | CannotFollow:
         if tried and not found[name]:
             farthest = max(tried, key=lambda leg: leg.found.share)
             reached = farthest.found.ends if farthest.found.roadmap else farthest.end[None]
-            return replace(why_not(query.checker, farthest.found, reached), leg=name)
+            return replace(why_not(query.checker, farthest.found, reached), leg=name, cone=None)
     return Legs(found["retreat"], found["approach"])
 
 

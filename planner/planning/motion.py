@@ -19,13 +19,10 @@ from planner.trajectory.trajectory import Trajectory
 
 _log = logging.getLogger(__name__)
 
-_OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
-
 
 def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
     """The motion along a plan's path."""
-    floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
-    how = (limits, timing.time_law, floor, cost_in_motion(found), timing.extra_cost)
+    how = (limits, timing.time_law, found.request.min_manipulability, cost_in_motion(found), timing.extra_cost)
     wanted = 0.0 if found.scene.limited else found.request.room  # until when these cannot touch is told for the margin
     kept = min(wanted, found.clearance_kept)
     clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)

@@ -126,10 +126,10 @@ def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> Non
 
 def require_no_floor(request: PlanRequest) -> None:
     """Raise :class:`SceneError` for a floor under manipulability where the earliest motion is asked for."""
-    if request.min_manipulability > 0 or request.above_ends:
+    if request.min_manipulability > 0:
         raise SceneError(
             "obstacles move in this scene, so the earliest motion is looked for, and no floor under manipulability is "
-            "kept: leave --min-manipulability and --above-ends out."
+            "kept: leave --min-manipulability out."
         )
 
 
@@ -166,20 +166,20 @@ def improved(draft: Plan, progress: Progress) -> Plan:
     request = draft.request
     if request.roadmap is not None and request.rounds < 1:
         return draft  # on the roadmap as it is kept
-    from planner.planning.improvement import improved_roadmap, of_size_asked, roomy_roadmap, without_dip
+    from planner.planning.improvement import improved_roadmap, of_size_asked, roomy_roadmap, with_path_above_ends
 
     roadmap, room = roomy_roadmap(draft.roadmap, draft.checker, request, progress)
     improved = improved_roadmap(roadmap, draft.checker, request, request.beta, progress, room)
-    roadmap, level = improved.roadmap, 0.0
+    roadmap = improved.roadmap
     for beta in _EXTREMES:
         if beta != request.beta and request.rounds > 0:
             fewer = replace(request, effort=min(request.rounds, _ROUNDS_PER_EXTREME))
             roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress, room).roadmap
-    if request.above_ends or (request.beta == 0.0 and request.min_manipulability <= 0):
-        roadmap, level = without_dip(roadmap, draft.checker, request, progress, room)
+    if request.beta == 0.0 and request.min_manipulability <= 0:
+        roadmap = with_path_above_ends(roadmap, draft.checker, request, progress, room)
     if request.roadmap is None:
         roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), request, room)
-    return replace(draft, roadmap=roadmap, curve=improved.curve, dip_floor=level, clearance_kept=room)
+    return replace(draft, roadmap=roadmap, curve=improved.curve, clearance_kept=room)
 
 
 def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, seen: set[bytes] | None = None) -> Plan:
@@ -190,8 +190,7 @@ def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, seen: s
     request = draft.request
     law, cost_to_go = gabf.named_law(request.law, request.prescribed_time), None
     with clock("path"):
-        floor = max(request.min_manipulability, draft.dip_floor)
-        healing = HealingNetwork(draft.checker, draft.roadmap, network, floor, seen=seen)
+        healing = HealingNetwork(draft.checker, draft.roadmap, network, request.min_manipulability, seen=seen)
     while True:
         layered = healing.layered
         with clock("gabf"):

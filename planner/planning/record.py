@@ -21,14 +21,6 @@ class PointRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DipRecord(Record):
-    """Whether w falls below both its ends along the path, and the floor that was set so that it does not."""
-
-    below_both_ends: bool
-    floor: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class QualityRecord(Record):
     """How good the path is."""
 
@@ -42,7 +34,6 @@ class QualityRecord(Record):
     manipulability_cost: float | None
     """Omega of the path in pieces of 0.01 rad, where ``cost`` has it by few states an edge; None if charged at nodes"""
     corners: int
-    dip: DipRecord
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,10 +13,8 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.beside import hashes
-from planner.base.files import staged, write_json
+from planner.base.files import StrPath, staged, write_json
 from planner.base.html import html_table
-from planner.base.places import Place, place
 from planner.base.progress import Stopwatch, rounded
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
@@ -36,7 +34,6 @@ from planner.planning.network import PathCost
 from planner.planning.record import (
     CertificateRecord,
     ClearanceRecord,
-    DipRecord,
     FieldRecord,
     FloorRecord,
     HorizonRecord,
@@ -98,7 +95,6 @@ class Plan:
     goal: str | None = None  # the text of the goal that the path reaches
     cost: PathCost | None = None
     curve: tuple[tuple[int, float], ...] = ()  # (rounds of effort, best cost)
-    dip_floor: float = 0.0  # under w, so that the path does not fall below both its ends; 0 where none was set
     clearance_kept: float = 0.0  # m beyond the margin, by all edges that the path was chosen from
     edges_removed: int = 0
     trajectory: Trajectory | None = None  # along the path, where one was asked for
@@ -224,13 +220,13 @@ class Plan:
             return None
         return certificate_of(self.checker, self.path, self.trajectory, self.request.min_manipulability)
 
-    def save(self, folder: Place, certificate: bool = False) -> None:
+    def save(self, folder: StrPath, certificate: bool = False) -> None:
         """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
 
         With a trajectory also ``trajectory.json``, with ``certificate`` also ``proof.npz`` where there is a path.
         Raises :class:`FileError` where that cannot be done.
         """
-        save_plan(self, place(folder, "folder"), certificate=certificate)
+        save_plan(self, Path(folder), certificate=certificate)
 
 
 def plan_record(plan: Plan) -> dict[str, Any]:
@@ -249,7 +245,7 @@ def save_plan_without_page(
 ) -> dict[str, Any]:
     """Write all but the page, take what an earlier plan left of the rest away, and return the record.
 
-    The record comes last, with the hashes of the others, see :mod:`planner.base.beside`.
+    The record is renamed last.
     """
     clock = clock or Stopwatch(plan.timings)
     clock.seconds.update(plan.timings)
@@ -265,7 +261,6 @@ def save_plan_without_page(
             plan.certificate  # noqa: B018 (kept)
         with clock("record"):
             record = plan_record(plan)
-            record["files"] = hashes(inner, (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME))
         record["timings_s"] = clock.record()
         write_json(inner / JSON_NAME, record)
     return record
@@ -370,7 +365,6 @@ def _quality(plan: Plan) -> QualityRecord | None:
     if plan.cost is None:
         return None
     bound = cost_lower_bound(plan.roadmap, plan.robot, plan.request.objective)
-    w = plan.w_along_path
     return QualityRecord(
         effort=plan.request.rounds,
         curve=[PointRecord(rounds=rounds, cost=cost) for rounds, cost in plan.curve],
@@ -378,7 +372,6 @@ def _quality(plan: Plan) -> QualityRecord | None:
         gap=plan.cost.total / bound - 1.0 if bound > 0 else None,
         manipulability_cost=plan.cost_in_pieces,
         corners=corners(plan.path),
-        dip=DipRecord(below_both_ends=bool(w.min() < (1.0 - 1e-9) * min(w[0], w[-1])), floor=plan.dip_floor),
     )
 
 

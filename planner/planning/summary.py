@@ -23,7 +23,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("cost", cost_text(cost)))
         rows += _integral_rows(cost, record["quality"]["manipulability_cost"])
         rows += _quality_rows(record["quality"], bool(record["in_time"]))
-        said = f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path{_floor_text(w)}{_ends_text(record)}"
+        said = f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path{_floor_text(w)}"
         rows.append(("manipulability w", said))
         if record["conditioning"] and record["conditioning"]["poor"]:
             rows.append((CONDITIONING, record["conditioning"]["advice"]))
@@ -168,16 +168,6 @@ def _floor_text(w: dict[str, Any]) -> str:
         return f"; it never reaches the floor of {asked:g}, and stays above its lower end's {ends:.5f}"
     low = "" if ends >= asked else f" but for the stretches from and to its ends, of w {ends:.5f}"
     return f"; above the floor of {asked:g}{low}"
-
-
-def _ends_text(record: dict[str, Any]) -> str:
-    """Whether the path keeps above the lower end's w, where that was asked for."""
-    config = record["config"]
-    if not config.get("above_ends"):
-        return ""
-    if record["quality"]["dip"]["below_both_ends"]:
-        return f"; NOT above its ends: no such path was found at {2 - config['beta']:g} times the cost or less"
-    return "; nowhere below its lower end's"
 
 
 def _certified(field: dict[str, Any]) -> list[tuple[str, str]]:

@@ -72,7 +72,6 @@ class PlanOptions(SessionOptions, total=False):
     roadmap: File | None
     room: float
     beta: float
-    above_ends: bool
     approach: float
     retreat: float
     path_only: bool

@@ -110,8 +110,6 @@ class CannotFollowRecord(Record):
     """the highest floor found with which it goes on, where the floor is too high"""
     cone: float | None
     """rad: the narrowest about the tool's axis with which it was found to go on; 0: a free turn about it will do"""
-    tube: DeviationRecord | None
-    """the narrowest of a few wider ones with which it was found to be followed to that point"""
     leg: Literal["", "approach", "retreat"]
     """which leg of a plan it is, point 1 the plan's goal or start"""
 

@@ -136,8 +136,8 @@ class FloorTooHigh(Reason):
         if self.reachable <= 0:
             return head + "all paths that were found pass through w = 0 or near it: leave --min-manipulability out."
         return head + (
-            f"the highest floor found that a path keeps to is {self.reachable:g}: take --min-manipulability "
-            f"{self.reachable:g}, raise --nodes, or try another --seed."
+            f"the highest floor that a path on a small roadmap keeps to is {self.reachable:g}: take "
+            f"--min-manipulability {self.reachable:g} or less, raise --nodes, or try another --seed."
         )
 
 
@@ -191,14 +191,6 @@ class BlockedInTime(Reason):
 
 
 @dataclass(frozen=True)
-class WiderTube:
-    """A tube, ``position`` m and ``angle`` rad, with which a tool path was found to be followed farther."""
-
-    position: float
-    angle: float
-
-
-@dataclass(frozen=True)
 class CannotFollow(Reason):
     """A tool path cannot be followed to ``point`` (from 1), but for a share ``followed`` of its length; ``cause`` why.
 
@@ -208,7 +200,6 @@ class CannotFollow(Reason):
     by ``distance`` (m, rad) at least; "below_floor": the floor is too high, ``reachable`` the highest
     found with which it goes on; "jump": the solutions there are on other branches, ``distance`` (rad) away at least.
     ``cone``: the narrowest about the axis (rad) that was found to let it there; 0 where a free turn will do.
-    ``tube``: the narrowest of a few wider ones with which it was found to be followed to that point.
     ``leg``: "approach" or "retreat", where it is one of a plan's, point 1 its start or goal.
     """
 
@@ -220,7 +211,6 @@ class CannotFollow(Reason):
     reachable: float = 0.0
     leg: str = ""
     cone: float | None = None
-    tube: WiderTube | None = None
     kind = "cannot_follow"
 
     @property
@@ -231,16 +221,7 @@ class CannotFollow(Reason):
         ways = []
         if self.cone is not None:
             ways += [f"give a cone of {self.cone:g} rad about its axis" if self.cone else "let it turn about its axis"]
-        if self.tube is not None:
-            ways += [f"widen the tube{self._widened}"]
         return " or ".join(ways) or "move the path or the robot's base"
-
-    @property
-    def _widened(self) -> str:
-        """How far the tube would have to be widened, as far as that was found."""
-        if self.tube is None:
-            return ""
-        return f" to {self.tube.position:g} m and {self.tube.angle:g} rad"
 
     @property
     def names(self) -> frozenset[str]:
@@ -277,8 +258,8 @@ class CannotFollow(Reason):
                 )
         return head + (
             f"what was reached and the solutions there are {self.distance:.3g} rad apart, on other branches or with "
-            "something between; free the tool's axis, widen the "
-            f"tube{self._widened}, or split the path there."
+            "something between; free the tool's axis, widen the tube, "
+            "or split the path there."
         )
 
 

@@ -7,6 +7,7 @@ parts that they need.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from numbers import Integral
@@ -15,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
 from planner.base.errors import OptionError, PlannerError, choices, require_number
-from planner.base.places import Place, place, place_text
+from planner.base.files import StrPath
 from planner.base.shares import require_share
 from planner.problem.conditions import Condition, keeps_text
 from planner.problem.objective import (
@@ -40,8 +41,8 @@ class Named(Protocol):
 
 
 if TYPE_CHECKING:
-    Thing: TypeAlias = Place | Named
-    File: TypeAlias = Place
+    Thing: TypeAlias = StrPath | Named
+    File: TypeAlias = StrPath
     State: TypeAlias = str | Iterable[float] | ToolGoal
     Names: TypeAlias = str | Iterable[str]
     Kept: TypeAlias = str | Condition | Iterable[str | Condition]
@@ -70,11 +71,11 @@ class Part:
         for name in ("robot", "scene"):
             value = getattr(self, name, None)
             if isinstance(value, PathLike):
-                object.__setattr__(self, name, place_text(value, name))
+                object.__setattr__(self, name, os.fspath(value))
         for name in ("srdf", "motion_plan_request", "roadmap", "limits"):
             value = getattr(self, name, None)
             if value is not None:
-                object.__setattr__(self, name, place(value, name))
+                object.__setattr__(self, name, Path(value))
 
     def to_dict(self) -> dict[str, Any]:
         """The options by their names on the command line, as plain data: objects by their names, paths as text."""
@@ -326,8 +327,6 @@ class SweepRequest(CostField, KeptRoadmap, RoadmapRequest):
 class PlanRequest(TradeOff, SweepRequest):
     """One plan. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles."""
 
-    above_ends: bool = False
-    """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost."""
     approach: float = 0.0
     """Metres that the tool goes straight along its z axis into the goal, proven within 1 mm and 0.5 degrees."""
     retreat: float = 0.0
@@ -345,11 +344,6 @@ class PlanRequest(TradeOff, SweepRequest):
                 raise OptionError(f"{name} {length:g} m is not usable: give one from 0.001 to 1, or 0 for none.")
         if self.path_only and (self.nodes != PAPER_NODES or self.roadmap is not None):
             raise OptionError("a path only has no roadmap around it: leave out nodes and roadmap, or path-only.")
-        if self.above_ends and self.rounds < 1:
-            raise OptionError(
-                "above-ends is looked for by effort, and there is none, as for a path only or on a kept roadmap where "
-                f"none is said: give effort {DEFAULT_EFFORT}, or leave above-ends out."
-            )
 
     @property
     def objective(self) -> Objective:
@@ -407,7 +401,7 @@ class FollowRequest(PlanRequest):
             raise OptionError("a tool path is followed to its end: leave --goal out.")
         plain = PlanRequest()
         of_goals = ("motion_plan_request", "widen_limits", "ik_solutions", "approach", "retreat")
-        of_free = ("roadmap", "path_only", "above_ends", "nodes", "effort", "room", "ik_tolerance")
+        of_free = ("roadmap", "path_only", "nodes", "effort", "room", "ik_tolerance")
         of_free = of_free if self.begins_on_path else ()
         for names, remedy in ((of_goals, "leave it out"), (of_free, "give a start, or leave it out")):
             for name in names:

@@ -17,12 +17,9 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import frozen
-from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
-from planner.base.files import write_whole
+from planner.base.files import DAMAGE, StrPath, write_whole
 from planner.base.hashing import content_hash
-from planner.base.npz import DAMAGE
-from planner.base.places import Place, place
 from planner.collision.checker import CollisionChecker
 from planner.objective.scale import CostScale
 from planner.roadmap.roadmap import ARRAYS, DTYPES, LIBRARIES, Origin, Roadmap, world_hash
@@ -47,22 +44,19 @@ class _Header:
     checksum: str = ""
 
 
-def save_roadmap(roadmap: Roadmap, path: Place) -> None:
+def save_roadmap(roadmap: Roadmap, path: StrPath) -> None:
     """Write ``path`` completely or not at all; the same roadmap gives the same bytes."""
     arrays: dict[str, Any] = {name: getattr(roadmap, name) for name in DTYPES}
     header = asdict(_Header(FORMAT, VERSION, roadmap.origin, roadmap.scale))
     header["checksum"] = _checksum(header, arrays)
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, header=np.array(json.dumps(header, sort_keys=True)), **arrays)
-    write_whole(place(path), buffer.getvalue())
+    write_whole(Path(path), buffer.getvalue())
 
 
-def load_roadmap(path: Place) -> Roadmap:
-    """Read a roadmap; :class:`FileError` says how a file is damaged.
-
-    A warning is logged where the plan.json next to it was written with another roadmap.
-    """
-    path = place(path)
+def load_roadmap(path: StrPath) -> Roadmap:
+    """Read a roadmap; :class:`FileError` says how a file is damaged."""
+    path = Path(path)
     try:
         roadmap = _read(path)
     except FileError:
@@ -76,7 +70,6 @@ def load_roadmap(path: Place) -> Roadmap:
     except DAMAGE as error:
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise FileError(f"roadmap {path} is damaged or no roadmap ({reason}): build it again.") from None
-    warn_of_mismatch(path)
     return roadmap
 
 

@@ -8,7 +8,6 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from planner.base.errors import OptionError
-from planner.base.files import is_file
 
 _KEYS = b"urdf|obstacles|carried|states|robots|keep|world|robot_model_name|allowed_collision_matrix|joint_limits"
 _MODEL = re.compile(rb"<(robot|mujoco)[\s>]|^[\"']?(" + _KEYS + rb")[\"']?:(\s|$)|\A[^\n]*\n(\* \w|\.\s)", re.MULTILINE)
@@ -21,7 +20,7 @@ def require_models(paths: Iterable[Path], allow_xacro: bool = False) -> None:
     Errors about a model quote it, and nothing of other files may reach a client. Missing files are left to the reader.
     """
     for k, path in enumerate(paths):
-        if os.path.exists(path) and not is_file(path):
+        if os.path.exists(path) and not os.path.isfile(path):
             raise OptionError(f"{path} is a folder, a pipe or a device: give the path of a file.")
         is_xacro = path.suffix.lower() == ".xacro"
         if is_xacro and not allow_xacro:

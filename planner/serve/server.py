@@ -15,7 +15,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from planner.base.errors import FileError, InstallationError, PlannerError
-from planner.base.files import is_file
 from planner.base.interrupts import until_signal
 from planner.base.yamlfile import read_text
 from planner.serve.worlds import Worlds
@@ -109,7 +108,7 @@ def token_in(path: Path) -> str:
         with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
             file.write(f"{secrets.token_hex(32)}\n")
     except FileExistsError:
-        if not is_file(path):
+        if not os.path.isfile(path):
             raise FileError(f"token file {path} is a folder, a pipe or a device: give a file.") from None
     except OSError as error:
         raise FileError(f"token file {path} cannot be written: {error.strerror}; choose another place.") from None

@@ -15,7 +15,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, PlannerError, SceneError, StateError
-from planner.base.places import Place
+from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.models.moving import MovingObstacle
@@ -77,7 +77,7 @@ class Session:
         self,
         robot: Thing,
         scene: Thing,
-        roadmap: Roadmap | Place | None = None,
+        roadmap: Roadmap | StrPath | None = None,
         *,
         join_motions: int | None = None,
         objective: Objective | None = None,
@@ -234,7 +234,7 @@ class Session:
 
     def task(
         self,
-        what: Task | Place | Sequence[Step],
+        what: Task | StrPath | Sequence[Step],
         start: State | None = None,
         progress: Progress = QUIET,
         timing: TimingRequest | None = None,
@@ -242,7 +242,7 @@ class Session:
     ) -> TaskPlan:
         """Plan a task, or steps, in the world as it is now: from where the arm is, holding what it holds.
 
-            found = session.task([Pick("mug"), Place("mug", Region("board", ((0.4, 0.1), (0.7, 0.3)))), Move("home")])
+            found = session.task([Pick("mug"), StrPath("mug", Region("board", ((0.4, 0.1), (0.7, 0.3)))), Move("home")])
 
         Of a :class:`planner.Task`, or its file, robot and scene are the session's. ``start`` is where the arm is; left
         out, the end of the session's last path, and without one where the task begins. What the arm carries may be

@@ -10,8 +10,8 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
+from planner.base.files import StrPath
 from planner.base.notes import tell
-from planner.base.places import Place
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.constraints.keeps import bound_to, narrowed, unbound
@@ -51,7 +51,7 @@ class Query:
 
 
 def open_world(
-    request: WorldRequest, message: Place | None = None, start: Callable[[CollisionChecker], Floats] | None = None
+    request: WorldRequest, message: StrPath | None = None, start: Callable[[CollisionChecker], Floats] | None = None
 ) -> CollisionChecker:
     """A checker of the robot in the scene that ``request`` names, without start and goal.
 
@@ -154,7 +154,7 @@ def conditions_of(
     return scene, tuple(dict.fromkeys(keep))
 
 
-def _message(path: Place | None) -> MotionPlanRequest | None:
+def _message(path: StrPath | None) -> MotionPlanRequest | None:
     if path is None:
         return None
     from planner.models.files.moveit.requests import read_motion_plan_request

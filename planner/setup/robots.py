@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.base.errors import OptionError
+from planner.base.files import StrPath
 from planner.base.notes import Note
-from planner.base.places import Place
 from planner.models.files.packages import PATHS
 from planner.models.files.robot_files import JointChoice, RobotFiles, read_robot, robot_file
 from planner.models.files.urdf_geometry import mesh_files
@@ -97,7 +97,7 @@ _read: dict[tuple[object, ...], _Read] = {}
 _alone = Lock()
 
 
-def files_of(name: str, srdf: Place | None) -> RobotFiles:
+def files_of(name: str, srdf: StrPath | None) -> RobotFiles:
     """The robot's files, read again only where one of them has been touched.
 
     Or where they may include others that nobody has named, as a xacro and an MJCF do.

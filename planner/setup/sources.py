@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from planner.base.errors import PlannerError
-from planner.base.places import Place
+from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.models.files.robot_files import find_robot, robot_file
@@ -38,7 +38,7 @@ def _sources(request: SweepRequest) -> Iterator[Path]:
     yield from (Path(path) for path in (request.motion_plan_request, request.roadmap) if path is not None)
 
 
-def robot_sources(name: str, srdf: Place | None = None) -> Iterator[Path]:
+def robot_sources(name: str, srdf: StrPath | None = None) -> Iterator[Path]:
     """robot.yaml or URDF, then files that they name: URDF, SRDF, meshes; each before it is read, if it can be."""
     yield robot_file(name)
     with contextlib.suppress(PlannerError):

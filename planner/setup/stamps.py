@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from pathlib import Path
 from typing import NamedTuple
 
 from planner.base.errors import PlannerError
-from planner.base.files import is_file
 
 
 class Stamp(NamedTuple):
@@ -26,7 +26,7 @@ class Stamp(NamedTuple):
 def stamp_of(path: Path) -> Stamp | None:
     """How a file stands; None where there is none."""
     with contextlib.suppress(PlannerError, OSError):
-        if is_file(path):
+        if os.path.isfile(path):
             found = path.stat()
             return Stamp(str(path), found.st_mtime_ns, found.st_ctime_ns, found.st_size, found.st_ino)
     return None

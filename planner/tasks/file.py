@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,9 +14,7 @@ from pydantic_core import core_schema
 
 from planner.base.arrays import Floats, as_frozen, numbers, placement
 from planner.base.errors import SceneError
-from planner.base.files import is_file
-from planner.base.places import Place as FilePlace
-from planner.base.places import place as file_place
+from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import (
     FARTHEST,
@@ -305,9 +304,9 @@ class Task:
             raise TaskError("a task has no steps: give at least one Pick, Place or Move.")
 
     @staticmethod
-    def load(path: FilePlace) -> Task:
+    def load(path: StrPath) -> Task:
         """The task in a YAML file; :class:`TaskError` or ``FileError`` name the key that is wrong."""
-        path = file_place(path, "task")
+        path = Path(path)
         where = f"task file {path}"
         file = validate(TaskFile, parse_yaml(read_text(path, "task file"), where), where, TaskError)
         robot, scene = (_beside(name, path) for name in (file.robot, file.scene))
@@ -318,7 +317,7 @@ class Task:
 def _beside(name: str, path: Path) -> str:
     """A file beside the task file, where there is one of that name and the planner has none built in."""
     near = path.parent / name
-    return str(near) if scene_file(name) is None and is_file(near) else name
+    return str(near) if scene_file(name) is None and os.path.isfile(near) else name
 
 
 def _kind(data: Any) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +13,6 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, choices
-from planner.base.files import is_file, is_folder
 from planner.base.polynomials import evaluate
 from planner.base.yamlfile import Number, read_text, validate
 from planner.collision import second_checker
@@ -68,8 +68,8 @@ class SegmentReport:
 
 def task_record(path: Path) -> TaskRecord | None:
     """The record of a task by its folder, its ``plan.json``, or what stands beside that; None for anything else."""
-    place = (path if is_folder(path) else path.parent) / JSON_NAME
-    if not (is_folder(path) or path.name in (JSON_NAME, "trajectory.json")) or not is_file(place):
+    place = (path if os.path.isdir(path) else path.parent) / JSON_NAME
+    if not (os.path.isdir(path) or path.name in (JSON_NAME, "trajectory.json")) or not os.path.isfile(place):
         return None
     where = f"plan {place}"
     data = parse(read_text(place, "plan"), where)

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.places import Place
+from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
 from planner.construction.build import build_roadmap
@@ -38,7 +38,7 @@ _ENDS = 12  # of lines, that the roadmap grows towards
 
 
 def task(
-    what: Task | Place,
+    what: Task | StrPath,
     progress: Progress = QUIET,
     timing: TimingRequest | None = None,
     request: TaskRequest | None = None,
@@ -75,7 +75,7 @@ class TaskPlanner:
 
     @staticmethod
     def of(
-        what: Task | Place,
+        what: Task | StrPath,
         request: TaskRequest | None = None,
         progress: Progress = QUIET,
         **options: Unpack[TaskOptions],

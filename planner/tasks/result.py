@@ -11,9 +11,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.beside import hashes
-from planner.base.files import staged
-from planner.base.places import Place, place
+from planner.base.files import StrPath, staged
 from planner.base.progress import Stopwatch, rounded
 from planner.base.resolutions import RECHECK
 from planner.collision import make_checker
@@ -23,7 +21,7 @@ from planner.models.robot import Robot
 from planner.models.run_record import run_record
 from planner.models.scene import Scene
 from planner.planning.network import PathCost
-from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, ROADMAP_NAME, field_record, motion_record, save_parts
+from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, field_record, motion_record, save_parts
 from planner.planning.summary import cost_text, field_rows
 from planner.problem.outcome import Outcome
 from planner.problem.request import TaskRequest
@@ -36,7 +34,6 @@ from planner.tasks.network import TaskNetwork
 from planner.tasks.options import Options
 from planner.tasks.record import Event, ModesRecord, SegmentRecord, StepFails, TaskPlanRecord
 from planner.tasks.segments import Segment, begins_of, joined
-from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.trajectory import Trajectory
 from planner.view.page import Content, page, save_page
 from planner.view.shown_path import Rows, ShownMotion, ShownPath, path_rows
@@ -170,9 +167,9 @@ class TaskPlan:
         )
         return page(content)
 
-    def save(self, folder: Place) -> None:
+    def save(self, folder: StrPath) -> None:
         """Write ``plan.json``, ``plan.html``, and where there are such ``roadmap.npz`` and ``trajectory.json``."""
-        save_task(self, place(folder, "folder"))
+        save_task(self, Path(folder))
 
 
 def save_task(plan: TaskPlan, folder: Path, clock: Stopwatch | None = None) -> dict[str, Any]:
@@ -184,7 +181,6 @@ def save_task(plan: TaskPlan, folder: Path, clock: Stopwatch | None = None) -> d
             save_parts(inner, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
         with clock("record"):
             record = plan.to_dict()
-            record["files"] = hashes(inner, (ROADMAP_NAME, TRAJECTORY_NAME))
         return save_page(plan.page, inner / PAGE_NAME, record, inner / JSON_NAME, clock)
 
 

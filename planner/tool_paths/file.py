@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -11,10 +12,10 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import ArrayError, FileError
-from planner.base.places import Place, place
+from planner.base.files import StrPath
 from planner.base.yamlfile import Coordinate, Number, Strict, parse_yaml, read_text, validate
 from planner.models.poses import pose
-from planner.paths.file import cells, matrix
+from planner.paths.file import csv_table, matrix
 from planner.tool_paths.tool_path import POINT_ARRAYS, SAGITTA, ToolPath, TubeSize, arc_points, turned_to
 
 _UNIT = 1e-3  # of a quaternion's or an axis's length
@@ -57,14 +58,14 @@ class ToolPathFile(Strict):
     retreat: Annotated[Number, pydantic.Field(ge=0, le=1)] = 0.0
 
 
-def read_tool_path(path: Place | Mapping[str, Any]) -> ToolPath:
+def read_tool_path(path: StrPath | Mapping[str, Any]) -> ToolPath:
     """The tool path in a .yaml or .csv file, or in the keys of one; :class:`FileError` for one that makes no sense.
 
     read_tool_path({"points": [{"position": [0.4, y, 0.3], "axis": [0, 0, -1]} for y in (-0.1, 0.1)]})
     """
     if isinstance(path, Mapping):
         return tool_path_of(validate(ToolPathFile, dict(path), "tool path"), "the tool path", "tool path")
-    path = place(path, "tool path")
+    path = Path(path)
     where, text = f"tool path {path}", read_text(path, "tool path")
     if path.suffix.lower() not in (".yaml", ".yml", ".csv"):
         raise FileError(f"{where} ends in '{path.suffix}': give a .yaml or .csv file.")
@@ -88,16 +89,15 @@ def tool_path_of(file: ToolPathFile, where: str, name: str) -> ToolPath:
 
 
 def _rows(text: str, where: str) -> dict[str, Any]:
-    """What a CSV of named columns says, as the keys of a YAML file; lines that begin with # are skipped."""
-    lines = [line.strip() for line in text.lstrip("\ufeff").splitlines()]
-    names, *table = [cells(line, where) for line in lines if line and not line.startswith("#")] or [[]]
+    """The rows of a CSV of named columns, as the keys of a YAML file."""
+    names, table = csv_table(text, where)
     wanted = {kind: ("x", "y", "z", *columns) for kind, columns in _COLUMNS.items()}
-    kind = next((kind for kind, columns in wanted.items() if sorted(names) == sorted(columns)), None)
-    if kind is None:
-        said = f"has columns {', '.join(names)}" if names else "is empty"
-        raise FileError(f"{where} {said}: give x, y, z and qx, qy, qz, qw or ax, ay, az.")
+    kind = next((kind for kind, columns in wanted.items() if sorted(names or ()) == sorted(columns)), None)
+    if names is None or kind is None:
+        columns = f"has columns {', '.join(names)}" if names else "names no columns"
+        raise FileError(f"{where} {columns}: give x, y, z and qx, qy, qz, qw or ax, ay, az.")
     values = matrix(table, where)
-    if values.shape[1] not in (0, len(names)):
+    if len(table) and values.shape[1] != len(names):
         raise FileError(f"{where} has {len(names)} columns and rows of {values.shape[1]} numbers; mend the file.")
     ordered = values[:, [names.index(name) for name in wanted[kind]]] if table else values
     return {"points": [{"position": row[:3], kind: row[3:]} for row in ordered.tolist()]}

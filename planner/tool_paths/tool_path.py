@@ -37,11 +37,6 @@ class TubeSize:
                     f"tube.{name} {getattr(self, name):g} {unit} is not usable: give one from {least:g} to {most:g}."
                 )
 
-    def widened(self, times: float) -> TubeSize:
-        """So many times as wide in round numbers, and at most as wide as may be."""
-        sizes = {name: min(float(f"{times * getattr(self, name):.4g}"), most) for name, (_, most, _) in _SIZES.items()}
-        return TubeSize(**sizes)
-
 
 @dataclass(frozen=True, eq=False)
 class ToolPath:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,21 +12,14 @@ from planner.base.arrays import Floats, frozen
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.kinematics.inverse import POSITION_TOLERANCE
 from planner.models.robot import Robot
-from planner.problem.reasons import CannotFollow, WiderTube
+from planner.problem.reasons import CannotFollow
 from planner.tool_paths.ladder import solutions_at
 from planner.tool_paths.ladder_roadmap import Reached
 from planner.tool_paths.tube import Tube
 
 _STARTS = 300
 _CONES = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)  # rad
-WIDER = (1.5, 2.0, 3.0, 4.0, 6.0, 8.0)  # times the tube
-_GLANCE = 64  # descents that say whether it is worth while to follow the path in a wider tube
-_TRIES = 2  # times that it is
-_NEAR = 0.5  # rad (m): a jump by more is one to another branch, which no tube makes a motion of
 _LOOKED_AT = 40  # solutions whose contacts are named
-
-InTube = Callable[[Tube], Reached]
-"""How far a ladder leads in another tube."""
 
 
 def why_not(
@@ -36,13 +27,11 @@ def why_not(
     found: Reached,
     reached: Floats | None = None,
     floor: float | None = None,
-    in_tube: InTube | None = None,
 ) -> CannotFollow:
     """The reason why the path is not followed beyond what is ``found``, by its next station.
 
     ``reached`` (k, dof) is where it ends, where the ladder does not say so; ``floor`` is one that lets it go on, where
-    the one asked for is all that is in the way; ``in_tube`` asks how far it is followed in another tube: without it
-    nothing is said of wider tubes and cones.
+    the one asked for is all that is in the way.
     """
     ladder, ends = found.ladder, found.ends if reached is None else reached
     robot, path, stations = ladder.robot, ladder.tube.path, ladder.stations
@@ -54,8 +43,7 @@ def why_not(
         return CannotFollow(cause="below_floor", reachable=floor, **begun)
     q, miss = _solutions(robot, ladder.tube, there)
     if not len(q):
-        if in_tube is not None:
-            begun |= {"cone": _cone(robot, ladder.tube, there), "tube": _wider(found, line, in_tube)}
+        begun |= {"cone": _cone(robot, ladder.tube, there)}
         return _no_solution(robot, ladder.tube, there, miss, begun)
     keeps = checker.world.keeps
     kept = keeps.holds(q)
@@ -73,23 +61,7 @@ def why_not(
     away = 0.0
     if len(ends):
         away = float(np.abs(robot.difference(ends[:, None], free[None])).max(axis=2).min())
-    wider = _wider(found, line, in_tube) if 0.0 < away <= _NEAR else None
-    return CannotFollow(cause="jump", distance=away, tube=wider, **begun)
-
-
-def _wider(found: Reached, line: int, in_tube: InTube | None) -> WiderTube | None:
-    """The narrowest of a few wider tubes in which the path is followed to the point of the file behind a line."""
-    if in_tube is None:
-        return None
-    robot, path = found.ladder.robot, found.ladder.tube.path
-    point = float(path.along[path.given == path.given[line]][-1])
-    tubes = (Tube(replace(path, tube=path.tube.widened(times)), all_of_it=True) for times in WIDER)
-    hopeful = (tube for tube in tubes if len(_solutions(robot, tube, point, _GLANCE)[0]))
-    for tube in itertools.islice(hopeful, _TRIES):
-        reached = in_tube(tube)
-        if reached.share > found.share and reached.along.max() >= point - 1e-9:
-            return WiderTube(**asdict(tube.path.tube))
-    return None
+    return CannotFollow(cause="jump", distance=away, **begun)
 
 
 def _solutions(robot: Robot, tube: Tube, along: float, starts: int = _STARTS) -> tuple[Floats, Floats]:

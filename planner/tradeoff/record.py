@@ -7,7 +7,6 @@ import io
 from pathlib import Path
 from typing import Any
 
-from planner.base.beside import hashes
 from planner.base.files import staged, write_json, write_whole
 from planner.base.html import html_table
 from planner.base.progress import Stopwatch, rounded
@@ -63,14 +62,13 @@ def save_sweep_without_page(tradeoff: Tradeoff, folder: Path, clock: Stopwatch) 
             save_roadmap(tradeoff.roadmap, inner / ROADMAP_NAME)
             record = sweep_record(tradeoff)
             write_whole(inner / CSV_NAME, to_csv(record).encode())
-            record["files"] = hashes(inner, (ROADMAP_NAME, CSV_NAME))
         record["timings_s"] = clock.record()
         write_json(inner / JSON_NAME, record)
     return record
 
 
 def save_sweep_page(tradeoff: Tradeoff, folder: Path, record: dict[str, Any], clock: Stopwatch) -> dict[str, Any]:
-    """Write ``sweep.html``, and the record again with its hash and the seconds of ``clock``."""
+    """Write ``sweep.html``, and the record again with the seconds of ``clock``."""
     return save_page(lambda: sweep_page(tradeoff), folder / PAGE_NAME, record, folder / JSON_NAME, clock)
 
 

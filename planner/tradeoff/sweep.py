@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints, frozen
-from planner.base.places import Place, place
+from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.construction.obtain import obtain_roadmap
@@ -102,11 +103,11 @@ class Tradeoff:
 
         return sweep_page(self)
 
-    def save(self, folder: Place) -> None:
+    def save(self, folder: StrPath) -> None:
         """Write ``sweep.json``, ``sweep.csv``, ``sweep.html`` and ``roadmap.npz`` under ``folder``."""
         from planner.tradeoff.record import save_sweep
 
-        save_sweep(self, place(folder, "folder"))
+        save_sweep(self, Path(folder))
 
 
 def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:

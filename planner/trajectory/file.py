@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats, frozen
-from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError, choices
-from planner.base.files import is_file, is_folder, write_json
-from planner.base.places import Place, place
+from planner.base.files import StrPath, write_json
 from planner.base.yamlfile import Number, Strict, read_text, validate
 from planner.paths.file import parse
 from planner.trajectory.limits import KINDS, MotionLimits
@@ -97,22 +97,21 @@ def trajectory_record(trajectory: Trajectory, robot: str | None = None, scene: s
     }
 
 
-def save_trajectory(trajectory: Trajectory, path: Place, robot: str | None = None, scene: str | None = None) -> None:
+def save_trajectory(trajectory: Trajectory, path: StrPath, robot: str | None = None, scene: str | None = None) -> None:
     """Write ``trajectory.json`` whole or not at all; raises :class:`FileError` where that cannot be done."""
-    write_json(place(path), trajectory_record(trajectory, robot, scene))
+    write_json(Path(path), trajectory_record(trajectory, robot, scene))
 
 
-def load_trajectory(path: Place) -> Trajectory:
+def load_trajectory(path: StrPath) -> Trajectory:
     """The trajectory of a ``trajectory.json``, or of the folder that holds one.
 
     Raises :class:`FileError` for a file that is none, is damaged, or whose times do not increase; warns of one of
     another run than its plan.json.
     """
-    path = place(path)
-    path = path / TRAJECTORY_NAME if is_folder(path) else path
-    if not is_file(path):
+    path = Path(path)
+    path = path / TRAJECTORY_NAME if os.path.isdir(path) else path
+    if not os.path.isfile(path):
         raise FileError(f"trajectory {path} not found: plan first, with times, or check the path.")
-    warn_of_mismatch(path)
     where = f"trajectory {path}"
     file = validate(_File, parse(read_text(path, "trajectory"), where), where)
     dof = len(file.joints)

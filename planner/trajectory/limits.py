@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pydantic
 
 from planner.base.arrays import Floats, as_frozen, frozen, plain_numbers
 from planner.base.errors import FileError, OptionError, PlannerError, choices
-from planner.base.places import Place, place
+from planner.base.files import StrPath
 from planner.base.yamlfile import Number, Strict, nearest, parse_yaml, read_text, validate
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, require_scale
@@ -291,10 +292,10 @@ class _LimitsFile(Strict):
     default_acceleration_scaling_factor: Number = 1.0
 
 
-def _with_file(limits: MotionLimits, path: Place, robot: Robot) -> tuple[MotionLimits, dict[str, float]]:
+def _with_file(limits: MotionLimits, path: StrPath, robot: Robot) -> tuple[MotionLimits, dict[str, float]]:
     """The limits with those of a MoveIt joint_limits.yaml in their place, and its default scaling factors."""
     where = f"joint limits {path}"
-    path = place(path)
+    path = Path(path)
     data = parse_yaml(read_text(path, "joint limits"), where)
     if isinstance(data, dict) and "joint_limits" not in data:
         raise FileError(f"{where} has no key 'joint_limits': give a MoveIt joint_limits.yaml.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -9,32 +10,27 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError, choices
-from planner.base.files import is_folder
-from planner.base.npz import DAMAGE, require_sane_sizes
-from planner.base.places import Place, place
+from planner.base.files import StrPath
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.models.robot import Robot
 from planner.paths.file import (
     ENDINGS,
     TIME,
     PathFile,
-    column_kinds,
     csv_table,
     in_order,
     left_out,
     matrix,
     parse,
-    require_known,
+    require_columns,
 )
 from planner.trajectory.file import TRAJECTORY_NAME, limits_in, require_near
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.messages import EVENTS, OWN, Raw, as_columns, points_of
+from planner.trajectory.messages import Raw, as_columns, points_of
 from planner.trajectory.ros_bag import read_bag
 from planner.trajectory.trajectory import Trajectory, whole_nanoseconds
 
-_SLACK = 64 << 20  # bytes: of rest and zeros much is made little
 _AT_REST = float(np.finfo(np.float32).eps)  # rad/s: what ROS 2's controller lets a trajectory end with
 
 
@@ -86,22 +82,19 @@ class Points:
         return Trajectory.through(self.joints, self.times, *self.columns)
 
 
-def read_points(path: Place, robot: Robot) -> Points | None:
+def read_points(path: StrPath, robot: Robot) -> Points | None:
     """The trajectory of a file, in the robot's order of joints; None where the file holds a path without times.
 
     Our own ``trajectory.json`` or its folder; a JointTrajectory, RobotTrajectory or FollowJointTrajectory goal as JSON
-    or YAML; a CSV with a column of times; an ``.npz`` with t, q, perhaps qd and qdd; the first JointTrajectory of a bag
+    or YAML; a CSV with a column of times; the first JointTrajectory of a bag
     in MCAP. Accelerations make quintics, as in a message; our own file says what its pieces are. Raises
     :class:`FileError` for what cannot be read, and for what nobody knows: each field is honoured, noted or refused.
     """
-    path = place(path)
-    path = path / TRAJECTORY_NAME if is_folder(path) else path
+    path = Path(path)
+    path = path / TRAJECTORY_NAME if os.path.isdir(path) else path
     where = f"trajectory {path}"
-    warn_of_mismatch(path)
     data: Any = None  # of JSON
     match path.suffix.lower():
-        case ".npz":
-            found = _from_npz(path, where)
         case ".mcap":
             message, count = read_bag(path, where)
             found = _first_of(points_of(message, where), count, "messages")
@@ -151,52 +144,25 @@ def _in_order(found: Raw, robot: Robot, where: str) -> Points:
 
 
 def _from_csv(text: str, robot: Robot, where: str) -> Raw | None:
-    names, rows = csv_table(text, robot, where)
-    if names is None or not set(names) & set(TIME):
+    names, rows = csv_table(text, where)
+    if names is None or TIME not in names:
         return None
     table = matrix(rows, where)
-    if table.shape[1] != len(names):
-        raise FileError(f"{where} names {len(names)} columns and has {table.shape[1]}: mend the file.")
-    kinds = column_kinds(names, robot, where)
-    clock = next(k for k, name in enumerate(names) if kinds[name] == "time")
-    joints = tuple(name for name in names if kinds[name] == "position")
-    in_order(PathFile(table[:, [names.index(joint) for joint in joints]], joints), robot, where)
-    positions, notes = table[:, [names.index(joint) for joint in robot.joints]], left_out(joints, robot)
-    given = [positions, *(_of_kind(kind, names, table, robot, where) for kind in ("velocity", "acceleration"))]
-    if "effort" in kinds.values():
-        notes.append("effort is not checked")
-    return Raw(table[:, clock], as_columns(given, where), robot.joints, None, tuple(notes))
+    require_columns(names, table, robot, where)
+    joints = tuple(name for name in names if name in {*robot.joints, *robot.fixed_joints})
+    positions = in_order(PathFile(table[:, [names.index(joint) for joint in joints]], joints), robot, where)
+    given = [positions, *(_of_kind(ending, names, table, robot, where) for ending in ENDINGS)]
+    return Raw(
+        table[:, names.index(TIME)], as_columns(given, where), robot.joints, None, tuple(left_out(joints, robot))
+    )
 
 
-def _of_kind(kind: str, names: tuple[str, ...], table: Floats, robot: Robot, where: str) -> Floats | None:
-    """The columns (k, dof) of a kind, in the robot's order of joints; None where there are none."""
-    found = [
-        [k for k, name in enumerate(names) if name in {joint + e for e in ENDINGS[kind]}] for joint in robot.joints
-    ]
-    if not any(found):
+def _of_kind(ending: str, names: tuple[str, ...], table: Floats, robot: Robot, where: str) -> Floats | None:
+    """The columns (k, dof) of joint names with an ``ending``, in the robot's order; None where there are none."""
+    wanted = [joint + ending for joint in robot.joints]
+    missing = [name for name in wanted if name not in names]
+    if len(missing) == len(wanted):
         return None
-    bad = [joint for joint, columns in zip(robot.joints, found, strict=True) if len(columns) != 1]
-    if bad:
-        raise FileError(
-            f"{where} has not one column of {kind} for {choices(bad)}: give one each for all joints, or none."
-        )
-    return table[:, [columns[0] for columns in found]]
-
-
-def _from_npz(path: Path, where: str) -> Raw:
-    try:
-        require_sane_sizes(path, where, _SLACK)
-        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
-            content = {key: file[key] for key in file.files}
-            arrays = {key: content[key].astype(float, casting="same_kind") for key in ("t", *OWN) if key in content}
-            names = tuple(map(str, content["joints"].tolist())) if "joints" in content else None
-            times, q = arrays["t"], arrays["q"]
-    except FileNotFoundError:
-        raise FileError(f"{where} not found: check the path.") from None
-    except DAMAGE as error:
-        raise FileError(f"{where} is no .npz with t, q and qd: {type(error).__name__}; mend the file.") from None
-    require_known(content, ("t", *OWN, "joints", "events"), where, "an array")
-    if times.ndim != 1 or q.ndim != 2 or len(q) != len(times):
-        raise FileError(f"{where}: t has to be (k,) and q (k, joints); mend the file.")
-    notes = (EVENTS,) if "events" in content else ()
-    return Raw(times, as_columns([arrays.get(key) for key in OWN], where), names, notes=notes)
+    if missing:
+        raise FileError(f"{where} has no column {choices(missing)}: give one for each joint, or none.")
+    return table[:, [names.index(name) for name in wanted]]

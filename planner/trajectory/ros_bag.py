@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from planner.base.errors import FileError, InstallationError
-from planner.base.npz import require_sane_size
 from planner.base.yamlfile import shown
 
 TYPE, TOPIC = "trajectory_msgs/msg/JointTrajectory", "/joint_trajectory"
@@ -41,7 +40,6 @@ int32 sec
 uint32 nanosec
 """
 _COLUMNS = ("positions", "velocities", "accelerations", "effort")
-_SLACK = 64 << 20  # bytes
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 
 
@@ -71,7 +69,6 @@ def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
     """The first JointTrajectory of an MCAP file as plain data, and how many it has; :class:`FileError` for none."""
     library, first, count = require_mcap("reader"), None, 0
     try:
-        _require_sane_chunks(path, where)
         with path.open("rb") as file:
             for schema, channel, message in library.make_reader(file).iter_messages():
                 if schema is not None and schema.name == TYPE:
@@ -96,15 +93,6 @@ def _require_readable(encoding: str, data: bytes, where: str) -> None:
             f"{where}: its JointTrajectory is in {shown(encoding)} of kind 0x{kind.hex()}: record it in plain CDR, "
             "as ROS 2 writes it."
         )
-
-
-def _require_sane_chunks(path: Path, where: str) -> None:
-    """Raise :class:`FileError` for a bag whose chunks would unpack to far more than it is; nothing is unpacked."""
-    with path.open("rb") as file:
-        records = require_mcap("stream_reader").StreamReader(file, emit_chunks=True).records
-        chunk = require_mcap("records").Chunk
-        total = sum(record.uncompressed_size for record in records if isinstance(record, chunk))
-    require_sane_size(path, where, total, _SLACK)
 
 
 def _encoded(message: dict[str, Any]) -> bytes:

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
-from planner.base.beside import hashes
 from planner.base.errors import Reason
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch
@@ -109,11 +108,10 @@ def roadmap_page(roadmap: Roadmap, checker: CollisionChecker) -> str:
 def save_page(
     draw: Callable[[], str], page_file: Path, record: dict[str, Any], record_file: Path, clock: Stopwatch
 ) -> dict[str, Any]:
-    """Write the page, and the record again with its hash and the seconds of ``clock``; returns that record."""
+    """Write the page, and the record again with the seconds of ``clock``; returns that record."""
     with clock("page"):
         write_whole(page_file, draw().encode())
-    files = record["files"] | hashes(page_file.parent, (page_file.name,))
-    record = {**record, "timings_s": clock.record(), "files": files}
+    record = {**record, "timings_s": clock.record()}
     write_json(record_file, record)
     return record
 

@@ -19,7 +19,6 @@ from typing import Any, Protocol
 from urllib.parse import parse_qs, urlsplit
 
 from planner.base.errors import FileError, OptionError, PlannerError
-from planner.base.files import is_file
 from planner.base.interrupts import until_signal
 
 HOST = "127.0.0.1"
@@ -113,7 +112,7 @@ def running(page: Path | str | Controller, port: int = 0) -> Iterator[tuple[str,
 
 def read_page(path: Path) -> bytes:
     """A page's bytes; :class:`FileError` unless it is one of ours."""
-    if not is_file(path):  # a device may have no end
+    if not os.path.isfile(path):  # a device may have no end
         raise FileError(f"page {path} not found: check the path, or plan again.")
     try:
         content = path.read_bytes()

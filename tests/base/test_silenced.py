@@ -57,20 +57,6 @@ def test_no_file_stays_open() -> None:
     assert len(os.listdir("/proc/self/fd")) == before
 
 
-def test_what_c_prints_is_kept(alone: None, capfd: pytest.CaptureFixture[str]) -> None:
-    import ctypes
-
-    libc = ctypes.CDLL(None)
-    with Silenced() as printed:
-        libc.puts(b"from C")
-        libc.dprintf(2, b"Error:   joint 'j' is wrong. See the manual.\n")
-    libc.puts(b"afterwards")
-    libc.fflush(None)
-    assert "from C" in printed.text
-    assert printed.complaint() == "joint 'j' is wrong"
-    assert capfd.readouterr() == ("afterwards\n", "")
-
-
 def test_silence_ends_with_an_exception(capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(ZeroDivisionError), Silenced():
         _ = 1 / 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -138,21 +137,6 @@ def test_limits_are_named_before_the_rest_is_looked_at(
     with pytest.raises(ZeroDivisionError):
         cli.main()
     assert "waypoint 2 puts joint 'joint_2' at 3.5" in capsys.readouterr().err
-
-
-def test_files_of_two_runs_are_noticed(run: Run, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    options = ("--robot", "planar_2r", "--scene", "empty", "--nodes", "20", "--start", "q:0,1", "--no-timing")
-    for name, goal in (("first", "q:1,1"), ("second", "q:1,0.5")):
-        assert run("plan", *options, "--goal", goal, "--out", str(tmp_path / name))[0] == 0
-    first, world = tmp_path / "first", options[:4]
-    assert run("check", str(first / "plan.json"), *world)[0] == 0
-    assert caplog.text == ""
-    shutil.copy(tmp_path / "second" / "roadmap.npz", first)
-    assert run("check", str(first / "plan.json"), *world)[0] == 0
-    assert "plan.json was written with another roadmap.npz than stands beside it: " in caplog.text
-    roadmap = ("--roadmap", str(first / "roadmap.npz"), "--out", str(tmp_path / "third"))
-    assert run("plan", *options, "--goal", "q:1,0.5", *roadmap)[0] == 0
-    assert "roadmap.npz is not the one that plan.json beside it was written with: " in caplog.text
 
 
 def test_a_trajectory_is_judged_by_its_own_limits_whatever_it_is_called(run: Run, tmp_path: Path) -> None:

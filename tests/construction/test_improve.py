@@ -7,15 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from planner.construction.improve import improve, without_last_grown
-from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.scene import Obstacle, Scene
 from planner.models.shapes import Box
 from planner.objective.motion_cost import MotionCost
-from planner.paths.measure import corners, joint_path_length, path_manipulability
+from planner.paths.measure import corners, joint_path_length
 from planner.planning.plan import plan
-from planner.planning.result import Plan
-from planner.planning.summary import summary_rows
 from planner.problem.objective import Objective
 from planner.problem.request import PlanRequest
 from planner.refinement.simplify import TOLERANCE
@@ -58,22 +55,3 @@ def test_the_last_grown_nodes_make_room() -> None:
     kept = {q.tobytes() for q in fewer.nodes}
     assert {q.tobytes() for q in made.roadmap.nodes[path]} <= kept
     assert {q.tobytes() for q in made.roadmap.nodes[: n - 20 - len(path)]} <= kept
-
-
-def test_above_ends_keeps_w_above_the_lower_end() -> None:
-    found = plan(replace(ASKED, goal="q:1.3,0.8", beta=0.2, above_ends=True))
-    w = path_manipulability(found.robot, found.path)
-    ends = manipulability(found.robot, found.path[[0, -1]])
-    assert w.min() >= (1.0 - 1e-6) * ends.min()
-    assert told(found).endswith("; nowhere below its lower end's")
-
-
-def test_where_no_path_keeps_above_its_ends_that_is_told() -> None:
-    """From one side bent to the other the arm has to stretch."""
-    said = told(plan(replace(ASKED, beta=0.2, above_ends=True, effort=1)))
-    assert said.endswith("; NOT above its ends: no such path was found at 1.8 times the cost or less")
-    assert "ends" not in told(plan(replace(ASKED, beta=0.2, effort=1)))
-
-
-def told(found: Plan) -> str:
-    return dict(summary_rows(found.to_dict()))["manipulability w"]

@@ -34,13 +34,9 @@ JSON_FORMS = {
 }
 CSV_FORMS = {
     "bare": "0.1,-0.2\n0.3,0.4\n0.5,1.0\n",
-    "header": f"time,{B},{A}\n0,-0.2,0.1\n1,0.4,0.3\n2,1.0,0.5\n",
-    "header behind a comment": f"# made by hand\n{B},{A}\n-0.2,0.1\n0.4,0.3\n1.0,0.5\n",
-    "comment header": f"# {A} {B}\n0.1 -0.2\n# half way\n0.3 0.4\n0.5 1e0\n",
-    "semicolons, mark of a spreadsheet": f"\ufeff{A};{B}\r\n0.1;-0.2\r\n0.3;0.4\r\n\r\n0.5;1.0\r\n",
-    "tabs": "0.1\t-0.2\n0.3\t0.4\n0.5\t1.0\n",
+    "header": f"{B},{A}\n-0.2,0.1\n0.4,0.3\n1.0,0.5\n",
+    "mark of a spreadsheet": f"\ufeff{A},{B}\r\n0.1,-0.2\r\n0.3,0.4\r\n\r\n0.5,1.0\r\n",
     "quoted": f'"{B}","{A}"\n-0.2,0.1\n0.4,0.3\n1.0,0.5\n',
-    "comment, no header": "# made by hand\n0.1,-0.2\n0.3,0.4\n0.5,1.0\n",
 }
 
 
@@ -126,15 +122,15 @@ BAD = {
     ],
     "p.csv": [
         ("", "holds no rows"),
-        ("# nothing\n", "holds no rows"),
+        (f"# {B} {A}\n1,2\n", "that is not known"),
         (f"{A},{B}\n", "holds no rows"),
-        ("x,y\n1,2\n", f"names joint '{A}' nowhere"),
+        ("x,y\n1,2\n", "has a column 'x' that is not known"),
         ("1,2\n3,four\n", "row 2 holds something that is no number"),
         ("1,2\n3\n", "row 2 has 1 values, the first row has 2"),
-        (f"{A},{B}\n1,\n", f"row 1 has no finite value for joint '{B}'"),
+        (f"{A},{B}\n1,\n", "row 1 holds something that is no number"),
         (f"{A},{B}\n1,2,3\n", "names 2 columns and has 3"),
-        (f"time_ms,{A},{B}\n0,1,2\n", "has a column 'time_ms' that is not known: did you mean 'time"),
-        (f"{A},{B},{B}_vel\n1,2,3\n", f"has a column '{B}_vel' and no times"),
+        (f"time_ms,{A},{B}\n0,1,2\n", "has a column 'time_ms' that is not known"),
+        (f"{A},{B},{B}_velocity\n1,2,3\n", f"has a column '{B}_velocity' and no times"),
         (f"{A},{B},{A}_deg\n1,2,3\n", f"has a column '{A}_deg' that is not known: did you mean '{A}'"),
     ],
     "p.yaml": [("- [1, 2]", "ends in '.yaml': give a .json or .csv file")],

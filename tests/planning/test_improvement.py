@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base.errors import OptionError
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import path_manipulability
-from planner.planning.improvement import improved_roadmap, motion_cost, of_size_asked, without_dip
-from planner.planning.manipulability_floor import layered_network
+from planner.planning.improvement import improved_roadmap, motion_cost, of_size_asked, with_path_above_ends
 from planner.planning.network import build_network
 from planner.problem.objective import Objective
-from planner.problem.request import PAPER_NODES, PlanRequest
+from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from tests.worlds import load, make_post, post_roadmap
 
@@ -50,7 +48,7 @@ def test_without_rounds_or_a_path_nothing_changes() -> None:
     assert improved_roadmap(old, make_post(), replace(REQUEST, effort=0), 0.5).roadmap is old
     alone = old.part(np.ones(len(old.nodes), dtype=bool), np.zeros(len(old.edges), dtype=bool))
     assert improved_roadmap(alone, make_post(), REQUEST, 0.5).roadmap is alone
-    assert without_dip(alone, make_post(), REQUEST) == (alone, 0.0)
+    assert with_path_above_ends(alone, make_post(), REQUEST) == alone
 
 
 @lru_cache
@@ -69,45 +67,16 @@ def dipping() -> tuple[Roadmap, float]:
     raise AssertionError("no two nodes are such ends")
 
 
-def test_a_dip_between_two_good_ends_is_gone() -> None:
-    request = replace(REQUEST, beta=0.2, effort=2, above_ends=True)
-    roadmap, least = dipping()
-    found, level = without_dip(roadmap, make_post(), request)
-    assert level == pytest.approx(least, rel=1e-6)
-    network = build_network(found, 0.2)
-    layered = layered_network(found, network, level)
-    field = gabf.solve(layered.network)
-    steps = gabf.extract_path(layered.network, field, int(layered.starts[0]))
-    path = path_waypoints(found, ROBOT, layered.roadmap_node[steps])
-    assert path_manipulability(ROBOT, path).min() >= level * (1 - 1e-9)
-
-
-def test_a_floor_below_the_ends_does_not_put_the_option_out() -> None:
-    request = replace(REQUEST, beta=0.2, effort=2, above_ends=True)
-    roadmap, least = dipping()
-    _, level = without_dip(roadmap, make_post(), replace(request, min_manipulability=0.3 * least))
-    assert level == pytest.approx(least, rel=1e-6)
-    assert without_dip(roadmap, make_post(), replace(request, min_manipulability=1.5 * least))[1] == 0.0
-
-
-def test_without_effort_the_option_is_refused() -> None:
-    for more in ({"effort": 0}, {"effort": None, "path_only": True, "nodes": PAPER_NODES}, {"roadmap": "out"}):
-        with pytest.raises(OptionError, match="above-ends is looked for by effort, and there is none"):
-            replace(REQUEST, above_ends=True, **{"effort": None, **more})
-    assert replace(REQUEST, above_ends=True, effort=2, roadmap="out").rounds == 2
-
-
-def test_without_the_option_the_cost_decides_about_a_dip() -> None:
+def test_the_cost_decides_about_a_dip() -> None:
     roadmap, _ = dipping()
-    found, level = without_dip(roadmap, make_post(), replace(REQUEST, beta=0.2, effort=2))
-    assert level == 0.0
+    found = with_path_above_ends(roadmap, make_post(), replace(REQUEST, beta=0.2, effort=2))
     assert len(found.nodes) > len(roadmap.nodes)
     assert best(found, 0.2)[0] <= best(roadmap, 0.2)[0]
 
 
 def test_a_dip_that_no_path_avoids_stays() -> None:
     """From one side bent to the other the arm has to stretch."""
-    assert without_dip(post_roadmap(seed=1), make_post(), REQUEST) == (post_roadmap(seed=1), 0.0)
+    assert with_path_above_ends(post_roadmap(seed=1), make_post(), REQUEST) == post_roadmap(seed=1)
 
 
 def test_motions_cost_what_the_request_asks_for() -> None:

@@ -122,7 +122,7 @@ def test_a_bad_csv_is_one_sentence(text: str, tmp_path: Path) -> None:
 
 
 def test_a_csv_of_a_spreadsheet_is_read(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("\ufeff# seam\nx;y;z;ax;ay;az\n0.4;-0.1;0.3;0;0;-1\n\n0.4;0.1;0.3;0;0;-1\n")
+    (tmp_path / "a.csv").write_text("\ufeffx,y,z,ax,ay,az\n0.4,-0.1,0.3,0,0,-1\n\n0.4,0.1,0.3,0,0,-1\n")
     np.testing.assert_array_equal(read_tool_path(tmp_path / "a.csv").positions, [[0.4, -0.1, 0.3], [0.4, 0.1, 0.3]])
 
 

@@ -24,7 +24,6 @@ from planner.roadmap.storage import load_roadmap
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.tube import Tube
-from planner.tool_paths.why_not import WIDER
 from tests.documents import ROOT
 from tests.tool_paths.judge import line_of, outside, passes_by, pose_of, raster
 from tests.worlds import load, planar_trap
@@ -213,41 +212,6 @@ def test_the_cone_that_would_do_is_told_and_does(orientation: dict[str, Any]) ->
     assert far.reason.cone is None
 
 
-@pytest.mark.parametrize("orientation", [{"axis": [0, 0, -1]}, {"quaternion": [1, 0, 0, 0]}])
-def test_the_tube_that_would_do_is_told_and_does(orientation: dict[str, Any]) -> None:
-    """A little out of reach: followed in the tube that is told, which Pinocchio judges, and not in one less wide."""
-    points = [[0.66, -0.08, 0.5], [0.7, 0.08, 0.5]]
-    path = line_of(points, **orientation)
-    found = follow(path, REQUEST)
-    assert isinstance(found.reason, CannotFollow)
-    told = found.reason.tube
-    assert told is not None
-    assert f" or widen the tube to {told.position:g} m and {told.angle:g} rad." in found.message
-    assert found.to_dict()["reason"]["tube"] == {"position": told.position, "angle": told.angle}
-    wider = line_of(points, tube=(told.position, told.angle), **orientation)
-    does = follow(wider, REQUEST, timing=TimingRequest())
-    assert does.outcome is Outcome.SOLVED
-    assert does.trajectory is not None
-    assert does.trajectory.proven
-    s = np.linspace(0, 1, 5)[:, None, None]
-    states = (does.path[:-1] + s * np.diff(does.path, axis=0)).reshape(-1, 7)
-    moments = does.trajectory.at(np.linspace(0, does.trajectory.duration, 1500))
-    assert 0.5 < outside(wider, does.robot, states) <= 1.0
-    assert outside(wider, does.robot, moments) <= 1.0
-    tried = [path.tube.widened(times) for times in WIDER]
-    narrower = tried[[size.position for size in tried].index(told.position) - 1]
-    less = follow(line_of(points, tube=(narrower.position, narrower.angle), **orientation), REQUEST)
-    assert less.outcome is Outcome.PARTLY_FOLLOWED
-
-
-def test_no_tube_is_told_where_none_helps(follower: Follower) -> None:
-    far = follow(line_of([[1.6, 0, 0.5], [1.7, 0, 0.5]]), REQUEST)
-    assert isinstance(far.reason, CannotFollow)
-    assert far.reason.tube is None
-    assert "widen" not in far.message
-    assert follower.path.tube.widened(1e6).position == 0.1
-
-
 def test_what_is_out_of_reach_on_the_path_is_followed_inside_the_tube() -> None:
     """By less than the tube: the tool goes beside the path there."""
     path = line_of([[0.68, -0.08, 0.5], [0.6975, 0.08, 0.5]])
@@ -327,7 +291,7 @@ def test_options_that_make_no_sense_are_refused() -> None:
             FollowRequest(tool_speed=bad)
     with pytest.raises(OptionError, match="leave --goal out"):
         FollowRequest(goal="home")
-    of_free_motions = (("path_only", True), ("above_ends", True), ("nodes", 50), ("effort", 3), ("room", 0.02))
+    of_free_motions = (("path_only", True), ("nodes", 50), ("effort", 3), ("room", 0.02))
     for name, value in (("ik_solutions", 3), ("widen_limits", True), *of_free_motions):
         with pytest.raises(OptionError, match=f"--{name.replace('_', '-')} says nothing to a tool path"):
             FollowRequest(**{name: value})  # pyright: ignore[reportArgumentType]

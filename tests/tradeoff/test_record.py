@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.base.beside import mismatch
 from planner.roadmap.storage import load_roadmap
 from planner.tradeoff.record import interval_rows, save_sweep, summary_lines, sweep_record
 from planner.tradeoff.sweep import Tradeoff, sweep
@@ -21,10 +20,6 @@ def test_the_files(swept: Tradeoff, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["roadmap.npz", "sweep.csv", "sweep.html", "sweep.json"]
     assert json.loads((tmp_path / "sweep.json").read_text()) == record
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"] == swept.roadmap.sha256
-    assert sorted(record["files"]) == ["roadmap.npz", "sweep.csv", "sweep.html"]
-    assert mismatch(tmp_path / "sweep.json") is None
-    (tmp_path / "sweep.csv").write_text("of another")
-    assert "written with another sweep.csv" in (mismatch(tmp_path / "sweep.json") or "")
     assert {"outcome", "robot", "scene", "seed", "config", "versions", "complete", "solves"} <= set(record)
     assert {"setup", "roadmap", "costs", "gabf", "path", "measures", "total"} <= set(record["timings_s"])
     for written, interval in zip(record["intervals"], swept.intervals, strict=True):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from pathlib import Path
 
@@ -44,9 +43,10 @@ def test_what_no_controller_runs_has_a_reason(times: list, columns: list, words:
     ("columns", "kind"), [(["q"], "lines"), (["q", "qd"], "cubics")], ids=["positions", "with velocities"]
 )
 def test_what_is_given_decides_what_runs_between(columns: list[str], kind: str, tmp_path: Path) -> None:
-    arrays = {"t": np.array([0.0, 1.0]), "q": np.array([[0.0, 0.0], [0.5, 0.1]]), "qd": np.zeros((2, 2))}
-    np.savez(tmp_path / "a.npz", **{key: arrays[key] for key in ("t", *columns)})
-    points = read_points(tmp_path / "a.npz", ARM)
+    names = ["t", A, B, *(f"{joint}_velocity" for joint in (A, B) if "qd" in columns)]
+    rows = [[0.0] * len(names), [1.0, 0.5, 0.1, 0.0, 0.0][: len(names)]]
+    (tmp_path / "a.csv").write_text("\n".join(",".join(map(str, row)) for row in [names, *rows]))
+    points = read_points(tmp_path / "a.csv", ARM)
     assert points is not None
     assert points.trajectory().interpolation == kind
 
@@ -56,11 +56,10 @@ def test_accelerations_without_velocities_are_not_read_as_velocities(tmp_path: P
     bare = message(velocities=[])
     bare["points"][0]["velocities"] = []
     (tmp_path / "a.json").write_text(json.dumps(bare))
-    (tmp_path / "a.csv").write_text(f"t,{A},{B},{A}_acc,{B}_acc\n0,0,0,0,0\n1,1,1,0,0\n")
-    np.savez(tmp_path / "a.npz", t=[0.0, 1.0], q=np.zeros((2, 2)), qdd=np.zeros((2, 2)))
+    (tmp_path / "a.csv").write_text(f"t,{A},{B},{A}_acceleration,{B}_acceleration\n0,0,0,0,0\n1,1,1,0,0\n")
     ours = {**OURS, "points": [{"t": p["t"], "q": p["q"], "qdd": p["qdd"]} for p in OURS["points"]]}
     (tmp_path / "b.json").write_text(json.dumps(ours))
-    for name in ("a.json", "a.csv", "a.npz", "b.json"):
+    for name in ("a.json", "a.csv", "b.json"):
         with pytest.raises(FileError, match="accelerations and no velocities"):
             read_points(tmp_path / name, ARM)
 
@@ -89,21 +88,19 @@ def test_what_is_left_aside_is_noted(tmp_path: Path) -> None:
     ("name", "text", "words"),
     [
         ("a.yaml", "points: 3", "holds no trajectory"),
-        ("a.csv", "t,joint_1,joint_2\n0,0,0\n1,x,0\n", "point 2 holds a number"),
+        ("a.csv", "t,joint_1,joint_2\n0,0,0\n1,x,0\n", "row 2 holds something that is no number"),
         ("a.csv", "t,joint_1,joint_2\n0,0,0\n", "holds one point"),
-        ("a.csv", "t,joint_1,joint_2,joint_1_vel\n0,0,0,0\n1,0,0,0\n", "not one column of velocity for joint_2"),
-        (
-            "a.csv",
-            "t,joint_1,joint_2,joint_1_vel,joint_1_velocity,joint_2_vel\n0,0,0,0,0,0\n",
-            "of velocity for joint_1",
-        ),
-        ("a.csv", "t,time,joint_1,joint_2\n0,0,0,0\n", r"say the same \(t, time\)"),
+        ("a.csv", "t,joint_1,joint_2,joint_1_velocity\n0,0,0,0\n1,0,0,0\n", "no column joint_2_velocity"),
+        ("a.csv", "t,t,joint_1,joint_2\n0,0,0,0\n", "has two columns t"),
         ("a.csv", "t,joint_1,joint_2,joint_3\n0,0,0,0\n", "column 'joint_3' that is not known"),
-        ("a.csv", "t,joint_1,joint_2,joint_1_vel_deg\n0,0,0,0\n", "did you mean 'joint_1_vel"),
+        ("a.csv", "t,joint_1,joint_2,joint_1_velocity_deg\n0,0,0,0\n", "did you mean 'joint_1_vel"),
         ("a.csv", "t,joint_1\n0,0\n", "names joint 'joint_2' nowhere"),
         ("a.json", '{"points": [{"positions": [0, 0], "time_from_start": "soon"}]}', "is no time"),
-        ("a.npz", "PK", "no .npz"),
-        ("a.csv", f"t,joint_1,joint_2\n0,0,{'1' * 140_000}\n", r"a\.csv is no CSV: field larger than field limit"),
+        (
+            "a.csv",
+            f"t,joint_1,joint_2\n0,0,{'1' * 140_000}\n",
+            r"a\.csv is not valid CSV: field larger than field limit",
+        ),
     ],
 )
 def test_what_cannot_be_read_is_a_sentence(name: str, text: str, words: str, tmp_path: Path) -> None:
@@ -112,29 +109,6 @@ def test_what_cannot_be_read_is_a_sentence(name: str, text: str, words: str, tmp
         read_points(tmp_path / name, ARM)
 
 
-def test_arrays_that_nobody_knows_are_refused(tmp_path: Path) -> None:
-    np.savez(tmp_path / "a.npz", t=[0.0, 1.0], q=np.zeros((2, 2)), qdot=np.zeros((2, 2)))
-    with pytest.raises(FileError, match="has an array 'qdot' that is not known: did you mean 'qd"):
-        read_points(tmp_path / "a.npz", ARM)
-
-
 def test_a_path_without_times_is_none(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("joint_1,joint_2\n0,0\n1,1\n")
     assert read_points(tmp_path / "a.csv", ARM) is None
-
-
-@pytest.mark.parametrize("place", [0, 60, 200])
-def test_damaged_arrays_are_refused(place: int, tmp_path: Path) -> None:
-    buffer = io.BytesIO()
-    np.savez(buffer, t=MADE.times, **dict(zip(("q", "qd", "qdd"), MADE.columns, strict=False)))
-    content = bytearray(buffer.getvalue())
-    content[place] ^= 0xFF
-    (tmp_path / "a.npz").write_bytes(content)
-    with pytest.raises(FileError, match=r"is no \.npz with t, q and qd"):
-        read_points(tmp_path / "a.npz", ARM)
-
-
-def test_arrays_that_unpack_to_far_more_than_they_are_are_refused(tmp_path: Path) -> None:
-    np.savez_compressed(tmp_path / "a.npz", t=[0.0, 1.0], q=np.zeros((2, 2)), qd=np.zeros((5_000_000, 2)))
-    with pytest.raises(FileError, match=r"a\.npz would unpack to 800\d+ bytes, far more than it is"):
-        read_points(tmp_path / "a.npz", ARM)

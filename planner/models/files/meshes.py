@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from operator import itemgetter
 from pathlib import Path
@@ -12,8 +13,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.cache import cached
 from planner.base.errors import FileError
-from planner.base.files import is_file
-from planner.base.places import Place, place
+from planner.base.files import StrPath
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, shown
 from planner.models.files.dae import dae_fault
@@ -37,10 +37,10 @@ _LARGEST = 512 << 20  # bytes of a mesh file
 _MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
 
 
-def read_mesh(path: Place, scale: float | Floats = 1.0) -> Mesh:
+def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
     """The triangles of an STL, OBJ, DAE or PLY file, in metres after ``scale``; :class:`FileError` otherwise."""
-    path = place(path)
-    if not is_file(path):
+    path = Path(path)
+    if not os.path.isfile(path):
         raise FileError(f"mesh file {path} not found: check 'file', which is relative to the scene file.")
     require_readable_mesh(path)
     try:

@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 
 from planner.base.errors import RobotError
-from planner.base.files import is_folder
 from planner.base.resources import robots_folder
 from planner.base.yamlfile import shown
 
@@ -26,7 +25,7 @@ def find_package(name: str, *files: Path) -> Path:
     shared = [*(prefix / "share" for prefix in prefixes), robots_folder(), example_robot_data().parent]
     for folders, inside in ((around, ""), (near, "*/"), (ros, "*/"), (ros, "**/"), (shared, "*/")):
         for folder in folders:
-            if inside and is_folder(folder / name):
+            if inside and os.path.isdir(folder / name):
                 return folder / name
             for file in sorted(folder.glob(f"{inside}package.xml")):
                 if _name_in(file) == name:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,9 +14,8 @@ import pinocchio as pin
 import pydantic
 
 from planner.base.errors import RobotError, choices
-from planner.base.files import is_file
+from planner.base.files import StrPath
 from planner.base.notes import Note
-from planner.base.places import Place, place, place_text
 from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
 from planner.models.files import urdf
@@ -258,9 +258,9 @@ class RobotFiles:
         return tuple(found)
 
 
-def read_robot(name: Place, srdf: Place | None = None) -> RobotFiles:
+def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
     """The files of a robot given by name, or by the path of its robot.yaml or URDF; ``srdf`` replaces its own."""
-    name, srdf = place_text(name, "robot"), None if srdf is None else place(srdf, "srdf")
+    name, srdf = os.fspath(name), None if srdf is None else Path(srdf)
     folder, file = find_robot(name)
     description = urdf.read_description(file.urdf.path(folder) if file else Path(name), file.urdf.args if file else {})
     own = file.srdf if file else None
@@ -279,7 +279,7 @@ def robot_file(name: str) -> Path:
     """The robot.yaml or URDF that a name or path stands for, whether it is there or not."""
     if name in robot_names():
         return robots_folder() / name / _ROBOT_FILE
-    return Path(name) / _ROBOT_FILE if name and is_file(Path(name) / _ROBOT_FILE) else Path(name)
+    return Path(name) / _ROBOT_FILE if name and os.path.isfile(Path(name) / _ROBOT_FILE) else Path(name)
 
 
 def find_robot(name: str) -> tuple[Path, RobotFile | None]:
@@ -290,9 +290,9 @@ def find_robot(name: str) -> tuple[Path, RobotFile | None]:
         return path.parent, validate(RobotFile, parse_yaml(read_text(path, "robot file"), where), where, RobotError)
     if path.suffix.lower() in (".urdf", ".xml", ".xacro") or "/" in name:
         return path.parent, None
-    if is_description(name) and not is_file(path):
+    if is_description(name) and not os.path.isfile(path):
         return Path(), _of_description(name)
-    if is_file(path):
+    if os.path.isfile(path):
         raise RobotError(f"robot file {path} ends neither in .urdf nor in .yaml: rename it, or choose another file.")
     raise RobotError(
         f"robot '{name}' not found; robots are {choices(robot_names())}, or give the path of a URDF or of a robot.yaml "

@@ -11,8 +11,7 @@ from typing import Any
 
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError
-from planner.base.files import make_folder, write_whole
-from planner.base.places import Place, place
+from planner.base.files import StrPath, make_folder, write_whole
 from planner.models.moving import MovingObstacle
 from planner.models.poses import quaternion_of
 from planner.models.scene import Scene
@@ -20,14 +19,14 @@ from planner.models.shapes import Box, Carried, Mesh, Obstacle
 from planner.problem.conditions import AND
 
 
-def write_scene(scene: Scene, path: Place) -> list[Path]:
+def write_scene(scene: Scene, path: StrPath) -> list[Path]:
     """Write ``scene`` to ``path``, and every mesh as an OBJ file beside it; returns what was written.
 
     :meth:`Scene.load` reads the same scene from it, to rounding. Permissions are written shape by shape.
     Raises :class:`FileError` where that cannot be done, :class:`SceneError` for what such a file has no words for: an
     object that is placed in a frame of its own, a mesh with a radius.
     """
-    path = place(path)
+    path = Path(path)
     for item in (*scene.obstacles, *scene.carried):
         if item.frame:
             raise SceneError(

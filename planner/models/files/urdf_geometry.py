@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,7 +14,6 @@ import pinocchio as pin
 
 from planner.base.arrays import frozen
 from planner.base.errors import RobotError, choices
-from planner.base.files import is_file
 from planner.base.silenced import Silenced
 from planner.models.files.meshes import MeshFault, link_mesh, mesh_loader, reason, require_readable_mesh, shape_of
 from planner.models.files.thinned import thinned
@@ -108,7 +108,7 @@ def _places(description: Description, name: str) -> Iterator[Path]:
     """The files that a mesh of this ``name`` may be in."""
     place = name.removeprefix("file://")
     found = (Path(folder) / place for folder in description.package_dirs)
-    return (path for path in found if is_file(path))
+    return (path for path in found if os.path.isfile(path))
 
 
 def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pydantic
 
-from planner.base import places
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
+from planner.base.files import StrPath
 from planner.base.notes import Note
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole, parse_yaml, read_text, validate
 from planner.models.files.moveit.fields import Label, Noted, Refused, none, notes_of
@@ -255,9 +256,9 @@ class MotionPlanRequest:
     path_joints: tuple[JointConstraint, ...]
 
 
-def read_motion_plan_request(path: places.Place) -> MotionPlanRequest:
+def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
     """The request at ``path``; :class:`SceneError` for what cannot be read, or a field that changes what is asked."""
-    path = places.place(path)
+    path = Path(path)
     where = f"MotionPlanRequest {path}"
     data = parse_yaml(read_text(path, "MotionPlanRequest"), where)
     message = validate(MotionPlanRequestMessage, data, where, SceneError)

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from planner.planning.conditioning import reachable_floor
-from planner.planning.highest_floor import highest_floor
 from planner.planning.manipulability_floor import first_violation
 from planner.planning.plan import plan
-from planner.problem.outcome import Outcome
-from planner.problem.reasons import FloorTooHigh
+from planner.planning.why_no_path import highest_floor
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
 from tests.worlds import checker_of, post_roadmap, small_plan
@@ -43,11 +41,3 @@ def test_it_is_none_where_every_path_passes_zero() -> None:
     request = PlanRequest(min_manipulability=0.1)
     checker = checker_of("planar_2r")
     assert highest_floor(post_roadmap(), checker, request) == 0.0
-
-
-def test_the_floor_that_is_told_is_kept_by_the_plan_that_asks_for_it() -> None:
-    """A smaller roadmap, grown less patiently, kept to a higher one; that of the plan itself did not."""
-    request = PlanRequest(robot="iiwa14", scene="paper", seed=1, nodes=300, min_manipulability=0.12, effort=0)
-    reason = plan(request).reason
-    assert isinstance(reason, FloorTooHigh)
-    assert plan(replace(request, min_manipulability=reason.reachable)).outcome is Outcome.SOLVED
