@@ -19,10 +19,9 @@ from planner.certificate import verify, verify_proof
 from planner.certificate.geometry import geometry_of
 from planner.certificate.verify_proof import Refused
 from planner.collision import BACKENDS, make_checker
-from planner.collision.coal import CoalChecker, CoalInTime
+from planner.collision.coal import CoalInTime
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.moving_prover import TimedProver
-from planner.collision.pair_survey import Reason, survey_pairs
 from planner.collision.self_pairs import adjacent_pairs
 from planner.collision.world import World
 from planner.constraints.keeps import Keeps
@@ -236,30 +235,6 @@ def test_what_curves_are_proven_to_keep_dense_samples_keep(which: str | int) -> 
 def test_a_level_tool_is_proven_to_stay_level() -> None:
     keeps = Keeps(palletizer().robot, (KeepAxis("z", (0.0, 0.0, 1.0), 1e-3),))
     assert keeps.proven(curves_of(palletizer().robot, 20, 3, seed=6)).all()
-
-
-@pytest.mark.parametrize("which", ["palletizer", 1, 4, 9])
-def test_links_that_are_proven_apart_never_touch(which: str | int) -> None:
-    made = linkage(which)
-    found = survey_pairs(made.robot, CoalChecker, 100, 0)
-    apart = {frozenset(pair) for pair in found.pairs(Reason.APART)}
-    world = World.of(made.robot, Scene("none"), frozenset())
-    contacts = [world.contact(k) for k in range(len(world.self_pairs))]
-    world = world.only(np.array([{one.first, one.second} in apart for one in contacts]))
-    assert len(world.self_pairs) == len(apart) > 0
-    assert made.nearest(world, random_q(made.robot, 300)) > 0
-
-
-def test_one_turn_of_a_leader_is_not_all_there_is(urdf_file) -> None:
-    """What follows by a half touches where the leader has turned by more than half a turn."""
-    box = '<box size="0.1 0.1 0.1"/>'
-    links = link_xml("base") + link_xml("column") + link_xml("tool") + link_xml("arm", box, '<origin xyz="1 0 0"/>')
-    links += link_xml("hand", box, f'<origin xyz="{np.cos(3.09)} {np.sin(3.09)} 0"/>')
-    joints = joint_xml("on", "base", "column", "fixed") + joint_xml("at", "base", "hand", "fixed")
-    joints += joint_xml("lead", "column", "tool", limit="-6 6") + joint_xml("led", "column", "arm", limit="-3 3")
-    path = urdf_file(links + joints[:-8] + '<mimic joint="lead" multiplier="0.5"/></joint>')
-    found = survey_pairs(Robot.load(path, tool="tool"), CoalChecker, 1, 0)
-    assert not found.pairs(Reason.APART)
 
 
 def test_what_is_proven_in_time_touches_at_no_moment() -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import threading
-from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -102,69 +100,3 @@ def test_one_path_is_timed_in_four_threads_as_in_one() -> None:
         return made.coefficients.tobytes() + made.times.tobytes()
 
     assert len({motion(0), *at_once(motion, list(range(THREADS)))}) == 1
-
-
-_WRITES = """
-import os, threading
-from planner.base.silenced import Silenced
-done, wrote = threading.Event(), {}
-def talk(name):
-    k = 0
-    while not done.is_set():
-        os.write(1, f"{name} {k}\\n".encode())
-        k += 1
-    wrote[name] = k
-talkers = [threading.Thread(target=talk, args=(f"talker{n}",)) for n in range(3)]
-for thread in talkers:
-    thread.start()
-for _ in range(800):
-    with Silenced():
-        pass
-done.set()
-for thread in talkers:
-    thread.join()
-for name, count in wrote.items():
-    os.write(1, f"{name} said {count}\\n".encode())
-"""
-
-
-def test_nothing_that_other_threads_write_is_lost_while_libraries_are_kept_silent() -> None:
-    done = subprocess.run([sys.executable, "-c", _WRITES], capture_output=True, text=True, timeout=120, check=True)
-    lines = done.stdout.splitlines()
-    heard = Counter(line.split()[0] for line in set(lines) if " said " not in line)
-    said = {line.split()[0]: int(line.split()[-1]) for line in lines if " said " in line}
-    assert heard == said
-    assert len(lines) == sum(said.values()) + len(said)
-
-
-_PRINTS = """
-import sys, threading
-from planner.models.robot import Robot
-done = threading.Event()
-def talk(name):
-    k = 0
-    while not done.is_set():
-        sys.stdout.write(f"{name} {k}\\n")
-        k += 1
-    sys.stdout.write(f"{name} said {k}\\n")
-talkers = [threading.Thread(target=talk, args=(f"talker{n}",)) for n in range(2)]
-loaders = [threading.Thread(target=Robot.load, args=(name,)) for name in ("planar_2r", "iiwa14", "planar_2r", "ur5")]
-for thread in talkers + loaders:
-    thread.start()
-for thread in loaders:
-    thread.join()
-done.set()
-for thread in talkers:
-    thread.join()
-print("the end")
-"""
-
-
-def test_nothing_that_other_threads_print_is_lost_while_robots_are_read() -> None:
-    done = subprocess.run([sys.executable, "-c", _PRINTS], capture_output=True, text=True, timeout=120, check=True)
-    lines = done.stdout.splitlines()
-    assert lines[-1] == "the end"
-    for name in ("talker0", "talker1"):
-        said = int(next(line for line in lines if line.startswith(f"{name} said")).split()[-1])
-        heard = [int(line.split()[1]) for line in lines if line.startswith(name) and "said" not in line]
-        assert sorted(heard) == list(range(said))

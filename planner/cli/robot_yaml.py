@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING
 
 import tyro
 
-from planner.base.errors import FileError, OptionError
-from planner.cli.common import Debug, Flag
-from planner.cli.terminal import say, watching
-from planner.problem.request import names_text, require_one_choice, require_seed
+from planner.base.errors import FileError
+from planner.cli.common import Debug
+from planner.cli.terminal import say
+from planner.problem.request import names_text, require_one_choice
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.collision.checker import CollisionChecker
-    from planner.collision.pair_survey import Survey
     from planner.models.robot import Robot
 
 
@@ -27,19 +26,15 @@ def robot_yaml(
     tool: str | None = None,
     group: str | None = None,
     joints: str | None = None,
-    samples: int = 10000,
-    seed: int = 0,
-    trust_samples: Flag = False,
     out: Path = Path("robot.yaml"),
     debug: Debug = False,
 ) -> int:
     """Write a robot.yaml for a URDF, with the link pairs that need no collision check.
 
-    Finds pairs of links that are adjacent, that touch in nearly every random configuration, and that are proven never
-    to touch. Pairs that only never touched in the sample, which MoveIt's setup assistant disables too, are listed as
-    comments and stay checked: a sample is no proof. The same command and seed write the same file. Then the robot is
-    tried: its home, random configurations and targets; pairs of links that stand in the way are named. Where no file
-    says where home is, and links touch with all joints at zero, a home is chosen where none do. Examples:
+    These are pairs of links that one joint joins, or that touch in nearly every random configuration. Pairs that only
+    never touched stay checked: a sample is no proof, and checks of links that are far apart cost next to nothing. Then
+    the robot is tried: its home, random configurations and targets; pairs of links that stand in the way are named.
+    Where no file says where home is, and links touch with all joints at zero, a home is chosen where none do. Examples:
 
     planner robot-yaml robots/examples/arm.urdf --tool tip --out mine/robot.yaml
 
@@ -49,18 +44,12 @@ def robot_yaml(
 
     Args:
         robot: The path of a URDF, xacro, MJCF or robot.yaml, or the name of a robot.
-        srdf: An SRDF: its disabled pairs hold and are not looked at again; its groups and named states are known.
+        srdf: An SRDF: its disabled pairs hold, its groups and named states are known.
         tool: Frame that targets and manipulability speak of; the tip of --group, or the only tip, where left out.
         group: Planning group of the SRDF: its joints are planned, the others held.
         joints: Joints to plan, with commas between, the others held; those between base and tool where left out.
-        samples: Random configurations to look at.
-        seed: Seed of these configurations.
-        trust_samples: Disable pairs too that never touched in the sample, where no proof was found.
-        out: The file to write; what is there is not overwritten.
+        out: The file to write; an existing file is not overwritten.
     """
-    if not 100 <= samples <= 10_000_000:
-        raise OptionError(f"{samples} samples are not usable: give a whole number from 100 to 10000000.")
-    require_seed(seed)
     require_one_choice(group, joints)
     from planner.base.files import make_folder, require_writable_file, write_whole
 
@@ -68,7 +57,7 @@ def robot_yaml(
         raise FileError(f"{out} is there already and is not overwritten: choose another --out, or remove it.")
     require_writable_file(out)
     from planner.collision.coal import CoalChecker
-    from planner.collision.pair_survey import survey_pairs
+    from planner.collision.self_pairs import generate_disabled_pairs
     from planner.models.files.robot_files import JointChoice, read_robot
     from planner.models.model_checks import require_bodies
     from planner.models.robot import assemble
@@ -78,15 +67,14 @@ def robot_yaml(
     names = None if joints is None else tuple(names_text(joints).split(","))
     arm = assemble(files, tool, JointChoice(group, names))
     require_bodies(arm)
-    with watching() as progress:
-        survey = survey_pairs(arm, CoalChecker, samples, seed, progress)
-    checker = _tried_as(arm, survey.unchecked(trust_samples), {*files.home} & {*arm.joints})
+    listed = arm.disabled_pairs or frozenset()
+    never_apart = generate_disabled_pairs(arm, CoalChecker) - listed
+    checker = _tried_as(arm, never_apart | listed, {*files.home} & {*arm.joints})
     make_folder(out.parent)
-    write_whole(out, text_of(files, checker.robot, survey, out.parent, trust_samples).encode())
-    say(_summary(survey, trust_samples))
+    write_whole(out, text_of(files, checker.robot, never_apart, out.parent).encode())
     for sentence in _outlook(arm, checker):
         say(sentence)
-    say(f"Written: {out}. Plan with --robot {out}")
+    say(f"Written: {out}, with {len(never_apart)} pairs of links that need no check. Plan with --robot {out}")
     return 0
 
 
@@ -98,7 +86,7 @@ def _tried_as(arm: Robot, unchecked: frozenset[frozenset[str]], said: set[str]) 
     from planner.models.scene import Scene
     from planner.setup.trial import free_home
 
-    checker = CoalChecker(World.of(arm, Scene("none"), unchecked | (arm.disabled_pairs or frozenset())))
+    checker = CoalChecker(World.of(arm, Scene("none"), unchecked))
     home = None if said else free_home(checker)
     if home is None or (home == arm.home).all():
         return checker
@@ -125,15 +113,3 @@ def _outlook(arm: Robot, checker: CollisionChecker) -> Iterator[str]:
             f"'{pair[0]}' and '{pair[1]}' touch {' and '.join(where)}: if the real ones do not, give the URDF simpler "
             f'collision geometry there, or add ["{pair[0]}", "{pair[1]}"] to disabled_pairs of the file.'
         )
-
-
-def _summary(survey: Survey, trust_samples: bool) -> str:
-    from planner.collision.pair_survey import Reason
-
-    count = {reason: len(survey.pairs(reason)) for reason in Reason}
-    checked = count[Reason.SOMETIMES] + (0 if trust_samples else count[Reason.NEVER])
-    return (
-        f"Of {len(survey.reasons)} pairs of links {count[Reason.ADJACENT]} are adjacent, {count[Reason.ALWAYS]} touch "
-        f"nearly always, {count[Reason.APART]} never touch by a proof and {count[Reason.NEVER]} never touched in "
-        f"{survey.samples} random configurations, which is no proof; {checked} are checked."
-    )

@@ -1,4 +1,4 @@
-"""The text of a robot.yaml for a URDF and SRDF, with the reasons for its disabled pairs as comments."""
+"""The text of a robot.yaml for a robot, with the reasons for its disabled pairs as comments."""
 
 from __future__ import annotations
 
@@ -7,20 +7,18 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from planner.collision.pair_survey import Reason, Survey
+from planner.collision.self_pairs import ALWAYS, adjacent_pairs
 from planner.models.files.packages import example_robot_data
 from planner.models.files.robot_files import RobotFiles, Source
 from planner.models.robot import Robot
 
-_DISABLED = (Reason.ADJACENT, Reason.ALWAYS, Reason.APART)
 
+def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset[str]], folder: Path) -> str:
+    """The text of a robot file for ``folder``: paths in it are relative to that.
 
-def robot_yaml(files: RobotFiles, robot: Robot, survey: Survey, folder: Path, trust_samples: bool = False) -> str:
-    """The text of a robot file that stands in ``folder``: paths in it are relative to that.
-
-    Pairs that were only never seen to touch stand there as comments, with ``trust_samples`` as disabled pairs.
+    ``never_apart``: pairs of links that need no check because they are adjacent or touch nearly always.
     """
-    return "\n".join([*_what(files, robot, folder), *_pairs(files, survey, trust_samples)]) + "\n"
+    return "\n".join([*_what(files, robot, folder), *_pairs(files, robot, never_apart)]) + "\n"
 
 
 def _what(files: RobotFiles, robot: Robot, folder: Path) -> Iterator[str]:
@@ -55,18 +53,17 @@ def _source(path: Path, folder: Path, own: Source | None) -> str:
     return json.dumps({"file": Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix(), **arguments})
 
 
-def _pairs(files: RobotFiles, survey: Survey, trust_samples: bool) -> Iterator[str]:
-    yield f"# link pairs that need no check, besides the SRDF's; found by {survey.samples} random configurations"
-    listed = [reason for reason in _DISABLED if survey.pairs(reason)]
-    never = survey.pairs(Reason.NEVER)
-    known = (files.file.disabled_pairs if files.file else None) or []
-    yield "disabled_pairs:" if known or listed or (never and trust_samples) else "disabled_pairs: []"
-    if known:
-        yield "  # as the robot file has them already"
-        yield from (f"  - {json.dumps(pair)}" for pair in known)
-    for reason in listed:
-        yield f"  # {reason.value}"
-        yield from (f"  - {json.dumps(pair)}" for pair in survey.pairs(reason))
-    if never:
-        yield f"  # {Reason.NEVER.value}" + ("" if trust_samples else ": they are checked")
-        yield from (f"  {'' if trust_samples else '# '}- {json.dumps(pair)}" for pair in never)
+def _pairs(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset[str]]) -> Iterator[str]:
+    known = [sorted(pair) for pair in (files.file.disabled_pairs if files.file else None) or []]
+    adjacent = adjacent_pairs(robot) & never_apart
+    groups = {
+        "as the robot file has them already": known,
+        "joined by one joint": sorted(sorted(pair) for pair in adjacent),
+        f"touch in at least {100 * ALWAYS:g} % of random configurations": sorted(map(sorted, never_apart - adjacent)),
+    }
+    yield "# link pairs that need no collision check, besides the SRDF's"
+    yield "disabled_pairs:" if any(groups.values()) else "disabled_pairs: []"
+    for reason, pairs in groups.items():
+        if pairs:
+            yield f"  # {reason}"
+            yield from (f"  - {json.dumps(pair)}" for pair in pairs)

@@ -7,12 +7,10 @@ from __future__ import annotations
 
 import logging
 import os
-import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from threading import Lock
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,7 +28,7 @@ from planner.problem.request import WorldRequest
 from planner.problem.targets import Joints, Target, parse_base
 from planner.setup.message import choice_of, notes_on, start_of
 from planner.setup.resolve import looks_like_degrees
-from planner.setup.stamps import Stamp, stamp_of
+from planner.setup.sources import Stamp, stamp_of
 
 if TYPE_CHECKING:
     from planner.models.files.moveit.requests import MotionPlanRequest
@@ -38,7 +36,6 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _KEPT = 16  # robots
-_TICK = 20_000_000  # ns: times of files are as coarse as the kernel's clock
 
 
 def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
@@ -81,44 +78,22 @@ def _require_as_it_is(request: WorldRequest) -> None:
             )
 
 
-@dataclass(frozen=True, eq=False)
-class _Read:
-    """A robot's files, and how those that it was read from stood then."""
-
-    files: RobotFiles
-    stamps: tuple[tuple[Path, Stamp | None], ...]
-
-    @property
-    def is_current(self) -> bool:
-        return all(stamp_of(path) == stamp for path, stamp in self.stamps)
-
-
-_read: dict[tuple[object, ...], _Read] = {}
-_alone = Lock()
+_read: dict[tuple[object, ...], tuple[RobotFiles, dict[Path, Stamp | None]]] = {}
 
 
 def files_of(name: str, srdf: StrPath | None) -> RobotFiles:
-    """The robot's files, read again only where one of them has been touched.
+    """The robot's files, read again where one of them has changed.
 
-    Or where they may include others that nobody has named, as a xacro and an MJCF do.
+    A xacro or MJCF file is read each time, as it may include files that no list names.
     """
     key = name, srdf, *map(os.environ.get, PATHS)
-    with _alone:
-        known = _read.pop(key, None)
-    if known is None or not known.is_current:
-        began = time.time_ns() - _TICK
+    files, stamps = _read.get(key, (None, {}))
+    if files is None or any(stamp_of(path) != stamp for path, stamp in stamps.items()):
         files = read_robot(name, srdf)
-        paths = dict.fromkeys(_paths_of(files))
-        known = _Read(files, tuple((path, stamp_of(path)) for path in paths))
-        if any(path.suffix.lower() in (".xacro", ".xml") for path in paths) or any(
-            stamp is not None and max(stamp.written, stamp.changed) >= began for _, stamp in known.stamps
-        ):
-            return files  # and one that changes as it is read
-    with _alone:
-        _read[key] = known
-        while len(_read) > _KEPT:
-            _read.pop(next(iter(_read)))
-    return known.files
+        stamps = {path: stamp_of(path) for path in _paths_of(files)}
+        if not any(path.suffix.lower() in (".xacro", ".xml") for path in stamps):
+            _read[key] = files, stamps
+    return files
 
 
 def _paths_of(files: RobotFiles) -> Iterator[Path]:

@@ -7,6 +7,7 @@ import hashlib
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
+from typing import TypeAlias
 
 from planner.base.errors import PlannerError
 from planner.base.files import StrPath
@@ -16,7 +17,18 @@ from planner.models.files.robot_files import find_robot, robot_file
 from planner.models.files.urdf import Description, read_description
 from planner.models.files.urdf_geometry import mesh_files
 from planner.problem.request import SweepRequest
-from planner.setup.stamps import Stamp, stamp_of
+
+Stamp: TypeAlias = tuple[str, int, int]
+"""The path of a file, when it was last changed (ns; programs can set back mtime), and its size (bytes)."""
+
+
+def stamp_of(path: Path) -> Stamp | None:
+    """The stamp of a file; None where there is none."""
+    try:
+        stat = path.stat()
+    except (OSError, ValueError):
+        return None
+    return str(path), stat.st_ctime_ns, stat.st_size
 
 
 def sources_hash(request: SweepRequest) -> str:
@@ -66,7 +78,7 @@ def scene_sources(name: str) -> Iterator[Path]:
 @lru_cache(maxsize=4096)
 def _content(stamp: Stamp) -> bytes:
     try:
-        with open(stamp.path, "rb") as file:
+        with open(stamp[0], "rb") as file:
             return hashlib.file_digest(file, "sha256").digest()
     except OSError:  # the plan will say so
         return b"unreadable"
@@ -74,13 +86,13 @@ def _content(stamp: Stamp) -> bytes:
 
 @lru_cache(maxsize=64)
 def _description(stamp: Stamp, arguments: tuple[tuple[str, str], ...]) -> Description:
-    return read_description(Path(stamp.path), dict(arguments))
+    return read_description(Path(stamp[0]), dict(arguments))
 
 
 @lru_cache(maxsize=4096)
 def _scene_meshes(stamp: Stamp) -> tuple[str, ...]:
     """The mesh files that a scene of our own names."""
-    data = parse_yaml(read_text(Path(stamp.path), "scene file"), "scene file")
+    data = parse_yaml(read_text(Path(stamp[0]), "scene file"), "scene file")
     things = [data.get(key) for key in ("obstacles", "carried")] if isinstance(data, dict) else []
     items = [item for each in things if isinstance(each, list) for item in each if isinstance(item, dict)]
     return tuple(item["file"] for item in items if isinstance(item.get("file"), str))

@@ -14,7 +14,6 @@ from planner.base.resources import robots_folder
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.request import WorldRequest
-from planner.setup import robots
 from planner.setup.open import open_world
 from planner.setup.robots import robot_of
 
@@ -60,22 +59,6 @@ def test_what_changed_is_seen_even_at_the_same_time_and_length(in_place: bool, a
     os.utime(other, (1e9, 1e9))
     other.replace(file)
     assert not np.array_equal(robot(arm).upper, known.upper)
-
-
-def test_files_that_are_still_being_written_are_not_kept(arm: Path) -> None:
-    file = next(arm.glob("*.urdf"))
-    os.utime(file, (4e9, 4e9))
-    assert robot(arm) is not robot(arm)
-
-
-def test_files_written_within_a_tick_of_the_clock_before_they_are_read_are_not_kept(
-    arm: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    changed = max(path.stat().st_ctime_ns for path in arm.glob("*"))
-    monkeypatch.setattr(robots.time, "time_ns", lambda: changed + 4_000_000)
-    assert robot(arm) is not robot(arm)
-    monkeypatch.setattr(robots.time, "time_ns", lambda: changed + 40_000_000)
-    assert robot(arm) is robot(arm)
 
 
 def test_what_may_include_files_that_nobody_names_is_read_each_time(arm: Path) -> None:
