@@ -64,7 +64,7 @@ def _write(path: Path, arrays: Arrays) -> None:
 
 def _remove_oldest(folder: Path) -> None:
     """Remove the oldest files beyond the bytes that one kind may take."""
-    files = sorted((stat.st_mtime_ns, stat.st_size, path) for path in folder.glob("*.npz") if (stat := path.stat()))
+    files = sorted((stat.st_mtime_ns, stat.st_size, path) for path in folder.iterdir() if (stat := path.stat()))
     left = _MOST
     for _, size, path in reversed(files):
         left -= size

@@ -30,8 +30,6 @@ SCENES = {
     "half a surrogate pair": ('name: "\\ud800"', "invalid Unicode"),
     "a name of 300,000 letters": (f"name: {'a' * 300_000}", "at most 1000 characters"),
     "a capsule of 1e-9": ("obstacles: [{name: a, type: capsule, radius: 0.1, length: 1.0e-9}]", "capsule.length"),
-    "a mesh of 300 letters": (f"obstacles: [{{name: a, type: mesh, file: {'x' * 300}}}]", "too long"),
-    "a mesh with a zero byte": ('obstacles: [{name: a, type: mesh, file: "a\\0"}]', "null byte"),
     "vertices that are no list": (MOVEIT.replace("OBJECT", MESH.replace("VERTICES", "5")), "valid list"),
     "a huge index": (
         MOVEIT.replace("OBJECT", MESH.replace("VERTICES", CORNERS).replace("INDICES", f"[0, 1, {10**25}]")),
