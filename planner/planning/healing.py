@@ -6,10 +6,9 @@ import itertools
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
-from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import first_seen, straight
+from planner.collision.looks import straight
+from planner.collision.second_look import second_look
 from planner.planning.manipulability_floor import first_violation, layered_network
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
@@ -21,10 +20,9 @@ class HealingNetwork:
         while not healing.accepts(path := ...a node path on healing.layered...):
             ...                                            # solve again: what failed is gone
 
-    An edge fails that touches something when coal samples it every millimetre of motion, or the ``checker`` itself,
-    where that is another library, every ``RECHECK_BY_BACKEND``; an arc fails
-    that falls below the manipulability ``floor``, see :func:`first_violation`. ``seen``: what passed in the same
-    world before, to which is added what passes now.
+    An edge fails on which :func:`second_look` sees a contact; an arc fails that falls below the manipulability
+    ``floor``, see :func:`first_violation`. ``seen``: what passed in the same world before, to which is added what
+    passes now.
     """
 
     def __init__(
@@ -37,8 +35,7 @@ class HealingNetwork:
     ) -> None:
         self.roadmap, self.layered, self.floor = roadmap, layered_network(roadmap, network, floor), floor
         self.edges_removed = 0
-        self._judges = dict([(checker, RECHECK_BY_BACKEND), (second_checker(checker), RECHECK)])
-        self.robot = checker.robot
+        self.robot, self._checker = checker.robot, checker
         self._seen = set() if seen is None else seen  # edges that passed: a sweep meets them many times
 
     def accepts(self, steps: Ints) -> bool:
@@ -73,11 +70,8 @@ class HealingNetwork:
         if not edges:
             return 0
         start, end = (self.roadmap.nodes[list(nodes)] for nodes in zip(*edges, strict=True))
-        delta, first = self.robot.difference(start, end), len(edges)
-        for judge, step in self._judges.items():
-            found = first_seen(judge, straight(start[:first], delta[:first]), step)
-            first = first if found is None else found.piece
-        return first
+        found = second_look(self._checker, straight(start, self.robot.difference(start, end)))
+        return len(edges) if found is None else found.piece
 
 
 def warm_start(network: gabf.Network, cost_to_go: gabf.CostToGo | None, law: gabf.Law) -> Floats | None:

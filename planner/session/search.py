@@ -7,7 +7,7 @@ a field in the place of a search.)
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,10 +16,10 @@ from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import PlannerError
 from planner.base.progress import QUIET, Progress
-from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
-from planner.paths.measure import path_contact
+from planner.collision.looks import straight
+from planner.collision.second_look import second_look
 from planner.planning.manipulability_floor import LayeredNetwork, first_violation, layered_network
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.session.edge_proofs import clauses_of
@@ -133,20 +133,13 @@ def prove_path(live: LiveWorld, steps: Ints, around_too: bool = True) -> tuple[L
     unseen = ~live.proofs.seen[rows]
     if not unseen.any():
         return live, True
-    judges = [(live.checker, RECHECK_BY_BACKEND), (_judge(live, np.asarray(unseen.any(axis=0))), RECHECK)]
     path = path_waypoints(live.roadmap, live.checker.robot, steps)
-    for first, last in _runs(np.asarray(unseen.any(axis=1))):
-        for judge, step in judges:
-            contact = path_contact(judge, path[first : last + 1], step)
-            if contact is not None:
-                return replace(live, proofs=live.proofs.refused(int(rows[first + contact.segment]))), False
+    new = np.flatnonzero(unseen.any(axis=1))
+    second = _judge(live, np.asarray(unseen.any(axis=0)))
+    contact = second_look(live.checker, straight(path[new], path[new + 1] - path[new]), second=second)
+    if contact is not None:
+        return replace(live, proofs=live.proofs.refused(int(rows[new[contact.piece]]))), False
     return replace(live, proofs=live.proofs.confirmed(rows)), True
-
-
-def _runs(wanted: Bools) -> Iterator[tuple[int, int]]:
-    """Where each run of ``wanted`` (k,) begins, and where it has ended."""
-    change = np.flatnonzero(np.diff(np.concatenate([[False], wanted, [False]])))
-    yield from zip(change[::2].tolist(), change[1::2].tolist(), strict=True)
 
 
 def _judge(live: LiveWorld, clauses: Bools) -> CollisionChecker:

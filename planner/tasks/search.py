@@ -17,10 +17,9 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
-from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
-from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import first_seen, straight
+from planner.collision.looks import straight
+from planner.collision.second_look import second_look
 from planner.native.graphs import reached
 from planner.tasks.modes import BLOCKED, NONE, OPEN, Mode, Modes
 from planner.tasks.network import TaskNetwork
@@ -131,7 +130,7 @@ class LazySearch:
             self.refused[mine[blocked[self.network.motion[mine]]]] = True
 
     def _looks_free(self, arcs: Ints) -> bool:
-        """A second look at proven arcs, by coal every millimetre, and by the checker: what one sees is refused.
+        """A second look at proven arcs: those on which it sees a contact are refused.
 
         First as if nothing were allowed to touch, in a world that more modes share.
         """
@@ -151,11 +150,8 @@ class LazySearch:
     def _touching(self, checker: CollisionChecker, motions: Ints) -> int | None:
         """The first of ``motions`` on which a contact is seen."""
         start, delta, owner = self.modes.motions.of(motions)
-        for judge, step in {checker: RECHECK_BY_BACKEND, second_checker(checker): RECHECK}.items():
-            seen = first_seen(judge, straight(start, delta), step)
-            if seen is not None:
-                return int(owner[seen.piece])
-        return None
+        seen = second_look(checker, straight(start, delta))
+        return None if seen is None else int(owner[seen.piece])
 
     def _key(self, arc: int) -> tuple[int, int]:
         return int(self.network.mode[arc]), int(self.network.motion[arc])

@@ -12,11 +12,11 @@ from planner.base.arrays import Floats, numbers
 from planner.base.errors import FileError
 from planner.base.polynomials import bernstein
 from planner.base.progress import QUIET, Progress
-from planner.base.resolutions import PROOF_OF_CHECK, RECHECK, RECHECK_BY_BACKEND
-from planner.collision import second_checker
+from planner.base.resolutions import PROOF_OF_CHECK, RECHECK
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.collision.looks import first_seen
+from planner.collision.looks import Seen, first_seen
+from planner.collision.second_look import second_look
 from planner.collision.world import Contact
 from planner.constraints.keeps import Kept
 from planner.kinematics.manipulability import manipulability
@@ -149,24 +149,23 @@ def _require_within_reason(trajectory: Trajectory) -> None:
 def looked_at(
     trajectory: Trajectory, checker: CollisionChecker, step: float = RECHECK, progress: Progress = QUIET
 ) -> TrajectoryContact | None:
-    """The first contact that the checker sees every ``RECHECK_BY_BACKEND`` of motion, or coal every ``step`` metres."""
-    steps = dict([(checker, max(step, RECHECK_BY_BACKEND)), (second_checker(checker), step)])  # one, where it is coal
-    return _earliest(*(sampled_contact(trajectory, judge, apart, progress) for judge, apart in steps.items()))
-
-
-def sampled_contact(
-    trajectory: Trajectory, judge: CollisionChecker, step: float, progress: Progress = QUIET
-) -> TrajectoryContact | None:
-    """The first contact on a trajectory sampled every ``step`` metres of motion, without bounds or proofs.
-
-    From one sample to the next, past the knots between them, no point moves further than that.
-    """
+    """The first contact that :func:`second_look` sees on a trajectory, coal every ``step`` metres of motion."""
     pieces = len(trajectory.coefficients)
-    found = first_seen(judge, trajectory.coefficients, step, lambda done: progress("contacts", done, pieces))
-    if found is None:
+    seen = second_look(checker, trajectory.coefficients, step, progress=lambda done: progress("contacts", done, pieces))
+    return _at_time(trajectory, seen)
+
+
+def sampled_contact(trajectory: Trajectory, judge: CollisionChecker, step: float) -> TrajectoryContact | None:
+    """The first contact that one checker sees on a trajectory every ``step`` metres of motion."""
+    return _at_time(trajectory, first_seen(judge, trajectory.coefficients, step))
+
+
+def _at_time(trajectory: Trajectory, seen: Seen | None) -> TrajectoryContact | None:
+    """The contact that was ``seen`` on one of the trajectory's pieces, with its time."""
+    if seen is None:
         return None
-    t = float(trajectory.times[found.piece] + found.s * trajectory.seconds[found.piece])
-    return TrajectoryContact(t, t, found.contact, found.q)
+    t = float(trajectory.times[seen.piece] + seen.s * trajectory.seconds[seen.piece])
+    return TrajectoryContact(t, t, seen.contact, seen.q)
 
 
 def _contact_in_time(trajectory: Trajectory, checker: CollisionChecker, step: float) -> TrajectoryContact | None:
