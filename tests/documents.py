@@ -37,11 +37,16 @@ def assert_options_are_known(words: list[str], run: Run) -> None:
 
 
 def assert_they_run(all_words: list[list[str]], run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One after the other, as they use each other's files; with fewer nodes, and pages are not served."""
+    """One after the other, as they use each other's files; with fewer nodes, and without opening or serving pages."""
     for name in ("robots", "scenes"):
         (folder / name).symlink_to(ROOT / name)
     served: list[str] = []
-    for server in ("planner.view.serve.serve", "planner.serve.server.serve"):
+    for server in (
+        "planner.cli.view.open_in_browser",
+        "planner.cli.plan.open_in_browser",
+        "planner.cli.view._serve",
+        "planner.serve.server.serve",
+    ):
         monkeypatch.setattr(server, lambda page, *_, **__: served.append(str(page)[:80]))
     monkeypatch.chdir(folder)
     for words in all_words:

@@ -10,11 +10,6 @@ from planner.problem.targets import AND
 _SEVERAL = ("--goal", "--keep")
 
 
-def options_in(words: Sequence[str]) -> set[str]:
-    """The options that the words give, whatever their values, as ``--widen-limits``."""
-    return {word.partition("=")[0].replace("_", "-") for word in words if word.startswith("--")}
-
-
 def prepared(words: Sequence[str]) -> list[str]:
     """The words with all ``--goal`` made one, which stands where the first stood, and all ``--keep``; others twice are
     refused, and what is empty.

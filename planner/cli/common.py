@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -41,16 +41,22 @@ def command_clock() -> Stopwatch:
     return Stopwatch({"import": time.perf_counter() - STARTED})
 
 
-def world_of_plan(folder: Path) -> CollisionChecker:
-    """A checker in the world of the plan in ``folder``; :class:`PlannerError` where there is none."""
+def record_of_plan(folder: Path) -> dict[str, Any]:
+    """The content of the plan.json in ``folder``; :class:`PlannerError` where it has no config."""
     from planner.base.yamlfile import read_text
-    from planner.construction.world_of import reopen_plan
     from planner.paths.file import parse
-    from planner.planning.result import JSON_NAME, ROADMAP_NAME
+    from planner.planning.result import JSON_NAME
 
     where = folder / JSON_NAME
     record = parse(read_text(where, "plan"), f"plan {where}")
-    config = record.get("config") if isinstance(record, dict) else None
-    if not isinstance(config, dict):
+    if not isinstance(record, dict) or not isinstance(record.get("config"), dict):
         raise FileError(f"{where} holds no config: plan again.")
-    return reopen_plan(config, folder / ROADMAP_NAME)
+    return record
+
+
+def world_of_plan(folder: Path) -> CollisionChecker:
+    """A checker in the world of the plan in ``folder``; :class:`PlannerError` where there is none."""
+    from planner.construction.world_of import reopen_plan
+    from planner.planning.result import ROADMAP_NAME
+
+    return reopen_plan(record_of_plan(folder)["config"], folder / ROADMAP_NAME)

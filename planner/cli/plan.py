@@ -10,7 +10,7 @@ import tyro
 
 from planner.base.interrupts import leaving_on_interrupt
 from planner.cli.common import Debug, Flag, Out, command_clock, timing_of
-from planner.cli.terminal import complain, facts, say, show, working
+from planner.cli.terminal import complain, facts, open_in_browser, say, show, working
 from planner.problem.request import PlanRequest, TimingRequest
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def plan(
     Args:
         no_timing: Leave the path without times: no trajectory.json.
         certificate: Write proof.npz too, which anyone can check without believing the planner: see 'planner verify'.
-        view: Serve the page on this machine when it is written, until Ctrl-C.
+        view: Open the page in the browser when it is written; where there is none, print its place.
         json: Print plan.json on standard output, and nothing else there.
     """
     from planner.base.files import require_writable_folder
@@ -116,9 +116,7 @@ def written_and_told(
     if progress.stopped:
         return Outcome.INTERRUPTED.exit_code
     if view:
-        from planner.view.serve import serve
-
-        serve(place / PAGE_NAME, announce=tell)
+        open_in_browser((place / PAGE_NAME).resolve().as_uri(), tell)
     if result.tool_path is not None and not result.tool_path.record.proven:
         return Outcome.PARTLY_FOLLOWED.exit_code
     return result.outcome.exit_code

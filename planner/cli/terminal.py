@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import webbrowser
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,6 +33,13 @@ def complain(text: str) -> None:
     """One line on standard error; what names and files bring in that would break it or steer a terminal is escaped."""
     with contextlib.suppress(OSError):  # a full disk behind it: there is nobody left to tell
         print(f"planner: {printable(text)}", file=sys.stderr, flush=True)
+
+
+def open_in_browser(address: str, tell: Callable[[str], None]) -> None:
+    """Open a page in the browser; where there is no screen, say where it is (a browser in the terminal would block)."""
+    screen = sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+    if not (screen and webbrowser.open(address)):
+        tell(f"There is no browser here: open {address} yourself.")
 
 
 def let_go_of_output() -> None:

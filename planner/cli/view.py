@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import os
-import sys
+import threading
 from dataclasses import fields
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from planner.base.errors import FileError, OptionError
-from planner.cli.arguments import options_in
+from planner.base.errors import FileError, InstallationError, OptionError
 from planner.cli.common import Debug, Flag
-from planner.cli.terminal import say
+from planner.cli.terminal import open_in_browser, say
 from planner.problem.request import LiveRequest, WorldRequest
 from planner.problem.targets import HOME, parse_target
 
 if TYPE_CHECKING:
-    from planner.live.controller import LiveController
+    from planner.live.page import LivePage, Question
+    from planner.session.session import Session
 
 
 def view(
@@ -28,18 +29,13 @@ def view(
     live: Flag = False,
     question: Annotated[LiveRequest, tyro.conf.arg(name="")] = LiveRequest(),  # noqa: B008 (frozen)
     out: Path | None = None,
-    port: int = 0,
-    open: Flag = False,
     debug: Debug = False,
 ) -> int:
     """Look at a result, or at a robot in a scene before anything is planned.
 
-    Serves the page on this machine only (127.0.0.1), until Ctrl-C. A page made by 'planner plan' or 'planner sweep'
-    also opens from disk. Examples:
+    Opens the page in the browser; where there is none it prints the place of the page. Examples:
 
     planner view out
-
-    planner view sweep/sweep.json --port 8000 --open
 
     planner view --robot panda --scene shelf --state home
 
@@ -47,87 +43,126 @@ def view(
 
     planner view --live --robot panda --scene shelf --out shelf-moved.yaml
 
+    planner view out --live
+
     Without RESULT it shows the robot at --state: which pairs touch, how near the rest is, manipulability and limits;
     the state may be in collision or out of limits.
 
-    With --live obstacles and the goal can be dragged, and the start set by sliders; what is let go is planned anew, on
-    the same roadmap. Only who knows the whole address that is printed can open it.
+    With --live obstacles and the goal are moved with the mouse, and each change is planned anew on the same roadmap.
+    The page is served on this machine only, until Ctrl-C; it needs pip install 'gabf-planner[live]'.
 
     Args:
         result: plan.json, sweep.json, their page, or their folder.
         state: A name from the scene, q:..., xyz:... or pose:... as 'planner plan' takes them; the scene's start where
             left out, or the robot's home.
         live: A page on which the scene can be changed; --start, --goal, --beta, --nodes, --seed and --roadmap are for
-            it.
-        out: Write the state's page to this file instead of serving it; with --live the file that the page's scene is
-            saved to, <scene>-moved.yaml where left out.
-        port: Port to serve on; any free one where left out.
-        open: Open the page in the browser, where there is a screen.
+            it. Of a RESULT it takes world, start, goal, beta and roadmap.
+        out: Write the state's page to this file instead of opening it; with --live the file that Save writes the scene
+            to, <scene>-moved.yaml where left out.
     """
-    from planner.base.files import require_writable_file
-    from planner.view.serve import require_free_port, serve
+    from planner.base.files import make_folder, require_writable_file, write_whole
 
-    require_free_port(port)
+    if result is not None and request != WorldRequest():
+        raise OptionError("a result has its own robot and scene: give RESULT or options for a world, not both.")
+    if state is not None and (live or result is not None):
+        raise OptionError("--state is for a robot at rest: leave out RESULT and --live.")
+    if question != LiveRequest() and (result is not None or not live):
+        raise OptionError(
+            "--start, --goal, --beta, --nodes, --seed and --roadmap are for --live: add it, and no RESULT."
+        )
     if live:
-        if result is not None or state is not None:
-            raise OptionError(
-                "--live plans anew: give it --robot, --scene, --start and --goal, no RESULT and no --state."
-            )
-        serve(_controller(request, question, out), port, open, say)
-        return 0
-    if options_in(sys.argv[1:]) & {f"--{field.name}" for field in fields(LiveRequest)}:  # defaults, too
-        raise OptionError("--start, --goal, --beta, --nodes, --seed and --roadmap are for --live: add it.")
-    if result is not None:
-        if request != WorldRequest() or state is not None or out is not None:
-            raise OptionError(
-                "a result has its own robot, scene and page: give RESULT or options for a state, not both."
-            )
-        page = _page_beside(result)
+        _serve(_live_page(result, request, question, out))
+    elif result is not None:
+        if out is not None:
+            raise OptionError("a result has its own page: leave out --out.")
+        open_in_browser(_page_of(result).resolve().as_uri(), say)
     else:
         if out is not None:
-            if port or open:
-                raise OptionError("--out writes the page and serves none: leave out --port and --open, or --out.")
             require_writable_file(out)
         page = _state_page(request, state)
-        if out is not None:
-            return _write(page, out)
-    serve(page, port, open, say)
+        file = Path(mkdtemp(prefix="planner-")) / "state.html" if out is None else out
+        make_folder(file.parent)
+        write_whole(file, page.encode())
+        say(f"Written: {file}")
+        if out is None:
+            open_in_browser(file.as_uri(), say)
     return 0
 
 
-def _controller(request: WorldRequest, question: LiveRequest, out: Path | None) -> LiveController:
-    """The live page's other side, with its first question answered."""
+def _serve(page: LivePage) -> None:
+    """Wait for Ctrl-C, then end the page."""
+    from planner.base.interrupts import until_signal
+
+    asked = threading.Event()
+    say(page.outcome.value)
+    with until_signal(asked, "stopped during planning."):
+        address = f"http://127.0.0.1:{page.server.get_port()}/"
+        say(f"Serving {address} on this machine only; Ctrl-C ends it.")
+        open_in_browser(address, say)
+        while not asked.wait(0.5):  # a signal that reaches another thread does not wake this one
+            pass
+        page.close()
+
+
+def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest, out: Path | None) -> LivePage:
+    """The live page with its first question answered."""
+    try:
+        from planner.live.page import LivePage, Question
+    except ModuleNotFoundError as error:
+        if error.name not in ("viser", "websockets"):
+            raise
+        raise InstallationError(
+            f"the live page needs the Python package {error.name}: run pip install 'gabf-planner[live]'."
+        ) from None
     from planner.base.files import require_writable_file
-    from planner.live.controller import LiveController
-    from planner.live.state import Question
-    from planner.models.frames import in_world
-    from planner.models.scene import Scene
     from planner.session.session import Session
 
-    out = Path(f"{Path(str(request.scene)).stem}-moved.yaml") if out is None else out
+    if result is not None:
+        session, asked = _session_of_plan(result if result.is_dir() else result.parent)
+    else:
+        asked = Question(str(question.start), str(question.goal), question.beta)
+        world = {field.name: getattr(request, field.name) for field in fields(request)}
+        session = Session(**world, roadmap=question.roadmap, nodes=question.nodes, seed=question.seed)
+    out = Path(f"{session.scene.name}-moved.yaml") if out is None else out
     if out.suffix.lower() not in (".yaml", ".yml"):
-        raise OptionError(f"--out {out} is no scene file: give a name that ends in .yaml.")
+        raise OptionError(f"--out must be a scene file that ends in .yaml, got {out}.")
     require_writable_file(out)
-    world = {field.name: getattr(request, field.name) for field in fields(request)}
-    session = Session(**world, roadmap=question.roadmap, nodes=question.nodes, seed=question.seed)
-    asked = Question(str(question.start), str(question.goal), question.beta)
-    robot = session.live.bare
-    controller = LiveController(session, asked, lambda: in_world(Scene.load(str(request.scene)), robot), out)
-    say(controller.message)
-    return controller
+    return LivePage(session, asked, out)
 
 
-def _page_beside(result: Path) -> Path:
+def _session_of_plan(folder: Path) -> tuple[Session, Question]:
+    """A session on the roadmap of the plan in ``folder``, in the plan's world, and the question of the plan."""
+    from planner.cli.common import record_of_plan, world_of_plan
+    from planner.live.page import Question
+    from planner.planning.result import ROADMAP_NAME
+    from planner.problem.options import SessionOptions
+    from planner.problem.targets import joints_text
+    from planner.session.session import Session
+
+    checker, record = world_of_plan(folder), record_of_plan(folder)
+    config = record["config"]
+    in_robot = ("tool", "srdf", "group", "joints", "base", "effort")  # the last one refines, which takes seconds
+    names = [name for name in SessionOptions.__annotations__ if name in config and name not in in_robot]
+    options = {name: config[name] for name in names}
+    session = Session(checker.robot, checker.world.scene, folder / ROADMAP_NAME, **options)
+    start, goal = config["start"], config["goal"]
+    if config["request"] is not None and record["path"]:  # the message says where, not the options
+        start, goal = (joints_text(record["path"][k]) for k in (0, -1))
+    return session, Question(start, goal, config["beta"])
+
+
+def _page_of(result: Path) -> Path:
     """The page of a result given by its folder, its record or the page itself."""
-
-    if not os.path.isdir(result):
-        return result.with_suffix(".html") if result.suffix.lower() == ".json" else result
-    pages = [result / name for name in ("plan.html", "sweep.html") if os.path.isfile(result / name)]
-    if not pages:
-        raise FileError(f"folder {result} holds neither plan.html nor sweep.html: 'planner plan --out {result}' first.")
-    if len(pages) > 1:
-        raise FileError(f"folder {result} holds plan.html and sweep.html: name one of them.")
-    return pages[0]
+    if os.path.isdir(result):
+        pages = [result / name for name in ("plan.html", "sweep.html") if os.path.isfile(result / name)]
+        if len(pages) != 1:
+            raise FileError(f"folder {result} must hold a plan.html or a sweep.html, got {len(pages)}: name the file.")
+        page = pages[0]
+    else:
+        page = result.with_suffix(".html") if result.suffix.lower() == ".json" else result
+        if not os.path.isfile(page):
+            raise FileError(f"page {page} not found: check the path, or plan again.")
+    return page
 
 
 def _state_page(request: WorldRequest, state: str | None) -> str:
@@ -143,12 +178,3 @@ def _state_page(request: WorldRequest, state: str | None) -> str:
     report = inspect_state(checker, resolve_as_is(target, checker, states, "state"))
     say(report.sentence)
     return state_page(report)
-
-
-def _write(page: str, out: Path) -> int:
-    from planner.base.files import make_folder, write_whole
-
-    make_folder(out.parent)
-    write_whole(out, page.encode())
-    say(f"Written: {out}")
-    return 0

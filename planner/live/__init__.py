@@ -1,1 +1,1 @@
-"""A page on which the world can be changed: what it asks for, what is done about it, and what it is shown."""
+"""The live page: obstacles and the goal are moved in the browser, and the path is planned anew."""

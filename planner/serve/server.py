@@ -14,12 +14,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from planner.base.errors import FileError, InstallationError, PlannerError
+from planner.base.errors import FileError, InstallationError, OptionError, PlannerError
 from planner.base.interrupts import until_signal
 from planner.base.yamlfile import read_text
 from planner.serve.worlds import Worlds
-from planner.view.serve import HOST, require_port
 
+HOST = "127.0.0.1"
 _LARGEST = 1 << 24  # bytes of a message
 _SHORTEST = 16  # characters of a token
 _SWITCH = 5e-4  # s after which a thread that plans lets one that checks go on; Python's own is 5 ms
@@ -46,7 +46,8 @@ def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = Fal
     send an Origin, are not. Raises :class:`OptionError` for a port that cannot be used,
     :class:`InstallationError` where the packages are missing.
     """
-    require_port(port)
+    if not 0 <= port <= 65535:
+        raise OptionError(f"port must be from 1 to 65535, or 0 for any free one, got {port}.")
     Connection, hang_up, websocket_server, closed = _library()
     worlds, talking = Worlds(allow_xacro), set[Any]()
 

@@ -1,99 +1,96 @@
-"""Objects on a canvas as commands to meshcat's viewer, and the page that replays them without a server."""
+"""Objects in meshcat's viewer, recorded, and the page that replays them without a server."""
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 import re
 from functools import cache
 from html import escape
 from importlib import resources
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import meshcat
+import meshcat.geometry as g
 import numpy as np
+import umsgpack
 
 from planner.base.arrays import Floats
 from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from planner.view import commands
 from planner.view.colours import hex_colour
 from planner.view.surfaces import tube
 
-_SCRIPTS = (  # one script, in this order, the last one after those of a live page
+_SCRIPTS = (  # one script, in this order
     *("page_robot.js", "page_roadmap.js", "page_pointer.js", "page_joints.js", "page_choice.js"),
-    *("page_effort.js", "page_curve.js", "page_motion.js", "page_moving.js", "page_camera.js"),
+    *("page_effort.js", "page_curve.js", "page_motion.js", "page_moving.js", "page_camera.js", "page.js"),
 )
-_LIVE_SCRIPTS = ("live_gizmo.js", "live.js")
+_GZIP_LEVEL = 1  # a higher one takes three times as long for at most 3 % fewer bytes
 _LINES_OPACITY = 0.3
 # three.js cylinders lie on y
 _Z_FROM_Y = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
 class Canvas:
-    """Records what a meshcat viewer would be sent; no server, no port, no browser."""
+    """A meshcat visualizer and its window, which records the commands; no server, no port, no browser."""
 
     def __init__(self) -> None:
-        self.commands: list[commands.Command] = []
-        self._before: list[commands.Packed] = []
+        self.commands: list[dict[str, Any]] = []
+        self._viewer = meshcat.Visualizer(window=self)
+
+    def send(self, command: Any) -> None:
+        """Record a command of the visualizer."""
+        self.commands.append(command.lower())
 
     def shape(self, path: str, shape: Shape, placement: Floats, rgba: tuple[float, ...]) -> None:
-        """A shape as it is, at a placement (4, 4) relative to what ``path`` hangs under."""
-        self._object(path, "Mesh", _geometry(shape), commands.surface(hex_colour(rgba), float(rgba[3])))
-        self.place(path, shape, placement)
-
-    def place(self, path: str, shape: Shape, placement: Floats) -> None:
-        """Put a shape that is there to another placement (4, 4)."""
+        """Draw a shape at a placement (4, 4) relative to the parent of ``path``."""
+        material = g.MeshPhongMaterial(color=hex_colour(rgba), opacity=float(rgba[3]))
+        self._object(path, g.Mesh(_geometry(shape), material))
         self.transform(path, placement @ _Z_FROM_Y if isinstance(shape, Cylinder) else placement)
 
-    def delete(self, path: str) -> None:
-        """Take an object away, with all that hangs under it."""
-        self.commands.append(commands.delete(_path(path)))
-
     def points(self, path: str, positions: Floats, colours: Floats, size: float) -> None:
-        """Dots (n, 3) with colours (n, 3); ``size`` in metres."""
-        self._object(path, "Points", commands.coloured_points(positions, colours), commands.dots(size))
+        """Draw dots (n, 3) with colours (n, 3); ``size`` in metres."""
+        material: Any = g.PointsMaterial(size)
+        self._object(path, g.Points(g.PointsGeometry(positions.T, colours.T), material))
 
     def segments(self, path: str, ends: Floats, colours: Floats) -> None:
-        """Lines between consecutive pairs of ``ends`` (2 k, 3), all in one object."""
-        self._object(path, "LineSegments", commands.coloured_points(ends, colours), commands.lines(_LINES_OPACITY))
+        """Draw lines between consecutive pairs of ``ends`` (2 k, 3), all in one object."""
+        material: Any = g.LineBasicMaterial(vertexColors=True, opacity=_LINES_OPACITY)
+        self._object(path, g.LineSegments(g.PointsGeometry(ends.T, colours.T), material))
 
     def transform(self, path: str, matrix: Floats) -> None:
-        self.commands.append(commands.set_transform(_path(path), matrix))
+        """Place the object at ``path`` by ``matrix`` (4, 4)."""
+        self._viewer[path].set_transform(np.asarray(matrix, dtype=float))
 
     def set(self, path: str, key: str, value: Any) -> None:
-        """A property of an object of the viewer's own, as ``visible``."""
-        self.commands.append(commands.set_property(f"/{path.strip('/')}", key, value))
+        """Set a property of an object of the viewer itself, for example ``visible``."""
+        self._viewer[f"/{path}"].set_property(key, value)
 
-    def begin_with(self, kept: commands.Packed) -> None:
-        """Send commands that were packed before, ahead of all others."""
-        self._before.append(kept)
+    def packed(self) -> tuple[str, list[int]]:
+        """All commands in MessagePack, one after another, as gzip in base64; and the length of each in bytes."""
+        packages = [umsgpack.packb(command) for command in self.commands]
+        content = gzip.compress(b"".join(packages), _GZIP_LEVEL, mtime=0)
+        return base64.b64encode(content).decode(), [len(package) for package in packages]
 
-    def packed(self) -> tuple[str, list[tuple[int, ...]]]:
-        """All commands as a page holds them: a line of base64 for each package, and the lengths of its commands."""
-        packages = [*self._before, commands.packed(self.commands)]
-        return "\n".join(package.text for package in packages), [package.lengths for package in packages]
-
-    def _object(self, path: str, kind: str, geometry: dict[str, Any], material: dict[str, Any]) -> None:
-        self.commands.append(commands.set_object(_path(path), kind, geometry, material))
+    def _object(self, path: str, thing: g.Object) -> None:
+        # meshcat draws identifiers from the clock; with names made of the path the same scene gives the same bytes
+        thing.uuid, thing.geometry.uuid, thing.material.uuid = path, f"{path}.geometry", f"{path}.material"
+        self._viewer[path].set_object(thing)
 
 
-def render_page(canvas: Canvas, data: dict[str, Any], title: str, live: bool = False) -> str:
-    """A self-contained HTML page: the viewer, the recorded scene, our controls and ``data`` for them.
-
-    A ``live`` one talks to the server that it comes from; any other is allowed no connection.
-    """
+def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
+    """A self-contained HTML page: the viewer, the recorded scene, our controls and ``data`` for them."""
     scene, lengths = canvas.packed()
     parts = {
-        "CONNECT": "; connect-src 'self'" if live else "",
-        "LIVE": _assets("live.html") if live else "",
         "TITLE": escape(title.encode("utf-8", "replace").decode()),  # half a surrogate pair is no text
-        "STYLE": _assets("page.css", *(["live.css"] if live else [])),
+        "STYLE": _assets("page.css"),
         "VIEWER": _viewer_script(),
-        "SCRIPT": _assets(*_SCRIPTS, *(_LIVE_SCRIPTS if live else ()), "page.js"),
+        "SCRIPT": _assets(*_SCRIPTS),
         "SCENE": scene,
         "DATA": script_json({**data, "lengths": lengths}),
     }
-    # one pass: what stands in for a placeholder is not searched for placeholders again, whatever a scene is called
+    # one pass: the text of a part is not searched for placeholders, whatever a scene is called
     return re.sub(r"@@([A-Z]+)@@", lambda found: parts[found[1]], _assets("page.html"))
 
 
@@ -114,36 +111,26 @@ def script_json(data: Any) -> str:
 
 @cache
 def _viewer_script() -> str:
-    """meshcat's own viewer, as its wheel ships it; its licence note is kept at its head.
-
-    Found without running the package. Raises ImportError where it is not installed.
-    """
-    package = find_spec("meshcat")
-    if package is None or package.origin is None:
-        raise ImportError("no module named 'meshcat'")
-    folder = Path(package.origin).parent / "viewer" / "dist"
-    return (folder / "main.min.js").read_text("utf-8").replace("</script>", "<\\/script>")
+    """meshcat's own viewer, as its wheel ships it; its licence note is kept at its head."""
+    script = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
+    return script.read_text("utf-8").replace("</script>", "<\\/script>")
 
 
-def _path(path: str) -> str:
-    return f"/meshcat/{path.strip('/')}"
-
-
-def _geometry(shape: Shape) -> dict[str, Any]:
+def _geometry(shape: Shape) -> g.Geometry:
     match shape:
         case Box(size):
-            return commands.box(size)
+            return g.Box([float(side) for side in size])
         case Sphere(radius):
-            return commands.sphere(radius)
+            return g.Sphere(float(radius))
         case Cylinder(radius, length):
-            return commands.cylinder(radius, length)
+            return g.Cylinder(float(length), float(radius))
         case Capsule():
-            return _geometry(_capsule(shape))
+            return _geometry(capsule_mesh(shape))
         case Mesh(vertices, triangles):
-            return commands.triangles(vertices, triangles)
+            return g.TriangularMeshGeometry(vertices, triangles)
 
 
-def _capsule(shape: Capsule) -> Mesh:
+def capsule_mesh(shape: Capsule) -> Mesh:
     """A tube whose ends are drawn in to half spheres."""
     angle = np.linspace(-np.pi / 2, np.pi / 2, 16)
     z = shape.radius * np.sin(angle) + np.where(angle < 0, -0.5, 0.5) * shape.length

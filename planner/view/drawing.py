@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 from itertools import cycle
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, frozen
-from planner.base.yamlfile import SMALLEST
+from planner.base.arrays import Bools, Floats
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.kinematics.tool_bound import Frame
 from planner.models.poses import pose, quaternion_of
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.models.shapes import Body, Box, Sphere, corners, extremes
+from planner.models.shapes import Body, Sphere, corners, extremes
 from planner.paths.measure import dense_path
 from planner.problem.reasons import Gap
 from planner.roadmap.roadmap import Roadmap
@@ -47,26 +45,15 @@ EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
 MOST_EDGES = 8_000  # that a page draws: more make a black cloud of tens of megabytes
 
 
-def draw_bodies(
-    canvas: Canvas, kind: Kind, bodies: Sequence[Body], touching: Collection[str] = (), first: int = 0
-) -> dict[str, str]:
-    """Bodies as they are under one frame per joint (0 the base), links in ``touching`` red; the links by path.
-
-    They are numbered from ``first``.
-    """
-    for k, body in enumerate(bodies, first):
+def draw_bodies(canvas: Canvas, kind: Kind, bodies: Sequence[Body], touching: Collection[str] = ()) -> dict[str, str]:
+    """Draw bodies under one frame per joint (0 the base), links in ``touching`` red; returns the links by path."""
+    names: dict[str, str] = {}
+    for k, body in enumerate(bodies):
+        path = f"robot/{body.joint}/{kind}/{k}"
         rgba = TOUCHING if body.link in touching else body.color if kind == "visual" else _COLLISION
-        canvas.shape(_path(kind, k, body), body.shape, body.placement, rgba)
-    return body_names(kind, bodies, first)
-
-
-def body_names(kind: Kind, bodies: Sequence[Body], first: int = 0) -> dict[str, str]:
-    """The links by path, as :func:`draw_bodies` returns them."""
-    return {_path(kind, k, body): body.link for k, body in enumerate(bodies, first)}
-
-
-def _path(kind: Kind, number: int, body: Body) -> str:
-    return f"robot/{body.joint}/{kind}/{number}"
+        canvas.shape(path, body.shape, body.placement, rgba)
+        names[path] = body.link
+    return names
 
 
 def place_joints(canvas: Canvas, robot: Robot, q: Floats) -> None:
@@ -75,15 +62,19 @@ def place_joints(canvas: Canvas, robot: Robot, q: Floats) -> None:
         canvas.transform(f"robot/{joint}", matrix)
 
 
+def obstacle_colours(scene: Scene) -> dict[str, tuple[float, float, float, float]]:
+    """The colour of each object and of each moving obstacle by name: eight in turn, in the order of the scene."""
+    objects = dict.fromkeys([*(item.object for item in scene.obstacles), *(item.name for item in scene.moving)])
+    return dict(zip(objects, cycle(_OBSTACLES), strict=False))
+
+
 def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> dict[str, str]:
     """The obstacles, those in ``touching`` red, and a calm background; returns the obstacles' names by path.
 
-    Each object has a colour, in the order of the scene; there are eight of them, then they begin anew.
     What moves is where it is at time 0, under a frame of its own, with the way of that frame.
     """
     names: dict[str, str] = {}
-    objects = dict.fromkeys([*(item.object for item in scene.obstacles), *(item.name for item in scene.moving)])
-    colours = dict(zip(objects, cycle(_OBSTACLES), strict=False))
+    colours = obstacle_colours(scene)
     for k, obstacle in enumerate(scene.obstacles):
         rgba = TOUCHING if obstacle.name in touching else colours[obstacle.object]
         canvas.shape(f"obstacles/{k}", smoothed(obstacle.shape), obstacle.placement, rgba)
@@ -116,12 +107,6 @@ def moving_data(scene: Scene) -> list[dict[str, Any]]:
         turns = [quaternion_of(placement[:3, :3]) for placement in poses]
         found.append({"times": times.tolist(), "positions": poses[:, :3, 3].tolist(), "quaternions": turns})
     return found
-
-
-def place_obstacles(canvas: Canvas, scene: Scene) -> None:
-    """The obstacles that :func:`draw_scene` drew, where they stand now."""
-    for k, obstacle in enumerate(scene.obstacles):
-        canvas.place(f"obstacles/{k}", obstacle.shape, obstacle.placement)
 
 
 def drawn_part(roadmap: Roadmap) -> tuple[Bools, Bools]:
@@ -236,12 +221,3 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
         frames = matrices[:, body.joint - 1]
         rows.append((still @ frames[:, :3, :3].transpose(0, 2, 1) + frames[:, None, :3, 3]).reshape(-1, 3))
     return np.vstack(rows)
-
-
-def boxed(body: Body) -> Body:
-    """The box around a body, along the axes of its shape, thin where it is flat: all that :func:`extent` asks of it."""
-    low, high = extremes(body.shape)
-    high = np.maximum(high, low + SMALLEST)
-    middle = np.eye(4)
-    middle[:3, 3] = 0.5 * (low + high)
-    return replace(body, shape=Box(tuple((high - low).tolist())), placement=frozen(body.placement @ middle))

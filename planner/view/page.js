@@ -16,15 +16,13 @@ async function unpack(base64) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-// The scene is packages, a line each, of MessagePack commands, one after another; the viewer decodes them one by one.
+// The scene is MessagePack commands, one after another; the viewer decodes them one by one.
 async function replay(scene) {
-  for (const [k, line] of scene.split("\n").entries()) {
-    const bytes = await unpack(line);
-    let at = 0;
-    for (const length of data.lengths[k]) {
-      viewer.handle_command_bytearray(bytes.slice(at, at + length));
-      at += length;
-    }
+  const bytes = await unpack(scene);
+  let at = 0;
+  for (const length of data.lengths) {
+    viewer.handle_command_bytearray(bytes.slice(at, at + length));
+    at += length;
   }
 }
 
@@ -177,7 +175,6 @@ function play() {
 function onKey(event) {
   const tag = event.target.tagName;
   if (event.ctrlKey || event.altKey || event.metaKey || tag === "SELECT" || event.target.id === "beta") return;
-  if (event.target.closest?.("#live")) return; // fields and sliders have keys of their own
   if (event.key === " " && tag !== "BUTTON" && tag !== "SUMMARY" && event.target.type !== "checkbox") play();
   else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
     stop();
@@ -188,7 +185,7 @@ function onKey(event) {
 
 function startPlayer() {
   element("player").hidden = !data.paths.some((path) => path.waypoints.length > 1);
-  if (element("player").hidden && !data.live) return;
+  if (element("player").hidden) return;
   element("play").onclick = play;
   element("scrub").oninput = () => { stop(); goTo(element("scrub").value / 1000); };
   element("spark").onclick = (event) => {
@@ -332,7 +329,6 @@ async function main() {
   showPath(data.current);
   fillKey(drawGround());
   lookAtAll();
-  if (data.live) startLive();
   window.addEventListener("resize", centreView);
   requestAnimationFrame(() => requestAnimationFrame(() => { root.dataset.ready = "true"; }));
 }

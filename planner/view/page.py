@@ -68,15 +68,12 @@ class Content:
     reason: Reason | None = None  # why there is no path
     tool_lines: Sequence[tuple[Floats, float]] = ()  # points (k, 3) m to be followed, and the tube around them
     rungs: Floats | None = None  # (n, dof), what there was to choose from along such a line
-    live: dict[str, Any] | None = None  # what a page needs that talks to its server
 
     @cached_property
     def drawn(self) -> tuple[Bools, Bools]:
-        """Which of the roadmap's nodes and edges are drawn; a live page changes all of them."""
+        """Masks of the roadmap's nodes and edges that are drawn."""
         if self.roadmap is None:
             return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
-        if self.live is not None:
-            return np.ones(len(self.roadmap.nodes), dtype=bool), np.ones(len(self.roadmap.edges), dtype=bool)
         return drawn_part(self.roadmap)
 
     @property
@@ -120,14 +117,13 @@ def page(content: Content) -> str:
     """HTML text that needs nothing but a browser."""
     robot, canvas = content.robot, Canvas()
     configuration = content.paths[content.current].path[0] if content.paths else content.configuration
-    red = content.red if content.live is None else frozenset()  # a live page colours by itself, as that changes
-    names, boxes = draw_robot(canvas, robot, configuration, red)
-    names |= draw_scene(canvas, content.scene, red)
+    names, bodies = draw_robot(canvas, robot, configuration, content.red)
+    names |= draw_scene(canvas, content.scene, content.red)
     for k, (line, radius) in enumerate(content.tool_lines):
         draw_tool_line(canvas, f"tool_path/{k}", line, radius)
     if content.rungs is not None and len(content.rungs):
         draw_rungs(canvas, robot, content.rungs)
-    changing = draw_answer(canvas, content)
+    answer = _draw_answer(canvas, content)
     shares = np.linspace(0.0, 1.0, _LOOKS)
     looks = [configurations_at(shown.path, path_shares(shown.path)[0], shares) for shown in content.paths]
     states = [shown.path for shown in content.paths]
@@ -136,10 +132,10 @@ def page(content: Content) -> str:
     points = tool_positions(robot, np.vstack(states)) if states else np.zeros((0, 3))
     points = np.vstack([points, *(line for line, _ in content.tool_lines)])
     centre, radius = extent(
-        robot, content.scene, boxes or robot.bodies, np.vstack([configuration[None], *looks]), points
+        robot, content.scene, bodies or robot.bodies, np.vstack([configuration[None], *looks]), points
     )
     data: dict[str, Any] = {
-        **changing,
+        **answer,
         "about": content.notes,
         "names": names,
         "obstacles": [item.name for item in (*content.scene.obstacles, *content.scene.moving)],
@@ -155,13 +151,12 @@ def page(content: Content) -> str:
         "beta": content.beta,
         "centre": centre.round(3).tolist(),
         "radius": round(radius, 3),
-        "live": content.live,
     }
-    return render_page(canvas, data, f"{robot.name} in {content.scene.name}", content.live is not None)
+    return render_page(canvas, data, f"{robot.name} in {content.scene.name}")
 
 
-def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:
-    """Draw what another answer changes (roadmap, paths, the gap where there is no path), and return its data."""
+def _draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:
+    """Draw the roadmap, the paths, and the gap where there is no path; returns their data."""
     robot = content.robot
     roadmap = draw_roadmap(canvas, content.roadmap, robot, content.drawn) if content.roadmap else None
     for k, shown in enumerate(content.paths):
@@ -192,15 +187,8 @@ def _path(content: Content, shown: ShownPath) -> dict[str, Any]:
 
 
 def _field(content: Content, x: Floats | None) -> list[float | None] | None:
-    """The cost-to-go of the nodes that are drawn."""
-    return field_data(x if x is None or content.roadmap is None else x[content.drawn[0]])
-
-
-def field_data(x: Floats | None) -> list[float | None] | None:
-    """Cost-to-go as JSON has it: null where no goal is reached."""
+    """The cost-to-go of the nodes that are drawn, rounded; null where no goal is reached."""
     if x is None:
         return None
-    values: list[float | None] = np.round(x, 4).tolist()
-    for node in np.flatnonzero(~np.isfinite(x)).tolist():
-        values[node] = None
-    return values
+    x = x if content.roadmap is None else x[content.drawn[0]]
+    return [value if np.isfinite(value) else None for value in np.round(x, 4).tolist()]

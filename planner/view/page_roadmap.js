@@ -21,22 +21,6 @@ function componentSizes() {
 // A path of no beta has no field of its own: the one of the slider's beta stays.
 const costField = (path) => path.cost || (data.paths[0].cost ? data.paths[atBeta()].cost : data.cost);
 
-const COST_TEXTS = {
-  cost: "cost-to-go (no unit); grey nodes reach no goal",
-  before: "cost-to-go before the change; grey nodes reached no goal, or are new",
-  change: "by how much the cost-to-go changed; grey nodes reach no goal, or did not before",
-};
-
-// What nodes are coloured by; a live page has the cost-to-go before its last change too.
-function nodeValues(choice, path) {
-  if (choice === "w") return data.roadmap.w;
-  const cost = costField(path);
-  if (choice === "cost") return cost;
-  const before = data.live.before || cost.map(() => null);
-  if (choice === "before") return before;
-  return cost.map((value, k) => (value === null || before[k] === null ? null : Math.abs(value - before[k])));
-}
-
 // One colouring: a colour a node, and what the legend says of it.
 function colouring(choice, path) {
   if (choice === "component") {
@@ -52,13 +36,13 @@ function colouring(choice, path) {
       text: `${heading}: ${largest} nodes${rest}`,
     };
   }
-  const values = nodeValues(choice, path);
+  const values = choice === "w" ? data.roadmap.w : costField(path);
   const high = Math.max(...values.filter((value) => value !== null), 1e-12);
   return {
     nodes: values.map((value) => (value === null ? GREY : rampColour(value / high))),
     low: "0",
-    high: choice === "w" ? high.toFixed(3) : choice === "change" ? high.toPrecision(2) : high.toFixed(2),
-    text: choice === "w" ? `manipulability w (${data.unit})` : COST_TEXTS[choice],
+    high: high.toFixed(choice === "w" ? 3 : 2),
+    text: choice === "w" ? `manipulability w (${data.unit})` : "cost-to-go (no unit); grey nodes reach no goal",
   };
 }
 

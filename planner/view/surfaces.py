@@ -3,49 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
+import trimesh
 
-from planner.base.arrays import Floats, Ints, distinct_rows
+from planner.base.arrays import Floats
 from planner.models.shapes import Mesh, Shape
 
-_CREASE = np.cos(np.radians(35.0))  # faces that meet at more than this stay sharp
+_CREASE = np.radians(35.0)  # an edge at which faces meet at a larger angle stays sharp
 
 
 def smoothed(shape: Shape) -> Shape:
-    """The shape as a viewer wants it: a mesh :func:`creased`, others as they are."""
-    return creased(shape) if isinstance(shape, Mesh) else shape
-
-
-def creased(mesh: Mesh) -> Mesh:
-    """The mesh with vertices shared where faces join smoothly and split where they meet at an edge.
+    """The shape, a mesh with vertices shared where faces join smoothly and split where they meet at an edge.
 
     The viewer averages normals over shared vertices: triangle soup looks faceted, welded soup looks melted.
     """
-    corners = mesh.vertices[mesh.triangles]  # (m, 3, 3)
-    normals = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-    keep = np.isfinite(normals).all(axis=1)
-    corners, normals = corners[keep], normals[keep]
-    if not len(corners):
-        return mesh
-    points = corners.reshape(-1, 3)
-    _, welded = distinct_rows(np.round(points * 1e5).astype(np.int64))  # to a hundredth of a millimetre
-    smooth = _corner_normals(welded, np.repeat(normals, 3, axis=0))
-    first, index = distinct_rows(np.column_stack([welded, np.round(smooth * 50)]).astype(np.int64))
-    return Mesh(points[first], index.reshape(-1, 3))
-
-
-def _corner_normals(welded: Ints, normals: Floats) -> Floats:
-    """At each corner the mean normal of the faces around its point that lie within the crease angle of its own."""
-    order = np.argsort(welded, kind="stable")
-    counts = np.bincount(welded)
-    first = np.cumsum(counts) - counts
-    repeat = counts[welded]
-    a = np.repeat(np.arange(len(welded)), repeat)
-    offset = np.arange(len(a)) - np.repeat(np.cumsum(repeat) - repeat, repeat)
-    b = order[np.repeat(first[welded], repeat) + offset]
-    near = np.einsum("ij,ij->i", normals[a], normals[b]) > _CREASE
-    total = np.zeros_like(normals)
-    np.add.at(total, a[near], normals[b[near]])
-    return _unit(total)
+    if not isinstance(shape, Mesh):
+        return shape
+    welded = trimesh.Trimesh(shape.vertices, shape.triangles, process=False)
+    welded.merge_vertices()
+    made = trimesh.graph.smooth_shade(welded, angle=_CREASE, facet_minarea=None)
+    return Mesh(np.asarray(made.vertices), np.asarray(made.faces))
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -1,14 +1,13 @@
 """The bodies of a robot on a page: smoothed for the viewer, and kept in the user's cache.
 
-Reading detailed meshes and smoothing them takes seconds, most of the time of a page. They are kept twice: as bodies,
-and as what a page takes of these and of the bodies that collide.
+Reading detailed meshes and smoothing them takes seconds, most of the time of a page.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Set
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Set
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,28 +19,15 @@ from planner.models.files.urdf_geometry import mesh_files
 from planner.models.robot import Robot, load_visuals
 from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
 from planner.view.canvas import Canvas
-from planner.view.commands import Packed, packed
-from planner.view.drawing import body_names, boxed, draw_bodies, place_joints
+from planner.view.drawing import draw_bodies, place_joints
 from planner.view.surfaces import smoothed
 
-_FORMAT = 4  # of the arrays, of how meshes are smoothed, and of the viewer's commands
-_LEVEL = 9  # of gzip: it is done once
+_FORMAT = 6  # of the arrays, and of how meshes are smoothed
 _SHAPES: dict[str, type[Any]] = {kind.__name__: kind for kind in (Box, Sphere, Cylinder, Capsule)}
 
 
 class _StandIns(Exception):
     """The meshes cannot be read: what stands in for them is not kept."""
-
-
-@dataclass(frozen=True, eq=False)
-class Visuals:
-    """What a page takes of a robot that carries nothing.
-
-    ``commands`` draw its visual bodies and those that collide, ``boxes`` stand around the visual ones.
-    """
-
-    commands: Packed
-    boxes: tuple[Body, ...]
 
 
 def draw_robot(
@@ -50,34 +36,35 @@ def draw_robot(
     """Draw the robot at ``q`` (dof,), links in ``touching`` red: bodies to look at, and under the same frames those
     that collide.
 
-    Returns the links by path, and boxes around the bodies to look at.
+    Returns the links by path, and the bodies to look at.
     """
-    visuals, colliding = visuals_of(robot), _own(robot)
-    names = body_names("visual", visuals.boxes) | body_names("collision", colliding)
-    if touching.isdisjoint(names.values()):
-        canvas.begin_with(visuals.commands)
-    else:
-        draw_bodies(canvas, "visual", drawn_bodies(robot), touching)
-        draw_bodies(canvas, "collision", _smoothed(colliding), touching)
     carried = _smoothed(robot.carried)
-    names |= draw_bodies(canvas, "visual", carried, touching, first=len(visuals.boxes))
-    names |= draw_bodies(canvas, "collision", carried, touching, first=len(colliding))
+    visual = (*drawn_bodies(robot), *carried)
+    names = draw_bodies(canvas, "visual", visual, touching)
+    names |= draw_bodies(canvas, "collision", [*_smoothed(_own(robot)), *carried], touching)
     place_joints(canvas, robot, q)
-    return names, (*visuals.boxes, *map(boxed, carried))
+    return names, visual
 
 
 def drawn_bodies(robot: Robot) -> tuple[Body, ...]:
     """The visual bodies of ``robot`` with smoothed meshes, see :func:`planner.models.robot.load_visuals`.
 
-    Without what the robot carries.
+    Without what the robot carries. They come from the cache where it has them.
     """
-    return _bodies(_kept(robot, "bodies", _arrays))
+    made_of = [_FORMAT, robot.source.xml, *robot.joints, *sorted(robot.fixed_joints.items()), robot.base]
+    made_of += [_stamp(file) for file in mesh_files(robot.source, "visual")]
+    made_of += [part for body in _own(robot) for part in (body.placement, *body.shape.content())]
 
+    def make() -> dict[str, Any]:
+        loaded = load_visuals(replace(robot, carried=()))
+        if loaded is robot.bodies:
+            raise _StandIns
+        return _arrays(_smoothed(loaded))
 
-def visuals_of(robot: Robot) -> Visuals:
-    """The :func:`drawn_bodies` of ``robot`` and those that collide, packed for a page once, when they are kept."""
-    arrays = _kept(robot, "page", lambda bodies: _page_arrays(bodies, _own(robot)))
-    return Visuals(Packed(arrays["commands"].tobytes(), tuple(arrays["lengths"].tolist())), _bodies(arrays))
+    try:
+        return _bodies(cached("visuals", made_of, make))
+    except _StandIns:
+        return tuple(_smoothed(robot.bodies))
 
 
 def _own(robot: Robot) -> list[Body]:
@@ -90,37 +77,10 @@ def _smoothed(bodies: Iterable[Body]) -> list[Body]:
     return [replace(body, shape=smoothed(body.shape)) for body in bodies]
 
 
-def _kept(robot: Robot, what: str, arrays_of: Callable[[list[Body]], dict[str, Any]]) -> Mapping[str, Any]:
-    """What is made of the smoothed bodies, out of the cache where it is there."""
-    made_of = [_FORMAT, what, robot.source.xml, *robot.joints, *sorted(robot.fixed_joints.items()), robot.base]
-    made_of += [_stamp(file) for file in mesh_files(robot.source, "visual")]
-    made_of += [part for body in _own(robot) for part in (body.placement, *body.shape.content())]
-
-    def make() -> dict[str, Any]:
-        loaded = load_visuals(replace(robot, carried=()))
-        if loaded is robot.bodies:
-            raise _StandIns
-        return arrays_of(_smoothed(loaded))
-
-    try:
-        return cached("visuals", made_of, make)
-    except _StandIns:
-        return arrays_of(_smoothed(robot.bodies))
-
-
 def _stamp(file: Path) -> tuple[str, int, int, int]:
     """What changes whenever a file does: reading detailed meshes to hash them would take longer than what is kept."""
     found = file.stat()
     return (str(file), found.st_ino, found.st_size, found.st_ctime_ns)
-
-
-def _page_arrays(bodies: list[Body], colliding: Iterable[Body]) -> dict[str, Any]:
-    canvas = Canvas()
-    draw_bodies(canvas, "visual", bodies)
-    draw_bodies(canvas, "collision", _smoothed(colliding))
-    commands = packed(canvas.commands, _LEVEL)
-    content, lengths = np.frombuffer(commands.content, dtype=np.uint8), np.array(commands.lengths, dtype=np.int64)
-    return {"commands": content, "lengths": lengths, **_arrays(map(boxed, bodies))}
 
 
 def _arrays(bodies: Iterable[Body]) -> dict[str, Any]:

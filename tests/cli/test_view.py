@@ -1,29 +1,22 @@
-"""``planner view`` and ``planner plan --view``: served to this machine alone, gone without a trace."""
+"""``planner view`` and ``planner plan --view``: pages that the browser opens, and the live page until Ctrl-C."""
 
 from __future__ import annotations
 
 import http.client
 import json
-import os
 import shutil
 import signal
-import socket
-import struct
-import subprocess
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+import sys
+import webbrowser
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from planner.base.errors import FileError
 from planner.collision import make_checker
 from planner.collision.clearance import Clearance
 from planner.kinematics.forward import tool_positions
 from planner.models.scene import Scene
-from planner.view.serve import read_page
 from tests.browser import page_data
 from tests.command_line import Run, assert_refused, command
 from tests.worlds import load
@@ -33,153 +26,65 @@ TASK = (*STATE, "--start", "q:0,1", "--goal", "q:1,1", "--nodes", "20")
 PATIENCE = 60.0  # s, on a busy machine
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a page that ``view`` can serve."""
-    out = tmp_path_factory.mktemp("result")
-    process = command("view", *STATE, "--out", "plan.html", cwd=out)
-    _, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0, err
-    (out / "plan.json").write_text("{}")
-    return out
+@pytest.fixture(autouse=True)
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The addresses that a browser was asked to open."""
+    addresses: list[str] = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(webbrowser, "open", lambda address: addresses.append(address) or True)
+    return addresses
 
 
-@contextmanager
-def serving(*arguments: str, cwd: Path) -> Iterator[tuple[subprocess.Popen[str], int]]:
-    """A serving command and its port; killed at the end if it has not gone by itself."""
-    process = command(*arguments, cwd=cwd)
-    assert process.stdout is not None
-    try:
-        for line in process.stdout:
-            if "http://127.0.0.1:" in line:
-                yield process, int(line.split("http://127.0.0.1:")[1].split("/")[0])
-                return
-        raise AssertionError(process.communicate()[1])
-    finally:
-        process.kill()
-        process.communicate()
-
-
-def get(port: int, path: str = "/", method: str = "GET", host: str | None = None) -> tuple[int, bytes, dict[str, str]]:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
-    try:
-        connection.request(method, path, headers={} if host is None else {"Host": host})
-        answer = connection.getresponse()
-        return answer.status, answer.read(), dict(answer.getheaders())
-    finally:
-        connection.close()
-
-
-def listening(port: int, address: str = "127.0.0.1") -> bool:
-    with socket.socket() as probe:
-        probe.settimeout(2.0)
-        return probe.connect_ex((address, port)) == 0
-
-
-def other_addresses() -> list[str]:
-    """Addresses of this machine that other machines see."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(("192.0.2.1", 9))  # a datagram socket sends nothing by connecting
-        except OSError:
-            return []
-        return [probe.getsockname()[0]]
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_serves_and_ends_cleanly(folder: Path, number: int) -> None:
-    with serving("view", "plan.json", cwd=folder) as (process, port):
-        status, body, headers = get(port)
-        assert status == 200
-        assert body == (folder / "plan.html").read_bytes()
-        assert headers["Cache-Control"] == "no-store"
-        assert get(port, method="HEAD")[1] == b""
-        assert get(port, "/plan.json")[0] == 404
-        assert get(port, "/../plan.json")[0] == 404
-        assert get(port, host="evil.example")[0] == 403
-        assert get(port, host=f"evil.example:{port}")[0] == 403
-        assert get(port, host=f"localhost:{port}")[0] == 200
-        assert not any(listening(port, address) for address in other_addresses())
-        waiting = socket.create_connection(("127.0.0.1", port))  # one that never says a word holds nothing up
-        process.send_signal(number)
-        _, err = process.communicate(timeout=PATIENCE)
-        waiting.close()
-        assert process.returncode == 0
-        assert err == ""
-        assert not listening(port)
-        with socket.socket() as again:
-            again.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            again.bind(("127.0.0.1", port))
-
-
-def test_who_hangs_up_is_no_news(folder: Path) -> None:
-    """Before asking, in the middle of a question and of the answer, politely (FIN) and not (RST)."""
-    reset = struct.pack("ii", 1, 0)
-    with serving("view", "plan.json", cwd=folder) as (process, port):
-        question = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode()
-        for words in (b"", question[:9], question, question + question[:20]):
-            for rude in (False, True):
-                with socket.create_connection(("127.0.0.1", port)) as client:
-                    if rude:
-                        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
-                    client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-                    client.sendall(words)
-        assert get(port)[0] == 200
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=PATIENCE)
-        assert (process.returncode, err) == (0, "")
-
-
-def test_a_reload_shows_what_was_written_meanwhile(folder: Path, tmp_path: Path) -> None:
-    page = tmp_path / "sweep.html"
-    page.write_bytes((folder / "plan.html").read_bytes())
-    with serving("view", str(tmp_path), "--port", "0", cwd=tmp_path) as (process, port):
-        assert get(port)[0] == 200
-        page.write_text(page.read_text().replace("<title>", "<title>new "))
-        assert b"<title>new planar_2r" in get(port)[1]
-        page.unlink()
-        status, body, _ = get(port)
-        assert status == 404
-        assert b"not found" in body
-        code, _, err = _finished(command("view", str(folder), "--port", str(port), cwd=tmp_path))
-        assert code == 3
-        assert f"port {port} cannot be used" in err
-        code, out, err = _finished(command("view", "--live", "--port", str(port), cwd=tmp_path))
-        assert (code, out) == (3, "")  # before anything is planned
-        assert f"port {port} cannot be used" in err
-        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-        if children.exists():
-            assert children.read_text() == "", "no process of its own that could be left behind"
-
-
-def test_a_page_of_another_run_than_its_record_is_noticed(folder: Path, tmp_path: Path) -> None:
-    shutil.copy(folder / "plan.html", tmp_path)
-    (tmp_path / "plan.json").write_text(json.dumps({"files": {"plan.html": "0" * 64}}))
-    with serving("view", str(tmp_path), cwd=tmp_path) as (process, port):
-        assert get(port)[0] == 200
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=PATIENCE)
-    assert "plan.json was written with another plan.html than stands beside it: " in err
-
-
-def test_plan_view_serves_the_plan(tmp_path: Path) -> None:
-    with serving("plan", *TASK, "--out", "o", "--view", cwd=tmp_path) as (process, port):
-        assert get(port)[1] == (tmp_path / "o" / "plan.html").read_bytes()
-        process.send_signal(signal.SIGTERM)
-        assert _finished(process)[0] == 0
-
-
-def test_plan_json_prints_the_record_and_nothing_else(tmp_path: Path) -> None:
-    code, out, err = _finished(command("plan", *TASK, "--json", cwd=tmp_path))
+@pytest.fixture
+def folder(run: Run, tmp_path: Path) -> Path:
+    """A plan with its page."""
+    code, _, err = run("plan", *TASK, "--out", str(tmp_path / "a plan"))
     assert code == 0, err
-    assert out == (tmp_path / "out" / "plan.json").read_text()
+    return tmp_path / "a plan"
+
+
+def test_the_page_of_a_result_is_opened_from_disk(run: Run, folder: Path, opened: list[str]) -> None:
+    for result in (folder, folder / "plan.json", folder / "plan.html"):
+        assert run("view", str(result))[0] == 0
+    assert opened == [(folder / "plan.html").as_uri()] * 3
+    assert run("plan", *TASK, "--out", str(folder), "--view")[0] == 0
+    assert opened[3:] == [(folder / "plan.html").as_uri()]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have a screen")
+def test_without_a_screen_the_place_is_printed(
+    run: Run, folder: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    code, out, _ = run("view", str(folder))
+    assert (code, opened) == (0, [])
+    assert (folder / "plan.html").as_uri() in out
+    code, out, _ = run("plan", *TASK, "--out", str(folder), "--view", "--json")
     assert json.loads(out)["outcome"] == "solved"
+
+
+def test_a_state_without_a_file_is_opened_from_a_temporary_one(run: Run, opened: list[str]) -> None:
+    assert run("view", *STATE)[0] == 0
+    (address,) = opened
+    page = Path(address.removeprefix("file://"))
+    assert page_data(page)["message"] == "Free and within limits."
+    shutil.rmtree(page.parent)
+
+
+def test_a_page_of_another_run_than_its_record_is_noticed(
+    run: Run, folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (folder / "plan.json").write_text(json.dumps({"files": {"plan.html": "0" * 64}}))
+    assert run("view", str(folder))[0] == 0
+    assert "plan.json was written with another plan.html than stands beside it: " in caplog.text
+
+
+def test_plan_json_prints_the_record_and_nothing_else(run: Run, tmp_path: Path) -> None:
+    code, out, err = run("plan", *TASK, "--json", "--out", str(tmp_path))
+    assert code == 0, err
+    assert out == (tmp_path / "plan.json").read_text()
     assert "Written:" in err
-
-
-def _finished(process: subprocess.Popen[str]) -> tuple[int, str, str]:
-    out, err = process.communicate(timeout=PATIENCE)
-    return process.returncode, out, err
 
 
 # states without a plan
@@ -268,18 +173,28 @@ def test_a_target_that_only_collisions_reach(run: Run, tmp_path: Path, post: tup
     ("arguments", "code", "text"),
     [
         (("--state", "nowhere"), 3, "'nowhere' is not among the scene's states"),
-        (("--state", "start,goal"), 3, "names 2 states"),
         (("--state", "q:1,2"), 3, "2 joint values, iiwa14 has 7"),
-        (("--state", "q:nan,0,0,0,0,0,0"), 3, "not finite"),
-        (("--state", "xyz:3,0,0"), 3, "beyond the arm's reach"),
         (("--state", "q:one"), 2, "no number"),
+        (("--state", "xyz:3,0,0"), 3, "beyond the arm's reach"),
         (("--robot", "r2d2"), 3, "robot 'r2d2' not found"),
-        (("--port", "70000"), 2, "port 70000"),
+        (("--beta", "0.2"), 2, "are for --live"),
+        (("none.json",), 3, "none.html not found"),
+        ((".",), 3, "must hold a plan.html or a sweep.html, got 0"),
+        ((".", "--state", "home"), 2, "leave out RESULT"),
+        ((".", "--robot", "panda"), 2, "not both"),
+        (("--live", "--state", "home"), 2, "leave out RESULT and --live"),
+        ((".", "--live"), 3, "plan.json"),
+        (("--live", *STATE, "--out", "state.html"), 2, "ends in .yaml"),
+        (("--live", *STATE, "--beta", "2"), 2, "outside [0, 1]"),
+        (("--live", *STATE, "--start", "q:0,9", "--goal", "q:1,1"), 3, "outside its limits"),
     ],
 )
-def test_wrong_states(run: Run, tmp_path: Path, arguments: tuple[str, ...], code: int, text: str) -> None:
-    out = tmp_path / "out"
-    assert_refused(run("view", *arguments, "--out", str(out / "state.html")), code, text, out)
+def test_refusals(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], code: int, text: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert_refused(run("view", *arguments), code, text, tmp_path / "empty-moved.yaml")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_place_that_cannot_be_written_is_refused_first(run: Run, tmp_path: Path) -> None:
@@ -288,71 +203,34 @@ def test_a_place_that_cannot_be_written_is_refused_first(run: Run, tmp_path: Pat
     assert "is a folder: give the name of a file" in err
 
 
-def test_wrong_results(run: Run, folder: Path, tmp_path: Path) -> None:
-    def refused(code: int, text: str, *arguments: str) -> None:
-        assert_refused(run("view", *arguments), code, text, tmp_path / "none")
-
-    refused(3, "holds neither plan.html nor sweep.html", str(tmp_path))
-    refused(3, "none.html not found", str(tmp_path / "none.json"))
-    (tmp_path / "plan.html").write_text("<html></html>")
-    refused(3, "is not a whole page of this planner", str(tmp_path))
-    (tmp_path / "sweep.html").write_text("<html></html>")
-    refused(3, "holds plan.html and sweep.html: name one", str(tmp_path))
-    refused(2, "give RESULT or options for a state, not both", str(folder), "--state", "home")
-    refused(2, "not both", str(folder), "--robot", "panda")
-    refused(2, "not both", str(folder), "--out", "x.html")
-
-
-def test_half_a_page_is_no_page(folder: Path, tmp_path: Path) -> None:
-    whole = (folder / "plan.html").read_bytes()
-    (tmp_path / "plan.html").write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(FileError, match="not a whole page"):
-        read_page(tmp_path / "plan.html")
-    assert read_page(folder / "plan.html") == whole
-
-
-def test_open_says_so_where_there_is_no_screen(folder: Path) -> None:
-    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    process = command("view", "plan.html", "--open", cwd=folder, env=environment)
-    assert process.stdout is not None
-    begun = time.monotonic()
-    lines = [process.stdout.readline(), process.stdout.readline()]
-    assert time.monotonic() - begun < PATIENCE
-    assert "Serving http://127.0.0.1:" in lines[0]
-    assert "open the address yourself" in lines[1]
-    process.send_signal(signal.SIGINT)
-    assert _finished(process)[0] == 0
-
-
 # the live page
 
 
-def test_a_live_page_is_served_and_ends_cleanly(tmp_path: Path) -> None:
-    task = (*STATE, "--start", "q:0,1", "--goal", "q:1,1", "--nodes", "20")
-    with serving("view", "--live", *task, cwd=tmp_path) as (process, port):
-        assert get(port)[0] == 403
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=PATIENCE)
-        assert (process.returncode, err) == (0, "")
-    assert list(tmp_path.iterdir()) == []
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_live_page_is_served_until_a_signal(folder: Path, number: int) -> None:
+    """Of a robot and a scene, or of a plan, with its start, goal and roadmap."""
+    for words in ((*TASK, "--live"), (str(folder), "--live")):
+        process = command("view", *words, cwd=folder)
+        try:
+            assert process.stdout is not None
+            line = next(line for line in process.stdout if line.startswith("Serving http://127.0.0.1:"))
+            connection = http.client.HTTPConnection(line.split("http://")[1].split("/")[0], timeout=PATIENCE)
+            connection.request("GET", "/")
+            assert connection.getresponse().status == 200
+            connection.close()
+            process.send_signal(number)
+            _, err = process.communicate(timeout=PATIENCE)
+            assert (process.returncode, err) == (0, "")
+        finally:
+            process.kill()
+    assert not list(folder.glob("*.yaml"))
 
 
-LIVE_REFUSED = {
-    "a result": (("view", "plan.json", "--live"), 2, "--live plans anew"),
-    "a state": (("view", "--live", *STATE, "--state", "home"), 2, "--live plans anew"),
-    "a question without it": (("view", *STATE, "--beta", "0.5"), 2, "are for --live"),  # the default, said
-    "a page as its file": (("view", "--live", *STATE, "--out", "state.html"), 2, "ends in .yaml"),
-    "a port for a file": (("view", *STATE, "--out", "state.html", "--port", "8000"), 2, "leave out --port and --open"),
-    "beta": (("view", "--live", *STATE, "--beta", "2"), 2, "outside [0, 1]"),
-    "a start beyond its limits": (
-        ("view", "--live", *STATE, "--start", "q:0,9", "--goal", "q:1,1"),
-        3,
-        "outside its limits",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", LIVE_REFUSED)
-def test_no_live_page(run: Run, tmp_path: Path, case: str) -> None:
-    words, code, sentence = LIVE_REFUSED[case]
-    assert_refused(run(*words), code, sentence, tmp_path / "empty-moved.yaml")
+def test_without_viser_a_sentence_says_how_to_install_it(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.startswith("planner.live.")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "viser", None)
+    code, out, err = run("view", "--live", *STATE)
+    assert (code, out) == (3, "")
+    assert "pip install 'gabf-planner[live]'" in err
+    assert err.count("\n") == 1

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import gzip
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,16 +31,9 @@ def drawn() -> Canvas:
 
 
 def unpacked(canvas: Canvas) -> list[dict[str, Any]]:
-    text, lengths = canvas.packed()
-    return [
-        command
-        for line, own in zip(text.split("\n"), lengths, strict=True)
-        for command in commands_in(gzip.decompress(base64.b64decode(line)), own)
-    ]
-
-
-def commands_in(data: bytes, lengths: Sequence[int]) -> list[dict[str, Any]]:
-    ends = np.cumsum(lengths)
+    """The commands as the page's script decodes them."""
+    content, lengths = canvas.packed()
+    data, ends = gzip.decompress(base64.b64decode(content)), np.cumsum(lengths)
     assert ends[-1] == len(data)
     return [umsgpack.unpackb(data[end - length : end]) for end, length in zip(ends, lengths, strict=True)]
 
@@ -53,8 +45,11 @@ def positions(canvas: Canvas) -> np.ndarray:
     return np.frombuffer(array.data, dtype=np.float32).reshape(-1, 3)
 
 
-def test_the_same_scene_is_the_same_bytes() -> None:
+def test_the_same_scene_is_the_same_bytes_and_no_two_objects_share_a_name() -> None:
     assert drawn().packed() == drawn().packed()
+    sent = [command["object"] for command in unpacked(drawn()) if command["type"] == "set_object"]
+    names = [part["uuid"] for one in sent for part in (one["object"], *one["geometries"], *one["materials"])]
+    assert len(set(names)) == len(names) == 3 * (len(SHAPES) + 2)
 
 
 def test_every_object_is_sent_with_its_place() -> None:

@@ -18,7 +18,6 @@ from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.page import of_tradeoff
 from planner.tradeoff.sweep import Tradeoff, sweep
-from planner.view.page import field_data
 from tests.browser import page_data
 from tests.worlds import checker_of, load
 
@@ -82,12 +81,6 @@ def test_pages_are_the_same_bytes_twice_and_whole(made: Plan, tradeoff: Tradeoff
 
 
 # notebooks
-
-
-def test_a_field_is_rounded_number_by_number_and_null_where_no_goal_is_reached() -> None:
-    x = np.append(np.random.default_rng(0).uniform(0.0, 9.0, 500), [np.inf, 0.0, 1e-5])
-    assert field_data(x) == [round(value, 4) if value < np.inf else None for value in x.tolist()]
-    assert field_data(None) is None
 
 
 def test_cells_show_small_tables(made: Plan, tradeoff: Tradeoff) -> None:

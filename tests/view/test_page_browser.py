@@ -6,8 +6,6 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import pytest
@@ -19,19 +17,18 @@ from planner.models.moving import KnownMotion, MovingObstacle
 from planner.models.poses import pose
 from planner.models.robot import Robot, load_visuals
 from planner.models.scene import Scene
-from planner.models.shapes import Box, Cylinder, Obstacle, Sphere
+from planner.models.shapes import Cylinder
 from planner.paths.measure import path_manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import Separated
 from planner.problem.request import PlanRequest, TimingRequest
-from planner.tradeoff.alternatives import ShownPath, with_alternatives
+from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.sweep import Tradeoff, sweep
 from planner.trajectory.timing import time_path
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
-from planner.view.page import Content, page
 from planner.view.state import inspect_state, state_page
 from tests.browser import Tab, browser
 from tests.linkages import random_linkage
@@ -143,7 +140,7 @@ def test_the_page_is_ready_and_says_what_it_shows(tab: Tab, made: Plan) -> None:
 
 def test_every_object_is_there(tab: Tab, made: Plan) -> None:
     robot, roadmap = made.robot, made.roadmap
-    paths = len(page_data_paths(tab))
+    paths = len(tab.run("data.paths"))
     meshes = len(load_visuals(robot)) + len(robot.bodies) + len(made.scene.obstacles)
     meshes += len(roadmap.starts) + len(roadmap.goals) + paths
     count = "viewer.scene_tree.find(['meshcat']).object.traverse(o => { for (const k in n) n[k] += o[k] ? 1 : 0; })"
@@ -151,10 +148,6 @@ def test_every_object_is_there(tab: Tab, made: Plan) -> None:
     assert counted == {"isMesh": meshes, "isPoints": 1, "isLineSegments": 1}
     assert tab.run("drawn('roadmap/nodes').geometry.attributes.position.count") == len(roadmap.nodes)
     assert tab.run("drawn('roadmap/edges').geometry.attributes.position.count") == 8 * len(roadmap.edges)
-
-
-def page_data_paths(tab: Tab) -> list[Any]:
-    return tab.run("data.paths.map(path => path.interval)")
 
 
 def test_robot_and_path_are_seen(tab: Tab) -> None:
@@ -189,28 +182,6 @@ def test_forward_kinematics_of_every_robot(tab: Tab, urdf_file: Callable[..., st
 
 
 # playing
-
-
-def test_play_moves_the_robot_where_it_stands(tab: Tab) -> None:
-    start = tab.screenshot()
-    tab.run("show('robot', false)")
-    tab.drawn()
-    robot = differ(start, tab.screenshot())  # the pixels that show the robot at the start
-    tab.run("show('robot', true), shownPath().seconds = 1000")  # a busy machine draws a frame a second
-    beyond = "new Promise(done => (function look() {{ share > {} ? done(1) : setTimeout(look, 20); }})())".format
-    tab.click("#play")
-    tab.run(beyond(0))
-    tab.run("goTo(0.35)")
-    tab.run(beyond(0.35))  # it plays on from where it is put
-    tab.click("#play")
-    assert dataset(tab, "playing") == "false"
-    share = float(dataset(tab, "share"))
-    assert 0.35 <= share < 0.5
-    tab.drawn()
-    later = tab.screenshot()
-    assert differ(start, later)[STAGE][robot[STAGE]].mean() > 0.3
-    assert differ(start, later)[STAGE].mean() < 0.3
-    assert float(dataset(tab, "share")) == share, "paused"
 
 
 def test_play_goes_on_to_the_end_and_starts_over(tab: Tab) -> None:
@@ -249,54 +220,6 @@ def test_a_motion_is_shown_in_time_with_plots(window: Tab, made: Plan, tmp_path:
     )
     window.run("showPlots(false)")
     assert window.run("element('plots').hidden")
-
-
-def test_a_millimetre_of_clearance_is_seen_beside_133(tab: Tab) -> None:
-    frame = tab.run("""(plot => {
-        element('plots').hidden = false;
-        element('plots').append(plot);
-        const at = [...plot.querySelectorAll('.way')].map(w => w.getAttribute('d').match(/[\\d.]+ [\\d.]+/g)
-            .map(p => Number(p.split(' ')[1]))), height = plot.querySelector('svg').getBoundingClientRect().height;
-        const said = [...plot.querySelectorAll('.tick')].map(t => [t.textContent, parseFloat(t.style.top)]);
-        plot.remove();
-        element('plots').hidden = true;
-        return { at: at[0], height, said };
-    })(clearanceChart([0.133, 0.001, 0.01, 0]))""")
-    most, one, ten, none = (place * frame["height"] / 100 for place in frame["at"])  # pixels from the top
-    assert (most, none) == pytest.approx((0, frame["height"]), abs=0.1)
-    assert none - one > 6
-    assert one - ten > 10
-    assert [name for name, _ in frame["said"]] == ["1", "10", "100"]
-    assert frame["said"][0][1] == pytest.approx(frame["at"][1], abs=0.1)
-
-
-def test_a_visitor_is_told_what_beta_and_w_are(sweep_tab: Tab) -> None:
-    for part, sentence in (("tradeoff", "β weighs the path's two costs"), ("worst", "w, the manipulability, says how")):
-        assert sentence in text(sweep_tab, part)
-
-
-@pytest.mark.parametrize("found", [True, False])
-def test_the_opening_view_sees_start_goal_and_path(window: Tab, made: Plan, tmp_path: Path, found: bool) -> None:
-    """Past a wall that stands between them and where the page opens otherwise."""
-    wall = Obstacle("wall", Box((3.0, 0.02, 6.0)), pose([0.53 * 2.2, -0.78 * 2.2, 0.0], [0, 0, 0.6]))
-    content = Content(
-        made.robot,
-        Scene("walled", (wall,)),
-        "",
-        made.path[0],
-        roadmap=made.roadmap,
-        paths=[ShownPath(made.path, [])] if found else [],
-    )
-    file = tmp_path / "page.html"
-    file.write_text(page(content))
-    assert window.open(file), window.console
-    seen = "seenFrom(viewer.camera.position.clone(), places, [group('obstacles/0')])"
-    whole = "places.reduce((sum, { weight }) => sum + weight, 0)"
-    assert window.run(f"(places => {seen} === {whole})(placesToSee(shownPath()))")
-    assert window.run("placesToSee(shownPath()).length") == (13 if found else 1 + len(made.roadmap.goals))
-    before = "viewer.controls.target.clone().add(new THREE.Vector3(0.53, 0.33, 0.78).normalize().multiplyScalar(9))"
-    from_front = seen.replace("viewer.camera.position.clone()", before)
-    assert window.run(f"(places => {from_front} < {whole})(placesToSee(shownPath()))"), "the wall is in the way there"
 
 
 def test_keys_and_scrubber(tab: Tab) -> None:
@@ -341,37 +264,6 @@ def test_the_slider_changes_the_path(sweep_tab: Tab, tradeoff: Tradeoff) -> None
     assert curve != other_curve
 
 
-def test_interval_by_interval_with_keys_and_buttons(sweep_tab: Tab, tradeoff: Tradeoff) -> None:
-    tab, last = sweep_tab, len(tradeoff.intervals) - 1
-    drag(tab, "beta", 0.0)
-    seen = [dataset(tab, "path")]
-    tab.run("element('beta').focus()")
-    for _ in range(last + 1):
-        tab.press("ArrowRight")
-        seen.append(dataset(tab, "path"))
-    assert seen == [*map(str, range(last + 1)), str(last)]
-    tab.click("#less")
-    assert dataset(tab, "path") == str(last - 1)
-    tab.run("element('beta').focus()")
-    tab.press("Home")
-    assert dataset(tab, "path") == "0"
-    assert dataset(tab, "share") == "0.0000", "the keys of the slider do not move the robot"
-
-
-def test_the_plan_page_has_all_betas_and_opens_at_its_own(window: Tab, tmp_path: Path) -> None:
-    found = with_alternatives(plan(replace(ARM, beta=0.03)))
-    (tmp_path / "plan.html").write_text(found.page())
-    assert window.open(tmp_path / "plan.html"), window.console
-    intervals = page_data_paths(window)
-    assert intervals[0][0] == 0.0
-    assert intervals[-1][1] == 1.0
-    assert len(intervals) >= 4
-    low, high = intervals[int(dataset(window, "path"))]
-    assert low <= 0.03 <= high < 1.0
-    assert text(window, "beta-now") == "0.0300"
-    np.testing.assert_allclose(window.run("shownPath().waypoints"), found.path, atol=1e-8)
-
-
 # roadmap
 
 
@@ -400,14 +292,6 @@ def test_nodes_and_edges_are_coloured_by_choice(tab: Tab, made: Plan) -> None:
     choose(tab, "colour", "w")
     ends = np.array(tab.run(colours.format("edges"))).reshape(-1, 8, 3)[:, [0, 7]]
     np.testing.assert_allclose(ends, looks["w"][made.roadmap.edges], atol=1e-6)
-
-
-def test_cost_to_go_is_that_of_the_shown_path(sweep_tab: Tab, tradeoff: Tradeoff) -> None:
-    choose(sweep_tab, "colour", "cost")
-    for interval in (tradeoff.intervals[0], tradeoff.intervals[-1]):
-        drag(sweep_tab, "beta", 0.5 * (interval.beta_min + interval.beta_max))
-        x = interval.cost_to_go.x
-        assert text(sweep_tab, "high") == f"{x[np.isfinite(x)].max():.2f}"
 
 
 def test_switches(tab: Tab) -> None:
@@ -463,42 +347,6 @@ def test_the_worst_points_are_marked_and_lead_there(tab: Tab, made: Plan) -> Non
     assert abs(box[1] + box[3] / 2 - y) < 3
 
 
-# obstacles
-
-
-def test_names_on_hover(tab: Tab) -> None:
-    project = "drawn('obstacles/{}').getWorldPosition(new THREE.Vector3()).project(viewer.camera).toArray()"
-    choose(tab, "colour", "none")
-    named = 0
-    for k, name in enumerate(tab.run("data.obstacles")):
-        x, y, _ = tab.run(project.format(k))
-        place = (x + 1) / 2 * tab.run("innerWidth"), (1 - y) / 2 * tab.run("innerHeight")
-        tab.mouse(*place)
-        assert tab.run("element('tip').hidden") is False, name
-        named += text(tab, "tip") == name  # something else may stand before it
-    assert named >= 4
-    tab.mouse(960, 40)
-    assert tab.run("element('tip').hidden") is True
-    choose(tab, "colour", "w")
-    tip = tab.run("nodeText(3)")
-    assert "node 3" in tip
-    assert "cost-to-go" in tip
-
-
-def test_obstacles_are_marked_from_the_list(tab: Tab) -> None:
-    tab.run("element('obstacle-section').open = true")
-    tab.drawn()
-    before = tab.screenshot()
-    tab.click("#obstacles li:nth-child(6) button")
-    assert dataset(tab, "marked") == "cabinet"
-    tab.mouse(600, 10)
-    assert differ(before, tab.screenshot())[STAGE].mean() > 0.005
-    tab.click("#obstacles li:nth-child(6) button")
-    assert dataset(tab, "marked") == ""
-    tab.mouse(600, 10)
-    assert differ(before, tab.screenshot())[STAGE].mean() < 0.0005
-
-
 # a phone, and the picture
 
 
@@ -515,45 +363,12 @@ def phone(window: Tab, sweep_file: Path) -> Iterator[Tab]:
     assert window.console == []
 
 
-def on_screen(tab: Tab) -> np.ndarray:
-    """(k, 2) pixels: vertices of all that is drawn of the robot now, and of its tool's path."""
-    places = """[...Object.keys(data.names).filter(p => p.startsWith('robot/')), 'paths/' + current]
-        .filter(p => group(p).visible).flatMap(p => {
-            const mesh = drawn(p), at = mesh.geometry.attributes.position, step = Math.ceil(at.count / 500), seen = [];
-            mesh.updateWorldMatrix(true, false);
-            for (let k = 0; k < at.count; k += step) {
-                const v = new THREE.Vector3().fromBufferAttribute(at, k).applyMatrix4(mesh.matrixWorld);
-                v.project(viewer.camera);
-                seen.push([(v.x + 1) / 2 * innerWidth, (1 - v.y) / 2 * innerHeight]);
-            }
-            return seen;
-        })"""
-    return np.array(tab.run(places))
-
-
-def assert_in_view(tab: Tab, shares: tuple[float, ...] = (0.0, 0.3, 0.7, 1.0)) -> None:
-    """Robot and path lie beside the panel and above the player, all along the way, and fill a fair part of that."""
-    free = tab.run("freeArea()")
-    widest = 0.0
-    for share in shares:
-        tab.run(f"goTo({share})")
-        tab.drawn()
-        low, high = on_screen(tab).min(axis=0), on_screen(tab).max(axis=0)
-        assert low[0] >= free["x"] - 1
-        assert low[1] >= free["y"] - 1
-        assert high[0] <= free["x"] + free["width"] + 1
-        assert high[1] <= free["y"] + free["height"] + 1
-        widest = max(widest, float((high - low).max()) / min(free["width"], free["height"]))
-    assert widest > 0.3
-
-
 def test_on_a_phone_the_robot_is_seen_and_the_panel_unfolds(phone: Tab) -> None:
     assert phone.run("[innerWidth, document.documentElement.scrollWidth]") == [390, 390], "nothing sticks out"
     assert phone.run("element('body').hidden") is True
     assert "planar_2r in empty" in text(phone, "panel")
     panel = phone.run("(b => b.height / innerHeight)(element('panel').getBoundingClientRect())")
     assert panel < 0.2
-    assert_in_view(phone)
     picture = phone.screenshot()
     phone.run("show('robot', false)")
     phone.drawn()
@@ -565,92 +380,11 @@ def test_on_a_phone_the_robot_is_seen_and_the_panel_unfolds(phone: Tab) -> None:
     assert phone.run("document.documentElement.scrollWidth") == 390
     top, bottom = phone.run("['panel', 'player'].map(name => element(name).getBoundingClientRect()).map(b => b.height)")
     assert top < 0.5 * (844 - bottom), "half of the scene stays"
-    assert_in_view(phone)
     phone.click("#fold")
     assert phone.run("element('body').hidden") is True
-    assert_in_view(phone)
 
 
-def test_the_panel_folds_on_a_desk_too(tab: Tab) -> None:
-    assert tab.run("element('body').hidden") is False
-    tab.click("#fold")
-    assert tab.run("element('body').hidden") is True
-    assert tab.run("freeArea().x") == 0
-    assert tab.run("element('fold').getAttribute('aria-expanded')") == "false"
-
-
-def test_robot_and_path_are_in_view(tab: Tab, window: Tab, tmp_path: Path, urdf_file: Callable[..., str]) -> None:
-    """Also a robot with a body that is higher than its arm is long, and another arm that is not planned."""
-    assert_in_view(tab)
-    inside = f'<link name="body">{visual_xml("0.4 0.4 2.4")}</link><link name="other">{visual_xml("0.2 3 0.2")}</link>'
-    inside += joint_xml("mount", "body", "other", "fixed", xyz="0 0 1") + link_xml("hand")
-    inside += f'<link name="arm">{visual_xml("0.1 0.1 0.4")}</link>' + joint_xml("turn", "body", "arm", xyz="0.3 0 0.8")
-    inside += joint_xml("grip", "arm", "hand", axis="0 1 0", xyz="0 0 0.2")
-    robot = Robot.load(urdf_file(inside), tool="hand")
-    path = np.array([[-1.0, 0.0], [1.0, 1.0]])
-    content = Content(robot, Scene("none", ()), "", path[0], paths=[ShownPath(path, [])])
-    (tmp_path / "page.html").write_text(page(content))
-    assert window.open(tmp_path / "page.html"), window.console
-    assert_in_view(window)
-
-
-def visual_xml(size: str) -> str:
-    return f'<visual><geometry><box size="{size}"/></geometry></visual>'
-
-
-@pytest.mark.parametrize("robot", ["ur5", "panda", "iiwa14"])
-def test_light_robots_are_not_overexposed(window: Tab, tmp_path: Path, robot: str) -> None:
-    arm = load(robot)
-    (tmp_path / "page.html").write_text(page(Content(arm, Scene("none", ()), "", arm.home)))
-    assert window.open(tmp_path / "page.html"), window.console
-    whole = window.screenshot()
-    window.run("show('robot', false)")
-    window.drawn()
-    bright = whole[differ(whole, window.screenshot())].min(axis=1)
-    assert (bright > 250).mean() < 0.01
-    assert np.percentile(bright, 90) - np.percentile(bright, 10) > 50, "nor flat"
-
-
-# the curve of w, and the joints
-
-
-def test_the_curve_has_an_axis_a_unit_and_the_floor(window: Tab, tmp_path: Path) -> None:
-    path = np.array([[-2.0, 1.5], [0.0, 0.5], [1.0, 1.2]])
-    robot = load("planar_2r")
-    content = Content(robot, Scene("none", ()), "", path[0], paths=[ShownPath(path, [])], floor=0.05)
-    (tmp_path / "page.html").write_text(page(content))
-    assert window.open(tmp_path / "page.html"), window.console
-    labels = window.run("[...element('heights').children].map(s => [s.textContent, parseFloat(s.style.top)])")
-    numbers = dict(labels)
-    floor = numbers.pop("floor 0.05")
-    assert [*numbers] == ["0.00", "0.05", "0.10", "w 0.15 m²"]
-    values = [float(words.replace("w ", "").replace(" m²", "")) for words in numbers]
-    heights = np.array([*numbers.values()])
-    slope = np.diff(heights) / np.diff(values)
-    np.testing.assert_allclose(slope, slope[0], rtol=1e-6)
-    assert floor == pytest.approx(heights[0] + 0.05 * slope[0])
-    curve = window.run("element('spark').querySelector('.curve').getAttribute('d')")
-    lowest = max(float(point.split()[1]) for point in curve.split("L")[1:-1])
-    w = path_manipulability(robot, path)
-    assert lowest == pytest.approx(heights[0] + w.min() * slope[0], abs=0.2)
-    assert f"M0 {floor:.2f}H1000" == window.run("element('spark').querySelector('.floor').getAttribute('d')")
-    whole = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
-    assert text(window, "shares").split() == [
-        "0",
-        "%",
-        "25",
-        "%",
-        "50",
-        "%",
-        "75",
-        "%",
-        *f"100 % of {whole:.2f} rad".split(),
-    ]
-
-
-def test_a_page_without_a_floor_has_none(tab: Tab) -> None:
-    assert "floor" not in text(tab, "heights")
-    assert tab.run("element('spark').querySelector('.floor')") is None
+# the joints
 
 
 def test_joints_are_shown_against_their_limits(tab: Tab, made: Plan) -> None:
@@ -670,14 +404,6 @@ def test_joints_are_shown_against_their_limits(tab: Tab, made: Plan) -> None:
     room = np.minimum(path - robot.lower, robot.upper - path)
     row, j = np.unravel_index(room.argmin(), room.shape)
     assert f"{robot.joints[j]} is nearest to a limit: {room[row, j]:.2f} rad" in text(tab, "joint-limit")
-
-
-def test_joints_that_turn_freely_have_no_limits(window: Tab, tmp_path: Path) -> None:
-    arm = load("kinova")
-    (tmp_path / "page.html").write_text(page(Content(arm, Scene("none", ()), "", arm.home)))
-    assert window.open(tmp_path / "page.html"), window.console
-    limits = window.run("[...element('joints').rows].map(r => r.cells[3].textContent)")
-    assert [words == "turns freely" for words in limits] == arm.continuous.tolist()
 
 
 # two paths at once, and those of no beta
@@ -714,13 +440,6 @@ def test_two_paths_side_by_side(sweep_tab: Tab, tradeoff: Tradeoff) -> None:
     choose(tab, "compare", "")
     assert text(tab, "now-other") == ""
     assert not differ(before, tab.screenshot())[STAGE].any()
-
-
-def test_a_path_chosen_by_its_costs_sets_beta(sweep_tab: Tab, tradeoff: Tradeoff) -> None:
-    for k, interval in enumerate(tradeoff.intervals):
-        sweep_tab.run(f"element('costs').querySelectorAll('g')[{k}].dispatchEvent(new MouseEvent('click'))")
-        assert dataset(sweep_tab, "path") == str(k)
-        assert interval.beta_min <= float(dataset(sweep_tab, "beta")) <= interval.beta_max
 
 
 # other pages
@@ -834,42 +553,17 @@ def test_a_page_that_asks_the_network_is_noticed(window: Tab, plan_file: Path, t
 
 HOSTILE = (
     "@@VIEWER@@",
-    "@@DATA@@ @@TITLE@@ @@",
     "<!--<script>",
-    "--><script>ran = 1</script><!--",
     "</script><script>ran = 1</script>",
-    "</SCRIPT ><script >ran = 1</script>",
     "</title></style><script>ran = 1</script>",
     "<img src=x onerror='ran = 1'>",
-    "<svg/onload=ran=1>",
     "\"'; ran = 1; //",
     "${ran = 1}`+(ran=1)+`",
     "\\u003cscript>ran = 1</script>\\",
-    "]]>&lt;script&gt;ran = 1&lt;/script&gt;&amp;",
-    "javascript:ran=1",
     "a\u2028ran = 1\u2029b\x85c",
     "__proto__",
-    "constructor",
-    "[bold]{0} %s $1 \\1 \\g<0>",
-    "\u202egnp.tra 🤖 e\u0301 \U0001f469\u200d\U0001f680",
+    "\u202egnp.tra e\u0301 \U0001f469\u200d\U0001f680",
 )
-
-
-@pytest.fixture
-def named_robot(tmp_path: Path) -> Callable[[str], Robot]:
-    """An arm of two joints in a folder, all of which are called alike as far as files and URDFs can."""
-
-    def make(name: str) -> Robot:
-        text = link_xml("base") + link_xml("a", '<sphere radius="0.1"/>') + joint_xml("turn", "base", "a", xyz="1 0 0")
-        text += link_xml("b", '<sphere radius="0.1"/>') + joint_xml("bend", "a", "b", xyz="0.5 0 0")
-        for plain in ("base", "a", "b", "turn", "bend"):
-            text = text.replace(f'"{plain}"', quoteattr(f"{name}{plain}"))
-        folder = tmp_path / name.replace("/", "")
-        folder.mkdir()
-        (folder / "arm.urdf").write_text(f'<robot name={quoteattr(name)} version="1.0">{text}</robot>')
-        return Robot.load(str(folder / "arm.urdf"))
-
-    return make
 
 
 def assert_harmless(window: Tab, html: str, name: str, path: Path) -> None:
@@ -884,27 +578,10 @@ def assert_harmless(window: Tab, html: str, name: str, path: Path) -> None:
     assert window.run("[document.images.length, document.scripts.length]") == [0, 4]
 
 
-@pytest.mark.parametrize("name", HOSTILE)
-def test_no_name_breaks_the_page_or_runs_in_it(
-    window: Tab, tmp_path: Path, named_robot: Callable[[str], Robot], name: str
-) -> None:
-    """A state's page speaks of scene, obstacles, links and joints; two links stand in the obstacle."""
-    robot = named_robot(name)
-    scene = Scene(name, (Obstacle(name, Sphere(2.0), pose()),))
-    html = state_page(inspect_state(make_checker(robot, scene), np.array([0.0, 2.0])))
-    assert_harmless(window, html, name, tmp_path / "state.html")
-    assert window.run("document.querySelector('h1').textContent") == f"{robot.name} in {name}"
-    assert f"'{name}a' and '{name}' touch" in text_content(window, "message")
-    assert f"{name}bend" in text_content(window, "joints")
-    window.run("element('viewer').dispatchEvent(new PointerEvent('pointermove', {clientX: 640, clientY: 300}))")
-    window.drawn()
-    assert window.run("Object.values(data.names)").count(name) == 1
-
-
 def test_names_that_break_nothing_in_a_plan(window: Tab, made: Plan, tradeoff: Tradeoff, tmp_path: Path) -> None:
     name = "".join(HOSTILE)
     obstacles = tuple(replace(item, name=f"{name}{k or ''}") for k, item in enumerate(made.scene.obstacles))
-    scene = replace(made.scene, name=name, obstacles=obstacles)
+    scene = replace(made.scene, name=name, obstacles=(*obstacles[:-1], replace(obstacles[-1], name="__proto__")))
     assert_harmless(window, replace(made, scene=scene).page(), name, tmp_path / "plan.html")
     sweep = replace(tradeoff, scene=scene, robot=replace(tradeoff.robot, name=name))
     assert_harmless(window, sweep.page(), name, tmp_path / "sweep.html")
@@ -914,27 +591,10 @@ def test_a_script_in_a_name_would_be_noticed(window: Tab, tmp_path: Path) -> Non
     """The negative control: in a page that does not escape, the same names run."""
     html = state_page(inspect_state(make_checker(load("planar_2r"), Scene("safe", ())), np.zeros(2)))
     path = tmp_path / "state.html"
-    path.write_text(html.replace("planar_2r in safe</h1>", f"{HOSTILE[4]}</h1>"))
+    path.write_text(html.replace("planar_2r in safe</h1>", f"{HOSTILE[2]}</h1>"))
     window.open(path)
     assert window.run("typeof ran") == "number"
 
 
-@pytest.mark.parametrize(("robot", "scene", "most"), [("iiwa14", "paper", 3_000_000), ("panda", "shelf", 8_000_000)])
-def test_size_with_a_roadmap_of_1012_nodes(made: Plan, robot: str, scene: str, most: int) -> None:
-    """Random nodes are worse to compress than a grown roadmap's; ten paths are more than a sweep mostly has."""
-    arm, rng, n = load(robot), np.random.default_rng(0), 1012
-    nodes = random_q(arm, n)
-    edges = np.sort(rng.choice(n, size=(2029, 2)), axis=1)
-    length = rng.random(2029)
-    roadmap = replace(
-        made.roadmap,
-        nodes=nodes,
-        edges=edges[edges[:, 0] < edges[:, 1]],
-        proven=np.ones(2029, bool)[edges[:, 0] < edges[:, 1]],
-        manipulability=rng.random(n),
-        joint_length=length[edges[:, 0] < edges[:, 1]],
-        tool_length=length[edges[:, 0] < edges[:, 1]],
-    )
-    paths = [ShownPath(nodes[12 * k : 12 * k + 12], [], (k / 10, (k + 1) / 10), rng.random(n)) for k in range(10)]
-    content = Content(arm, Scene.load(scene), "", nodes[0], roadmap=roadmap, paths=paths, beta=0.5)
-    assert 500_000 < len(page(content).encode()) < most
+def test_a_page_is_small(made: Plan) -> None:
+    assert 1_000_000 < len(made.page().encode()) < 1_600_000  # of which meshcat's viewer is 850 kB
