@@ -57,7 +57,7 @@ DOORS = {
         "benchmarks.quality.ompl_paths",
     },
     "fcl": {"planner.collision.fcl"},
-    "coal": {"planner.models.files.meshes", "planner.collision.coal"},
+    "coal": {"planner.models.files.urdf_geometry", "planner.collision.coal"},
     "meshcat": set(),  # only its viewer is taken, a file, by planner.view.canvas
     "umsgpack": {"planner.view.commands"},
     "websockets": {"planner.serve.server", "planner.serve.connection"},
@@ -67,6 +67,7 @@ DOORS = {
     "yaml": {"planner.base.yamlfile"},
     "distributed": {"planner.base.cluster"},
     "robot_descriptions": {"planner.models.files.descriptions"},
+    "trimesh": {"planner.models.files.meshes"},
     "mujoco": {"planner.models.files.mjcf"},
     "xacro": {"planner.models.files.xacro"},
     "toppra": {"benchmarks.motion.toppra_law"},

@@ -24,7 +24,7 @@ from planner.view.commands import Packed, packed
 from planner.view.drawing import body_names, boxed, draw_bodies, place_joints
 from planner.view.surfaces import smoothed
 
-_FORMAT = 4  # of the arrays, of how meshes are smoothed, and of the viewer's commands
+_FORMAT = 5  # of the arrays, of how meshes are smoothed, and of the viewer's commands
 _LEVEL = 9  # of gzip: it is done once
 _SHAPES: dict[str, type[Any]] = {kind.__name__: kind for kind in (Box, Sphere, Cylinder, Capsule)}
 

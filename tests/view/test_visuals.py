@@ -19,7 +19,7 @@ from planner.view.commands import packed
 from planner.view.drawing import draw_bodies, swept_corners
 from planner.view.surfaces import creased, smoothed
 from planner.view.visuals import draw_robot, drawn_bodies, visuals_of
-from tests.models.files.test_stl import stl_of
+from tests.models.files.test_meshes import mesh_file
 from tests.random_shapes import box_mesh
 from tests.view.test_canvas import unpacked
 from tests.view.test_drawing import is_red
@@ -67,7 +67,7 @@ def test_another_mesh_in_the_same_file_is_seen(urdf_file: Callable[..., str], tm
     seen = f'<visual><geometry><mesh filename="file://{file}"/></geometry></visual>'
     path = urdf_file(f'<link name="a"/><link name="b">{seen}</link>' + joint_xml("j", "a", "b"))
     for size in (1.0, 2.0):
-        file.write_bytes(stl_of(size * mesh.vertices[mesh.triangles]))
+        file.write_bytes(mesh_file(Mesh(size * mesh.vertices, mesh.triangles)))
         os.utime(file, (1e9, 1e9))
         (drawn,) = drawn_bodies(Robot.load(path))
         assert np.ptp(corners(drawn.shape)[0], axis=0) == pytest.approx(size * np.array([0.1, 0.2, 0.3]))

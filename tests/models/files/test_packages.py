@@ -88,7 +88,7 @@ def test_the_advice_for_a_lost_package_works(tmp_path: Path, monkeypatch: pytest
     far = tmp_path / "a" / "b" / "c" / "d" / "e" / "arm.urdf"
     far.parent.mkdir(parents=True)
     (there / "urdf" / "arm.urdf").rename(far)
-    with pytest.raises(RobotError, match=r"package://acme/meshes/a.obj could not be found.*in ROS_PACKAGE_PATH\.$"):
+    with pytest.raises(RobotError, match=r"package://acme/meshes/a.obj' of .* not found: .*in ROS_PACKAGE_PATH\.$"):
         Robot.load(far)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(there))
     assert size_of(Robot.load(far)) == pytest.approx(0.1)
