@@ -12,13 +12,13 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen, placement
-from planner.base.errors import ArrayError, RobotError, choices
+from planner.base.errors import ArrayError, FileError, RobotError, choices
 from planner.base.files import StrPath
 from planner.base.hashing import content_hash
 from planner.base.notes import Note
 from planner.base.yamlfile import FARTHEST
 from planner.models.files import urdf
-from planner.models.files.dae import dae_notes
+from planner.models.files.collada import collada_notes
 from planner.models.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, Rows, read_robot
 from planner.models.files.srdf import states_of_joints
 from planner.models.files.urdf_geometry import bodies, mesh_files, read_geometry
@@ -246,7 +246,7 @@ def load_visuals(robot: Robot) -> tuple[Body, ...]:
         geometry = read_geometry(robot.source, full, "visual")
         _, placed = urdf.reduce(full, geometry.model, tuple(robot.model.names), robot.fixed_joints, robot.base)
         return (*bodies(placed, geometry), *robot.carried)
-    except RobotError as error:
+    except (RobotError, FileError) as error:
         _log.warning("the page shows the shapes that collide, as those to look at cannot be read: %s", error)
         return robot.bodies
 
@@ -293,7 +293,12 @@ def assemble(
         states=states_of_joints(files.srdf, planned) if files.srdf else {},
         motion=files.motion(planned),
         world_frame=files.srdf.world_frame if files.srdf else "",
-        notes=(*files.notes, *dae_notes(mesh_files(description)), *_held_beyond_limits(files.model, held), *narrowed),
+        notes=(
+            *files.notes,
+            *collada_notes(mesh_files(description)),
+            *_held_beyond_limits(files.model, held),
+            *narrowed,
+        ),
         model=model,
         bodies=bodies(placed, geometry),
         fixed_joints=held,

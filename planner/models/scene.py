@@ -29,7 +29,7 @@ from planner.base.yamlfile import (
     shown,
     validate,
 )
-from planner.models.files.dae import dae_notes
+from planner.models.files.collada import collada_notes
 from planner.models.files.meshes import read_mesh
 from planner.models.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
 from planner.models.poses import pose
@@ -314,7 +314,7 @@ def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle:
 
 def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path()) -> tuple[Note, ...]:
     """What was passed over in the mesh files that ``items`` name, in that ``folder``."""
-    return tuple(dae_notes(folder / item.file for item in items if isinstance(item, _Mesh)))
+    return tuple(collada_notes(folder / item.file for item in items if isinstance(item, _Mesh)))
 
 
 def _build(file: SceneFile, path: Path) -> Scene:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 
 from planner.base.arrays import Floats
+from planner.models.files.meshes import split_at_creases
 from planner.models.shapes import Mesh, Shape
 
 _CREASE = np.radians(35.0)  # an edge at which faces meet at a larger angle stays sharp
@@ -18,10 +18,7 @@ def smoothed(shape: Shape) -> Shape:
     """
     if not isinstance(shape, Mesh):
         return shape
-    welded = trimesh.Trimesh(shape.vertices, shape.triangles, process=False)
-    welded.merge_vertices()
-    made = trimesh.graph.smooth_shade(welded, angle=_CREASE, facet_minarea=None)
-    return Mesh(np.asarray(made.vertices), np.asarray(made.faces))
+    return split_at_creases(shape, _CREASE)
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -22,7 +22,7 @@ from planner.view.canvas import Canvas
 from planner.view.drawing import draw_bodies, place_joints
 from planner.view.surfaces import smoothed
 
-_FORMAT = 6  # of the arrays, and of how meshes are smoothed
+_FORMAT = 7  # of the arrays, and of how meshes are smoothed
 _SHAPES: dict[str, type[Any]] = {kind.__name__: kind for kind in (Box, Sphere, Cylinder, Capsule)}
 
 

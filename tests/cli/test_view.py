@@ -72,14 +72,6 @@ def test_a_state_without_a_file_is_opened_from_a_temporary_one(run: Run, opened:
     shutil.rmtree(page.parent)
 
 
-def test_a_page_of_another_run_than_its_record_is_noticed(
-    run: Run, folder: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    (folder / "plan.json").write_text(json.dumps({"files": {"plan.html": "0" * 64}}))
-    assert run("view", str(folder))[0] == 0
-    assert "plan.json was written with another plan.html than stands beside it: " in caplog.text
-
-
 def test_plan_json_prints_the_record_and_nothing_else(run: Run, tmp_path: Path) -> None:
     code, out, err = run("plan", *TASK, "--json", "--out", str(tmp_path))
     assert code == 0, err

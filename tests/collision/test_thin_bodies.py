@@ -17,7 +17,7 @@ from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Mesh, Obstacle, Sphere
 from tests.coal_judge import CoalWorld
-from tests.models.files.test_stl import stl_of
+from tests.models.files.test_meshes import mesh_file
 from tests.models.files.test_thinned import ball
 from tests.worlds import joint_xml, link_xml
 
@@ -28,7 +28,7 @@ RADIUS = 0.01
 @pytest.fixture
 def robot(urdf_file: Callable[..., str], tmp_path: Path) -> Robot:
     """A rough ball of 7,000 triangles on a slide along x, and one more that stands far away."""
-    (tmp_path / "ball.stl").write_bytes(stl_of(MESH.vertices[MESH.triangles]))
+    (tmp_path / "ball.stl").write_bytes(mesh_file(MESH))
     mesh = f'<mesh filename="{tmp_path / "ball.stl"}"/>'
     links = link_xml("a") + link_xml("b", mesh) + link_xml("far", mesh)
     joints = joint_xml("j", "a", "b", "prismatic", axis="1 0 0", limit="-0.2 0.2")
@@ -93,7 +93,7 @@ def test_nothing_is_proven_that_touches_the_mesh_of_the_file(robot: Robot) -> No
 def test_again_from_the_cache_and_after_damage_it_is_the_same_robot(robot: Robot) -> None:
     again = Robot.load(str(robot.source.path), tool="b")
     assert again.identity == robot.identity
-    files = list(cache_folder().glob("*/*.kept"))
+    files = list(cache_folder().glob("*/*.npz"))
     assert files
     for file in files:
         file.write_bytes(file.read_bytes()[:-9] + b"123456789")
@@ -102,5 +102,5 @@ def test_again_from_the_cache_and_after_damage_it_is_the_same_robot(robot: Robot
 
 
 def test_a_mesh_that_changes_is_read_anew(robot: Robot, tmp_path: Path) -> None:
-    (tmp_path / "ball.stl").write_bytes(stl_of(1.5 * MESH.vertices[MESH.triangles]))
+    (tmp_path / "ball.stl").write_bytes(mesh_file(Mesh(1.5 * MESH.vertices, MESH.triangles)))
     assert Robot.load(str(robot.source.path), tool="b").identity != robot.identity

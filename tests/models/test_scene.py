@@ -1,8 +1,5 @@
 """Scene files: what each key means, what is refused and with which words."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -215,17 +212,8 @@ BROKEN = {
     "a tag that makes an object": ("name: !!python/object/apply:os.system ['true']", ["not valid YAML", "constructor"]),
     "deep nesting": ("[" * 3_000, ["not valid YAML"]),
     "missing mesh": (item("type: mesh, file: none.stl"), ["mesh file", "none.stl not found", "relative to the scene"]),
-    "mesh of text": (item("type: mesh, file: made.yaml"), ["made.yaml", "STL, OBJ, DAE or PLY"]),
+    "mesh of text": (item("type: mesh, file: made.yaml"), ["made.yaml", "STL, OBJ, PLY, DAE or GLB"]),
 }
-
-
-def test_endless_nesting(tmp_path):
-    """In a process of its own, which it can take down with it."""
-    (tmp_path / "deep.yaml").write_text("[" * 100_000)
-    code = "from planner.models.scene import Scene; import sys; Scene.load(sys.argv[1])"
-    ended = subprocess.run([sys.executable, "-c", code, str(tmp_path / "deep.yaml")], capture_output=True, text=True)
-    assert "FileError" in ended.stderr
-    assert "not valid YAML" in ended.stderr
 
 
 @pytest.mark.parametrize("case", BROKEN)
@@ -240,7 +228,7 @@ def test_broken(scene, case, capfd):
 
 def test_a_mesh_without_triangles(scene, tmp_path, capfd):
     (tmp_path / "none.stl").write_text("solid none\nendsolid none\n")
-    with pytest.raises(FileError, match=r"none\.stl .*(no usable triangles|cannot be read)"):
+    with pytest.raises(FileError, match=r"none\.stl .*holds no triangles"):
         scene(item("type: mesh, file: none.stl"))
 
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from planner.models.robot import Robot, load_visuals, with_carried
-from planner.models.shapes import Body, Carried, Sphere, corners
+from planner.models.shapes import Body, Carried, Mesh, Sphere, corners
 from planner.view import visuals
 from planner.view.canvas import Canvas
 from planner.view.visuals import draw_robot, drawn_bodies
-from tests.models.files.test_stl import stl_of
+from tests.models.files.test_meshes import mesh_file
 from tests.random_shapes import box_mesh
 from tests.view.test_canvas import unpacked
 from tests.view.test_drawing import is_red
@@ -41,7 +41,7 @@ def robot() -> Robot:
 def test_a_second_look_reads_no_mesh(monkeypatch: pytest.MonkeyPatch, cache: Path) -> None:
     robot = Robot.load("ur5")
     first = drawn_bodies(robot)
-    assert len(list(cache.glob("*.kept"))) == 1
+    assert len(list(cache.glob("*.npz"))) == 1
     monkeypatch.setattr(visuals, "load_visuals", lambda robot: pytest.fail("read again"))
     assert contents(drawn_bodies(robot)) == contents(first)
 
@@ -58,7 +58,7 @@ def test_another_mesh_in_the_same_file_is_seen(urdf_file: Callable[..., str], tm
     seen = f'<visual><geometry><mesh filename="file://{file}"/></geometry></visual>'
     path = urdf_file(f'<link name="a"/><link name="b">{seen}</link>' + joint_xml("j", "a", "b"))
     for size in (1.0, 2.0):
-        file.write_bytes(stl_of(size * mesh.vertices[mesh.triangles]))
+        file.write_bytes(mesh_file(Mesh(size * mesh.vertices, mesh.triangles)))
         os.utime(file, (1e9, 1e9))
         (drawn,) = drawn_bodies(Robot.load(path))
         assert np.ptp(corners(drawn.shape)[0], axis=0) == pytest.approx(size * np.array([0.1, 0.2, 0.3]))

@@ -1,63 +1,60 @@
-"""The door through which geometry read by coal enters: mesh files and URDF geometry as backend-neutral shapes."""
+"""Mesh files as shapes: the door of trimesh, which reads STL, OBJ, PLY, COLLADA (through pycollada) and GLB."""
 
 from __future__ import annotations
 
+import io
+import logging
 import os
 import re
-from operator import itemgetter
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
-import coal
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, distinct_rows
 from planner.base.cache import cached
 from planner.base.errors import FileError
 from planner.base.files import StrPath
-from planner.base.silenced import Silenced
+from planner.base.process_lock import PROCESS
 from planner.base.yamlfile import FARTHEST, shown
-from planner.models.files.dae import dae_fault
-from planner.models.files.ply import ply_fault
+from planner.models.files.collada import bare_collada
 from planner.models.files.thinned import CELL, MANY, thinned
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.models.shapes import Mesh
 
-_STL_HEADER, _STL_RECORD = 84, 50  # bytes before the triangles, and of each: normal, three corners, two bytes
-_NUMBER = rb"[ \t]++[-+]?+\d++(?:\.\d*+)?+(?:[eE][-+]?\d++)?+"  # possessive: the time grows with the length alone
-_ONE = rb"[ \t]++[+]?+1(?:\.0*+)?+(?![\d.eE])"  # a weight: by any other Assimp divides
-_VERTEX = rb"v(?:" + _NUMBER + rb"){3}+(?:" + 3 * _NUMBER + rb"|" + _ONE + rb")?+[ \t]*+(?:#.*+)?+\r?$"
-_CORNER = rb"[ \t]++[^\s#]++"
-_SKIPPED = (  # lines that hold a part of the surface
-    rb"^(?:(?!" + _VERTEX + rb")v[ \t].*+"
-    rb"|(?!f(?:" + _CORNER + rb"){3})f(?:[ \t].*+)?$"
-    rb"|[ \t]++[vf][ \t].*+|[VF][ \t].*+|(?:call|cstype|curv|curv2|surf|csh|bzp|bsp|cdp|cdc|res)[ \t].*+)"
-)
-_STL_NUMBER = _NUMBER.replace(rb"\d++(?:\.\d*+)?+", rb"(?:\d++(?:\.\d*+)?+|\.\d++)")
-_STL_CORNER = rb"^(?![ \t]*+vertex(?:" + _STL_NUMBER + rb"){3}[ \t]*+\r?$)[ \t]*+vertex\b.*+"
-_LARGEST = 512 << 20  # bytes of a mesh file
 _MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
+_SMALLEST = 1e-6  # m
+_PASSED_OVER = {  # lines and fields that trimesh passes over, or takes for others: indices from the end, weights
+    "obj": re.compile(
+        rb"(?m)^(?:[VF] .*|[vf] \S+(?: \S+)?$|f(?: \S+)* (?:-|0(?![.\d])).*|v(?: \S+){3} (?!1(?:\.0*)?$)\S+$"
+        rb"|(?:call|cstype|curv2?|surf|csh|bzp|bsp|cd[pc]|res)\b.*)"
+    ),
+    "glb": re.compile(rb'"mode"\s*:\s*6'),  # fans
+}
+_FACET = re.compile(rb"(?i)\bfacet\b")
 
 
 def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
-    """The triangles of an STL, OBJ, DAE or PLY file, in metres after ``scale``; :class:`FileError` otherwise."""
+    """The triangles of a mesh file, in metres after ``scale``; :class:`FileError` for a file without a usable mesh.
+
+    Numbers count as they stand, whatever unit or up axis the file states. Nothing but the file itself is read.
+    """
     path = Path(path)
     if not os.path.isfile(path):
         raise FileError(f"mesh file {path} not found: check 'file', which is relative to the scene file.")
-    require_readable_mesh(path)
     try:
-        with Silenced():
-            # boxes along the axes: fitting oriented ones, as is the default, prints for NaN and never ends for 1e300
-            loaded = coal.MeshLoader(coal.NODE_TYPE.BV_AABB).load(str(path), np.full(3, scale, dtype=float))
-    except (ValueError, RuntimeError) as error:
+        vertices, triangles = _triangles(path.read_bytes(), path.suffix.lower().removeprefix("."))
+    except Exception as error:  # trimesh raises errors of every kind for damaged files
         raise FileError(
-            f"mesh file {path} cannot be read ({reason(error)}): give an STL, OBJ, DAE or PLY file."
+            f"mesh file {path} cannot be read ({_reason(error)}): export it again as STL, OBJ, PLY, DAE or GLB."
         ) from None
-    try:
-        mesh = shape_of(loaded)
-    except MeshFault as error:
-        raise FileError(f"mesh file {path} {error}: check 'scale', or export it again.") from None
-    if not isinstance(mesh, Mesh):
-        raise FileError(f"mesh file {path} holds no usable triangles: export it again.")
-    return mesh
+    vertices = vertices * scale
+    if wrong := _fault(vertices, triangles):
+        raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
+    return Mesh(*_join(vertices[triangles].reshape(-1, 3)))
 
 
 def link_mesh(path: Path, scale: Floats) -> Mesh:
@@ -65,83 +62,100 @@ def link_mesh(path: Path, scale: Floats) -> Mesh:
 
     It is made once: then it comes from the cache. :class:`FileError` as :func:`read_mesh`.
     """
-    content = path.read_bytes()
-    made_of = [path.suffix.lower(), scale, np.frombuffer(content, dtype=np.uint8), CELL, MANY]
+    content = np.frombuffer(path.read_bytes(), dtype=np.uint8)
+    made_of = [path.suffix.lower(), scale, content, CELL, MANY, version("trimesh")]
     arrays = cached(
-        "meshes", made_of, lambda: {k: np.asarray(v) for k, v in vars(_thin_mesh(path, content, scale)).items()}
+        "meshes", made_of, lambda: {k: np.asarray(v) for k, v in vars(thinned(read_mesh(path, scale))).items()}
     )
     return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
 
 
-def _thin_mesh(path: Path, content: bytes, scale: Floats) -> Mesh:
-    corners = binary_stl(content) if path.suffix.lower() == ".stl" else None
-    if corners is not None and len(corners) > MANY:
-        vertices, triangles = (corners * scale).reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
-        wrong = fault(vertices, triangles)
-        if wrong:
-            raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
-        found = thinned(Mesh(vertices, triangles))
-        return found if found.radius else read_mesh(path, scale)  # with the vertices as the library joins them
-    return thinned(read_mesh(path, scale))
+def split_at_creases(mesh: Mesh, angle: float) -> Mesh:
+    """The mesh with vertices shared, but for edges at which faces meet at more than ``angle`` (rad)."""
+    import trimesh
+
+    welded = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+    welded.merge_vertices()
+    made = trimesh.graph.smooth_shade(welded, angle=angle, facet_minarea=None)
+    return Mesh(np.asarray(made.vertices), np.asarray(made.faces))
 
 
-def binary_stl(content: bytes) -> Floats | None:
-    """The corners (m, 3, 3) of the triangles of a binary STL file, in the file's own unit; None for any other file.
+def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
+    """Vertices (n, 3) and triangles (m, 3) of a file of that ``kind``; it raises whatever trimesh raises."""
+    import trimesh  # 0.4 s to load
+    from trimesh.exchange.load import mesh_loaders
 
-    A large one is read in a hundredth of the time that Assimp takes.
-    """
-    if len(content) < _STL_HEADER:
-        return None
-    count = int.from_bytes(content[_STL_HEADER - 4 : _STL_HEADER], "little")
-    if not count or len(content) != _STL_HEADER + _STL_RECORD * count:
-        return None
-    records = np.frombuffer(content, dtype=np.uint8, offset=_STL_HEADER).reshape(count, _STL_RECORD)
-    return np.ascontiguousarray(records[:, 12:48]).view("<f4").reshape(count, 3, 3).astype(np.float64)
-
-
-def mesh_loader() -> coal.MeshLoader:
-    """What reads the meshes of one URDF, each once."""
-    return coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBBRSS)  # Pinocchio knows no other kind by its name
-
-
-def require_readable_mesh(path: Path) -> None:
-    """Raise :class:`FileError` for a mesh file that its reader would not survive."""
-    if path.stat().st_size > _LARGEST:
-        raise FileError(f"mesh file {path} is larger than {_LARGEST >> 20} MiB: simplify the mesh.")
-    looked_through = _LOOKED_THROUGH.get(path.suffix.lower())
-    wrong = looked_through(path.read_bytes()) if looked_through else None
-    if wrong:
-        raise FileError(f"mesh file {path} {wrong}: export it again.")
+    if kind not in ("stl", "obj", "ply", "dae", "glb"):
+        raise ValueError(f"no reader for '.{kind}'")
+    if kind == "obj":
+        content = re.sub(rb"\\\r?\n", b" ", content)
+        content = b"\n".join(b" ".join(line.partition(b"#")[0].split()) for line in content.splitlines())
+    if kind == "dae":
+        content = bare_collada(content)
+    if kind in _PASSED_OVER and (wrong := _PASSED_OVER[kind].search(content)):
+        raise ValueError(f"{shown(wrong[0].decode(errors='replace'))} is not supported")
+    options: dict[str, Any] = {"dae": {"ignore_broken": False}}.get(kind, {"skip_materials": True})
+    with _strict():
+        loaded: dict[str, Any] = mesh_loaders[kind](io.BytesIO(content), file_type=kind, resolver=None, **options)
+        for part in loaded.get("geometry", {"": loaded}).values():
+            part["process"] = False  # else it joins vertices and drops those that are not finite
+        mesh = trimesh.load_scene(loaded).to_mesh()
+    if kind == "ply":
+        _require_whole_ply(loaded["metadata"]["_ply_raw"])
+    if kind == "stl" and "face_attributes" not in loaded and len(_FACET.findall(content)) != len(mesh.faces):
+        raise ValueError(f"{len(mesh.faces)} of {len(_FACET.findall(content))} facets are whole")
+    return np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
 
 
-def obj_fault(content: bytes) -> str | None:
-    """The first vertex or face of an OBJ file that Assimp skips, or cuts off; None where there is none.
+@contextmanager
+def _strict() -> Iterator[None]:
+    """Raise ValueError for what NumPy and trimesh only warn of: text that is not a number, parts that are left out."""
+    from trimesh.util import log
 
-    It takes three numbers that begin with a digit, or six, with a colour, in lines that are not indented, and a comma
-    for an end. Vertices behind one that is skipped would get the numbers of others. By a fourth number, a weight, it
-    divides, which of polygons nobody means. Faces have three corners; free forms, and other files, are not read.
-    """
-    wrong = re.search(_SKIPPED, content, re.MULTILINE)  # compiled where it is asked for
-    return None if wrong is None else f"has a line {shown(wrong[0].strip().decode(errors='replace'))} that is skipped"
+    warned: list[str] = []
+
+    def keep(record: logging.LogRecord) -> bool:
+        if record.levelno < logging.WARNING:
+            return True
+        warned.append(record.getMessage())
+        return False
+
+    with PROCESS, np.errstate(all="ignore"), warnings.catch_warnings():  # filters belong to the process
+        warnings.filterwarnings("error", "string or file could not be read")
+        log.addFilter(keep)
+        try:
+            yield
+        finally:
+            log.removeFilter(keep)
+    if warned:
+        raise ValueError(warned[0])
 
 
-def stl_fault(content: bytes) -> str | None:
-    """The first corner in the text of an STL file that is not three numbers, of which Assimp takes what it can."""
-    wrong = re.search(_STL_CORNER, content, re.MULTILINE) if binary_stl(content) is None else None
-    return None if wrong is None else f"has a line {shown(wrong[0].strip().decode(errors='replace'))} of no 3 numbers"
+def _require_whole_ply(elements: dict[str, Any]) -> None:
+    """Raise ValueError where a PLY file holds fewer rows than its header says, or lists that are misread."""
+    for name, element in elements.items():
+        data = element.get("data", {})
+        for key in data if isinstance(data, dict) else data.dtype.names:
+            column = data[key]
+            if len(column) != element["length"]:
+                raise ValueError(f"{len(column)} of {element['length']} rows of '{name}'")
+            if column.dtype.names and np.ptp(column["f0"].astype(int)):  # of binary lists
+                raise ValueError(f"lists '{key}' of different lengths are not supported in binary files")
+            if key.startswith("vertex_ind") and column.dtype == object and min(map(len, column)) < 3:
+                raise ValueError(f"a '{name}' has fewer than 3 corners")
 
 
-_LOOKED_THROUGH = {".ply": ply_fault, ".dae": dae_fault, ".obj": obj_fault, ".stl": stl_fault}
+def _reason(error: Exception) -> str:
+    text = " ".join(str(error).partition(";")[0].split())[:160].rstrip(".")
+    return text if isinstance(error, ValueError) and text else f"{type(error).__name__} {text}".rstrip()
 
 
-class MeshFault(ValueError):
-    """What makes a mesh unusable, as the words after its name."""
-
-
-def fault(vertices: Floats, triangles: Ints) -> str | None:
-    """What makes a mesh unusable, as the words after its name; None where nothing does."""
-    if not len(triangles) or not np.isfinite(vertices).all():
-        return "holds no usable triangles"
+def _fault(vertices: Floats, triangles: Ints) -> str | None:
+    """The reason why a mesh is unusable, as words after its name; None for a usable one."""
+    if not len(triangles):
+        return "holds no triangles"
+    if not np.isfinite(vertices).all():
+        return "has vertices that are not finite"
     if len(triangles) > _MOST:
         return f"has {len(triangles)} triangles, more than {_MOST}"
     if triangles.min() < 0 or triangles.max() >= len(vertices):
@@ -149,37 +163,15 @@ def fault(vertices: Floats, triangles: Ints) -> str | None:
     largest = float(np.abs(vertices).max())
     if largest > FARTHEST:
         return f"reaches {largest:g} m far"
-    if float(np.ptp(vertices.T.copy(), axis=1).max()) < 1e-6:
+    if float(np.ptp(vertices.T.copy(), axis=1).max()) < _SMALLEST:
         return "is smaller than a micrometre"
     return None
 
 
-def reason(error: Exception) -> str:
-    """The line of coal's report on a mesh file that says what is wrong, without the places in its source."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    after = [k for k, line in enumerate(lines) if "Could not load resource" in line]
-    found = lines[after[0] + 1 :] if after else lines
-    return (found[0].rstrip(".") if found else "no reason is known")[:200]
-
-
-def shape_of(geometry: coal.CollisionGeometry) -> Shape:
-    """A coal geometry as one of our shapes; ValueError names a kind that we do not have, MeshFault what is wrong."""
-    match geometry:
-        case coal.Box():
-            x, y, z = (float(2 * half) for half in geometry.halfSide)
-            return Box((x, y, z))
-        case coal.Sphere():
-            return Sphere(float(geometry.radius))
-        case coal.Capsule():
-            return Capsule(float(geometry.radius), float(2 * geometry.halfLength))
-        case coal.Cylinder():
-            return Cylinder(float(geometry.radius), float(2 * geometry.halfLength))
-        case coal.BVHModelBase():
-            rows = map(itemgetter(0, 1, 2), map(geometry.tri_indices, range(geometry.num_tris)))  # no iterables
-            triangles = np.array(list(rows), dtype=np.int64).reshape(-1, 3)
-            vertices = np.array(geometry.vertices(), dtype=float).reshape(-1, 3)
-            wrong = fault(vertices, triangles)
-            if wrong:
-                raise MeshFault(wrong)
-            return Mesh(vertices, triangles)
-    raise ValueError(f"geometry of type {type(geometry).__name__} is not supported")
+def _join(corners: Floats) -> tuple[Floats, Ints]:
+    """Vertices (n, 3), equal ones joined, in the order of ``corners`` (3 m, 3), and the triangles (m, 3) of these."""
+    first, which = distinct_rows(corners)
+    order = np.argsort(first)
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    return corners[first[order]], rank[which].reshape(-1, 3)

@@ -17,7 +17,6 @@ from planner.base.errors import RobotError, choices
 from planner.base.notes import Note
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, shown
-from planner.models.files.meshes import reason
 from planner.models.files.mjcf import Sites, convert_mjcf
 from planner.models.files.packages import find_package
 from planner.models.files.urdf_rules import ends, require_sane_urdf
@@ -211,7 +210,7 @@ def build_model(description: Description) -> pin.Model:
         with printed:
             model = pin.buildModelFromXML(description.xml)
     except (ValueError, RuntimeError) as error:
-        said = printed.complaint() or reason(error)
+        said = printed.complaint() or str(error).partition("\n")[0].rstrip(".")
         raise RobotError(f"URDF {description.path} cannot be built: {said}; mend the file.") from None
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         if joint.nv != 1 or joint.nq != 1:

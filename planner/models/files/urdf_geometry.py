@@ -9,16 +9,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import coal
 import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import frozen
 from planner.base.errors import RobotError, choices
 from planner.base.silenced import Silenced
-from planner.models.files.meshes import MeshFault, link_mesh, mesh_loader, reason, require_readable_mesh, shape_of
+from planner.base.yamlfile import shown
+from planner.models.files.meshes import link_mesh, read_mesh
 from planner.models.files.thinned import thinned
 from planner.models.files.urdf import Description
-from planner.models.shapes import Body, Mesh, Shape
+from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 Kind = Literal["collision", "visual"]
 
@@ -26,7 +28,6 @@ _KINDS: dict[Kind, pin.GeometryType] = {
     "collision": pin.GeometryType.COLLISION,
     "visual": pin.GeometryType.VISUAL,
 }
-_ONE_FILE = (".stl", ".obj", ".dae", ".ply")  # kinds of which one file says all about the triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,21 +40,15 @@ class Geometry:
 
 
 def read_geometry(description: Description, model: pin.Model, kind: Kind) -> Geometry:
-    """The geometry of one ``kind``; meshes that collide are read by us, large ones thinned: none to Pinocchio."""
-    read: dict[tuple[Path, str], Mesh] = {}
-    xml, meshes = _without_meshes(description, kind, read)
-    for file in mesh_files(description, kind):
-        if file not in {path for path, _ in read}:
-            require_readable_mesh(file)
-    printed, loader = Silenced(), mesh_loader()
+    """The geometry of one ``kind``; Pinocchio places it and gets a ball for each mesh."""
+    xml, meshes = _without_meshes(description, kind)
+    printed = Silenced()
     try:
         with printed:
-            geometry = pin.buildGeomFromUrdfString(model, xml, _KINDS[kind], None, description.package_dirs, loader)
+            geometry = pin.buildGeomFromUrdfString(model, xml, _KINDS[kind])
     except (ValueError, RuntimeError) as error:
-        raise RobotError(
-            f"a mesh of {description.path} cannot be loaded ({reason(error)}): put the file where the URDF names it, "
-            "or name the folder of its package in ROS_PACKAGE_PATH."
-        ) from None
+        because = str(error).partition("\n")[0].rstrip(".")
+        raise RobotError(f"the geometry of {description.path} cannot be read ({because}): mend the file.") from None
     if kind == "collision" and geometry.ngeoms < description.collision_elements:
         because = f" ({said})" if (said := printed.complaint()) else ""
         raise RobotError(
@@ -69,32 +64,37 @@ def read_geometry(description: Description, model: pin.Model, kind: Kind) -> Geo
     return Geometry(geometry, links, meshes)
 
 
-def _without_meshes(
-    description: Description, kind: Kind, read: dict[tuple[Path, str], Mesh]
-) -> tuple[str, dict[str, Mesh]]:
-    """The URDF with a ball in place of meshes of a ``kind``, and these by their names in Pinocchio.
+def _without_meshes(description: Description, kind: Kind) -> tuple[str, dict[str, Mesh]]:
+    """The URDF with a ball in place of each mesh of a ``kind``, and the meshes by their names in Pinocchio.
 
-    Files of visual meshes are left to Pinocchio; ``read`` takes every other mesh by its file and scale.
+    Meshes that collide are thinned; each file is read once for a scale.
     """
-    root, found = ET.fromstring(description.xml), {}
+    root, found = ET.fromstring(description.xml), dict[str, Mesh]()
+    read: dict[tuple[str, str], Mesh] = {}
     for link in root.iterfind("link"):
         for number, element in enumerate(link.iterfind(kind)):
             geometry, mesh = element.find("geometry"), element.find("geometry/mesh")
             if geometry is None or mesh is None:
                 continue
-            name, scale = mesh.get("filename", ""), mesh.get("scale", "1 1 1")
-            own, file = description.meshes.get(name), next(_places(description, name), None)
-            if own is not None:
-                found[f"{link.get('name')}_{number}"] = thinned(own) if kind == "collision" else own
-            elif kind == "collision" and file is not None and file.suffix.lower() in _ONE_FILE:
-                if (file, scale) not in read:
-                    read[file, scale] = link_mesh(file, np.array(scale.split(), dtype=float))
-                found[f"{link.get('name')}_{number}"] = read[file, scale]
-            else:
-                continue
+            key = mesh.get("filename", ""), mesh.get("scale", "1 1 1")
+            if key not in read:
+                read[key] = _read(description, *key, kind)
+            found[f"{link.get('name')}_{number}"] = read[key]
             geometry.remove(mesh)
             ET.SubElement(geometry, "sphere", radius="1")
     return (ET.tostring(root, encoding="unicode") if found else description.xml), found
+
+
+def _read(description: Description, name: str, scale: str, kind: Kind) -> Mesh:
+    if (own := description.meshes.get(name)) is not None:
+        return thinned(own) if kind == "collision" else own
+    file = next(_places(description, name), None)
+    if file is None:
+        raise RobotError(
+            f"mesh file {shown(name)} of {description.path} not found: put it where the URDF names it, or name the "
+            "folder of its package in ROS_PACKAGE_PATH."
+        )
+    return (link_mesh if kind == "collision" else read_mesh)(file, np.array(scale.split(), dtype=float))
 
 
 def mesh_files(description: Description, *kinds: Kind) -> Iterator[Path]:
@@ -129,9 +129,20 @@ def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:
 def _shape(item: pin.GeometryObject) -> Shape:
     try:
         return shape_of(item.geometry)
-    except MeshFault as wrong:
-        raise RobotError(
-            f"mesh {item.meshPath} of '{item.name}' {wrong}: check its scale, or export it again."
-        ) from None
     except ValueError as error:
         raise RobotError(f"geometry '{item.name}': {error}; use box, sphere, cylinder, capsule or mesh.") from None
+
+
+def shape_of(geometry: coal.CollisionGeometry) -> Shape:
+    """A coal geometry as a shape of ours; ValueError names a kind that we do not have."""
+    match geometry:
+        case coal.Box():
+            x, y, z = (float(2 * half) for half in geometry.halfSide)
+            return Box((x, y, z))
+        case coal.Sphere():
+            return Sphere(float(geometry.radius))
+        case coal.Capsule():
+            return Capsule(float(geometry.radius), float(2 * geometry.halfLength))
+        case coal.Cylinder():
+            return Cylinder(float(geometry.radius), float(2 * geometry.halfLength))
+    raise ValueError(f"geometry of type {type(geometry).__name__} is not supported")

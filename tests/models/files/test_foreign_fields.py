@@ -13,7 +13,6 @@ from planner.base.errors import PlannerError
 from planner.base.words import number
 from planner.base.yamlfile import parse_yaml
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.models.files.meshes import obj_fault, stl_fault
 from planner.models.files.moveit.messages import PoseMessage
 from planner.models.files.moveit.scene_text import scene_text
 from planner.models.files.robot_files import JointChoice
@@ -192,29 +191,7 @@ def test_numbers_of_yaml_are_those_of_its_version_1_2(text: str, value: object) 
     assert type(found) is type(value)
 
 
-# meshes, scenes and paths
-
-
-@pytest.mark.parametrize(
-    ("text", "wrong"),
-    [
-        *[("v 1 2 3\nf 1 2 3\n", False), ("v 1 2 3 1.0 \r\nf 1//2 2//3 3//1 4\r\n", False)],
-        *[("v 1 2 3 0.5 0.2 1\n", False), ("vn 1 2 3\ng abc\n# F 1 2\nf 1/1/1 2/2/2 3/3/3\n", False)],
-        *[("v 1 2 3 0.5\n", True), ("F 1 2 3\n", True), ("f 1 2\n", True), ("f 1 2 # 3\n", True)],
-        *[("surf 0 1 0 1 1 2\n", True), ("call other.obj\n", True), ("v 1 2 3 1e5\n", True)],
-    ],
-)
-def test_lines_of_an_obj_that_change_its_surface(text: str, wrong: bool) -> None:
-    assert (obj_fault(text.encode()) is not None) == wrong
-
-
-@pytest.mark.parametrize(
-    ("corner", "wrong"),
-    [("0 .5 -1.0e+00", False), ("0 0 2.0D-01", True), ("0 0x1 0", True), ("0 0", True), ("0 0 1 2", True)],
-)
-def test_corners_of_an_stl_are_three_numbers(corner: str, wrong: bool) -> None:
-    text = f"solid x\nfacet normal 0 0 1\n outer loop\n  vertex {corner}\n endloop\nendfacet\n"
-    assert (stl_fault(text.encode()) is not None) == wrong
+# scenes and paths
 
 
 BOX = "* {}\n0 0 0\n0 0 0 1\n1\nbox\n0.1 0.1 0.1\n0 0 0\n0 0 0 1\n0 0 0 0\n{}"

@@ -16,9 +16,8 @@ from planner.base.errors import InstallationError
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.models.files import urdf
-from planner.models.files.meshes import shape_of
 from planner.models.files.mjcf import _EQUALITIES, _GEOMS, _JOINTS, _name
-from planner.models.files.urdf_geometry import Geometry, read_geometry
+from planner.models.files.urdf_geometry import Geometry, read_geometry, shape_of
 from planner.models.robot import Robot, load_visuals
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere

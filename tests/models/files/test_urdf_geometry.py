@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import coal
 import numpy as np
 import pytest
 
 from planner.base.errors import PlannerError
 from planner.models.files import meshes, urdf, urdf_geometry
 from planner.models.robot import Robot
-from planner.models.shapes import Mesh, Sphere
-from tests.models.files.test_stl import stl_of
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from tests.coal_judge import coal_geometry
+from tests.models.files.test_meshes import mesh_file
 from tests.models.files.test_thinned import ball
 from tests.random_shapes import box_mesh
 from tests.worlds import ROBOTS, joint_xml, link_xml, load
@@ -34,7 +36,7 @@ def test_no_collision_geometry_is_lost(name: str) -> None:
 
 def test_large_meshes_are_thinned_in_their_place(urdf_file: Callable[..., str], tmp_path: Path) -> None:
     mesh = ball(0.012)
-    (tmp_path / "ball.stl").write_bytes(stl_of(1000 * mesh.vertices[mesh.triangles]))
+    (tmp_path / "ball.stl").write_bytes(mesh_file(Mesh(1000 * mesh.vertices, mesh.triangles)))
     shape = f'<mesh filename="file://{tmp_path / "ball.stl"}" scale="0.001 -0.001 0.001"/>'
     two = f"<collision><geometry>{shape}</geometry></collision><collision><origin xyz='0 0 1'/><geometry>{shape}"
     links = link_xml("a", '<sphere radius="0.3"/>')
@@ -58,7 +60,7 @@ def test_a_mesh_is_read_once_however_it_is_named(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     (tmp_path / "parts").mkdir()
     box = box_mesh((0.1, 0.2, 0.3))
-    (tmp_path / "parts" / "box.stl").write_bytes(stl_of(box.vertices[box.triangles]))
+    (tmp_path / "parts" / "box.stl").write_bytes(mesh_file(box))
     mesh = f'<mesh filename="{named.format("parts/box.stl", folder=tmp_path)}"/>'
     path = urdf_file(link_xml("a") + link_xml("b", mesh) + joint_xml("j", "a", "b"))
     first = Robot.load(path)
@@ -73,7 +75,14 @@ def test_a_mesh_is_read_once_however_it_is_named(
 @pytest.mark.parametrize("damage", [lambda b: b[:-7], lambda b: b[:200] + b"\xff" * (len(b) - 200)])
 def test_a_damaged_large_mesh_is_refused(urdf_file, tmp_path: Path, damage: Callable[[bytes], bytes]) -> None:
     mesh = ball(0.012)
-    (tmp_path / "ball.stl").write_bytes(damage(stl_of(mesh.vertices[mesh.triangles])))
+    (tmp_path / "ball.stl").write_bytes(damage(mesh_file(mesh)))
     links = link_xml("a") + link_xml("b", f'<mesh filename="{tmp_path / "ball.stl"}"/>')
     with pytest.raises(PlannerError, match=r"ball\.stl"):
         Robot.load(urdf_file(links + joint_xml("j", "a", "b")))
+
+
+def test_geometries_of_coal_are_our_shapes() -> None:
+    for shape in (Box((0.1, 0.2, 0.3)), Sphere(0.1), Capsule(0.1, 0.4), Cylinder(0.2, 0.3)):
+        assert urdf_geometry.shape_of(coal_geometry(shape)) == shape
+    with pytest.raises(ValueError, match="Cone is not supported"):
+        urdf_geometry.shape_of(coal.Cone(0.1, 0.2))

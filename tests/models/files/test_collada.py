@@ -1,4 +1,4 @@
-"""DAE files: what their reader would not survive is refused first."""
+"""COLLADA files: geometry that pycollada would misread is refused, unit and axis are noted."""
 
 from __future__ import annotations
 
@@ -6,79 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from planner.models.files.dae import dae_fault, dae_notes
+from planner.models.files.collada import collada_notes
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Mesh
-
-DAE = "<COLLADA><mesh><float_array count='3'>0 0 1</float_array><p>0 1 2</p></mesh></COLLADA>"
-
-
-@pytest.mark.parametrize(
-    "bad",
-    [
-        DAE.replace("<p>0", "<p>.nan"),  # Assimp allocates until there is nothing left
-        DAE.replace("<p>0", "<p>-1"),
-        DAE.replace("count='3'", "count='999999999'"),
-        DAE.replace("0 0 1", "0 0 x"),
-        DAE.replace("<mesh>", "<x>" * 300 + "</x>" * 300 + "<mesh>"),
-        DAE[:30],
-    ],
-)
-def test_a_dae_that_does_not_fit_never_reaches_its_reader(bad: str) -> None:
-    assert dae_fault(DAE.encode()) is None
-    assert dae_fault(bad.encode()) is not None
-
-
-def scene(nodes: str, top: str, indices: str = "0 1 2") -> bytes:
-    mesh = f"<geometry id='g'><mesh><triangles><p>{indices}</p></triangles></mesh></geometry>"
-    top = f"<visual_scene><node>{top}</node></visual_scene>"
-    return f"<COLLADA>{mesh}<library_nodes>{nodes}</library_nodes>{top}</COLLADA>".encode()
-
-
-def twice(count: int) -> str:
-    """Nodes n1, n2 and so on, each of them twice the one before."""
-    below = ("<instance_geometry url='#g'/>", *(f"<instance_node url='#n{k}'/>" * 2 for k in range(count)))
-    return "".join(f"<node id='n{k}'>{inside}</node>" for k, inside in enumerate(below))
-
-
-@pytest.mark.parametrize(
-    ("bad", "words"),
-    [
-        (scene(twice(40), "<instance_node url='#n40'/>"), "unfold to"),
-        (scene("", "<instance_geometry url='#g'/>" * 20_000, "0 1 2 " * 1000), "unfold to"),
-        (
-            scene(
-                "<node id='n'><instance_node url='#n'/><instance_node url='#n'/></node>", "<instance_node url='#n'/>"
-            ),
-            "nests",
-        ),
-        (
-            scene(
-                "".join(f"<node id='n{k + 1}'><instance_node url='#n{k}'/></node>" for k in range(1000)),
-                "".join(f"<instance_node url='#n{k}'/>" for k in range(1000)),
-            ),
-            "nests nodes more than 200 deep",
-        ),
-        (
-            scene(
-                "<controller id='c'><skin source='#g'/></controller>",
-                "<node><instance_controller url='#c'/></node>" * 20_000,
-                "0 1 2 " * 1000,
-            ),
-            "unfold to",
-        ),
-    ],
-)
-def test_a_few_lines_make_no_mesh_beyond_memory(bad: bytes, words: str) -> None:
-    assert words in (dae_fault(bad) or "")
-
-
-def test_instances_that_are_few_are_fine_and_of_what_is_not_there_are_not() -> None:
-    assert dae_fault(scene(twice(10), "<instance_node url='#n10'/>")) is None
-    missing = scene(twice(10), "<instance_node url='#n10'/><instance_geometry url='#missing'/>")
-    assert "has a <instance_geometry> of '#missing', which is not in it" in (dae_fault(missing) or "")
-
+from tests.models.files.test_meshes import read, volume
+from tests.refusals import refusal_of
 
 ASSET = "<COLLADA><asset><unit {unit}/>{axis}</asset></COLLADA>"
 
@@ -97,7 +30,7 @@ ASSET = "<COLLADA><asset><unit {unit}/>{axis}</asset></COLLADA>"
 def test_what_is_not_followed_is_noted(tmp_path: Path, unit: str, axis: str, words: list[str]) -> None:
     (tmp_path / "part.DAE").write_text(ASSET.format(unit=unit, axis=axis))
     (tmp_path / "part.stl").write_text(ASSET.format(unit="meter='7'", axis=""))
-    found = list(dae_notes([tmp_path / name for name in ("part.stl", "part.DAE", "part.DAE", "none.dae")]))
+    found = list(collada_notes([tmp_path / name for name in ("part.stl", "part.DAE", "part.DAE", "none.dae")]))
     assert len(found) == len(words)
     for note, said in zip(found, words, strict=True):
         assert said in note.text
@@ -115,6 +48,48 @@ TETRAHEDRON = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" v
 </mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s"><node id="n">
 <instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+def test_nodes_place_geometry_and_materials_do_not_matter() -> None:
+    """Of parts with materials of their own, an earlier reader took the corners of one for those of another."""
+    half = '<triangles material="{}" count="2"><input semantic="VERTEX" source="#v" offset="0"/><p>{}</p></triangles>'
+    whole = TETRAHEDRON[TETRAHEDRON.index("<triangles") : TETRAHEDRON.index("</mesh>")]
+    text = TETRAHEDRON.replace(whole, half.format("a", "0 2 1 0 1 3") + half.format("b", "0 3 2 1 2 3"))
+    moves = "<matrix>1 0 0 5 0 0 -1 0 0 1 0 0 0 0 0 1</matrix><scale>2 2 2</scale>"
+    bound = '<technique_common><instance_material symbol="a" target="#gone"/></technique_common>'
+    placed = f'{moves}<instance_geometry url="#g"><bind_material>{bound}</bind_material></instance_geometry>'
+    shared = f'<library_nodes><node id="m">{placed}</node></library_nodes>'
+    text = text.replace("<library_visual", f"{shared}<library_visual", 1)
+    text = text.replace('<instance_geometry url="#g"/></node></visual', '<instance_node url="#m"/></node></visual')
+    assert "instance_node" in text
+    found = read(text, "dae")
+    expected = {(5.0, 0.0, 0.0), (7.0, 0.0, 0.0), (5.0, 0.0, 4.0), (5.0, -6.0, 0.0)}
+    assert {tuple(row) for row in found.vertices.tolist()} == expected
+    assert volume(found) == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        *[("0 2 1 0", indices) for indices in ("0 2 -1 0", "0 2 9 0", "0 2 1.5 0", "0 2 x 0")],
+        *[
+            ("1 0 0 0 2", numbers)
+            for numbers in ("nan 0 0 0 2", "inf 0 0 0 2", "1e999 0 0 0 2", "1 x 0 0 2", "1 0 0 2")
+        ],
+        *[('stride="3"', stride) for stride in ('stride="4"', 'stride="3" offset="3"')],
+        *[('url="#g"', 'url="#h"'), ("instance_geometry", "instance_controller"), ("triangles", "spline")],
+        *[
+            ('<node id="n">', f'<node id="n">{move}')
+            for move in ("<skew>45 0 1 0 1 0 0</skew>", "<rotate>0 0 2 90</rotate>")
+        ],
+    ],
+)
+def test_geometry_that_would_be_misread_is_refused(old: str, new: str) -> None:
+    assert volume(read(TETRAHEDRON, "dae")) == pytest.approx(1.0)
+    assert old in TETRAHEDRON
+    assert "mesh file" in refusal_of(lambda: read(TETRAHEDRON.replace(old, new), "dae"))
+
+
 SCENE = "obstacles: [{name: wedge, type: mesh, file: wedge.dae, scale: 0.01, position: [2, 0, 0]}]"
 ARM = """<robot name="arm"><link name="base"/><link name="hand"><collision><geometry>
 <mesh filename="file://{folder}/wedge.dae" scale="0.01 0.01 0.01"/></geometry></collision></link>
