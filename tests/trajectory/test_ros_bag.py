@@ -58,7 +58,7 @@ def test_damaged_bags_are_refused(size: int, tmp_path: Path) -> None:
         read_bag(tmp_path / "a.mcap", "bag")
 
 
-@pytest.mark.parametrize(("encoding", "data"), [("cdr", b"\0\7" + CDR[2:]), ("json", b"{}"), ("cdr", CDR + bytes(8))])
+@pytest.mark.parametrize(("encoding", "data"), [("cdr", b"\0\7" + CDR[2:]), ("json", b"{}")])
 def test_other_encodings_are_refused(encoding: str, data: bytes, tmp_path: Path) -> None:
     """XCDR2 holds its numbers at other places."""
     library = pytest.importorskip("mcap.writer")
@@ -69,13 +69,12 @@ def test_other_encodings_are_refused(encoding: str, data: bytes, tmp_path: Path)
         channel = writer.register_channel(topic=TOPIC, message_encoding=encoding, schema_id=schema)
         writer.add_message(channel_id=channel, log_time=0, publish_time=0, sequence=0, data=data)
         writer.finish()
-    words = "is no readable MCAP file" if data.startswith(CDR) else "record it in plain CDR"
-    with pytest.raises(FileError, match=words):
+    with pytest.raises(FileError, match="record it in plain CDR"):
         read_bag(tmp_path / "a.mcap", "it")
 
 
 def test_without_the_library_the_remedy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("mcap", "mcap.writer"):
+    for name in ("mcap_ros2", "mcap_ros2.writer"):
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(InstallationError, match="pip install") as caught:
         write_bag(MESSAGE)
