@@ -8,6 +8,7 @@ start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``). `` of FRAME`` at the end n
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -190,15 +191,12 @@ def parse_condition(text: str) -> Condition:
         raise OptionError(f"condition '{text[:100]}' is not usable: ' at x,y,z' goes with box and plane.")
     if at is not None:
         given["point"] = _numbers(text, at.split(","))
-    values = list(_numbers(text, words))
-    for name, count in made.shape.items():
-        if values or name not in _OPTIONAL:
-            part, values = values[:count], values[count:]
-            if len(part) != count:
-                raise OptionError(f"condition '{text[:100]}' lacks numbers: give {kind}: {form}.")
-            given[name] = part[0] if count == 1 else tuple(part)
-    if values:
-        raise OptionError(f"condition '{text[:100]}' has too many numbers: give {kind}: {form}.")
+    values, ends = _numbers(text, words), list(itertools.accumulate(made.shape.values()))
+    if len(values) not in ends[-2 if [*made.shape][-1] in _OPTIONAL else -1 :]:
+        raise OptionError(f"condition '{text[:100]}' has {len(values)} numbers: give {kind}: {form}.")
+    for (name, count), end in zip(made.shape.items(), ends, strict=True):
+        if end <= len(values):
+            given[name] = values[end - 1] if count == 1 else values[end - count : end]
     return made(**given)
 
 

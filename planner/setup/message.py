@@ -144,17 +144,11 @@ def with_path_limits(robot: Robot, message: MotionPlanRequest, scene: Scene) -> 
             _require_held(name, each.position, (low, high), robot, start_of(message, scene), where)
             continue
         k = robot.joints.index(name)
-        if robot.continuous[k]:
-            raise SceneError(
-                f"{where} keeps joint '{name}' to a range, and it turns without end: take the constraint out, or make "
-                "the joint revolute, with limits, in the URDF."
-            )
         lower[k], upper[k] = max(lower[k], low), min(upper[k], high)
-        if not lower[k] < upper[k]:
-            raise SceneError(
-                f"{where} keeps joint '{name}' to [{low:.6g}, {high:.6g}], which leaves nothing of its range "
-                f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}]: widen the tolerances."
-            )
+        if robot.continuous[k] or not lower[k] < upper[k]:
+            own = "turns without end" if robot.continuous[k] else f"has [{robot.lower[k]:.6g}, {robot.upper[k]:.6g}]"
+            text = f"keeps joint '{name}' to [{low:.6g}, {high:.6g}], and it {own}: give a range within its limits."
+            raise SceneError(f"{where} {text}")
     if not message.path.joint_constraints:
         return robot
     return replace(robot, lower=frozen(lower), upper=frozen(upper), home=frozen(np.clip(robot.home, lower, upper)))

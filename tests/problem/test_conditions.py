@@ -34,13 +34,13 @@ def test_lists_and_things_are_as_good_as_texts():
 
 REFUSED = {
     "turn:": "no number",
-    "turn:0.1,0,0": "lacks numbers: give turn: angle or angle,qx,qy,qz,qw",
+    "turn:0.1,0,0": "has 3 numbers: give turn: angle or angle,qx,qy,qz,qw",
     "turn:0.1,0,0,0,2": "not of length 1",
     "turn:10": "degrees? 5 degrees are 0.0873",
     "turn:nan": "no finite number",
     "turn:0.00001": "leave 0.0001 or more",
     "turn:-0.1": "its angle is negative",
-    "axis:z,0,0,1,0.1,5": "too many numbers",
+    "axis:z,0,0,1,0.1,5": "has 5 numbers",
     "axis:q,0,0,1,0.1": "axis 'q' is none of",
     "axis:z,0,0,0,0.1": "no length",
     "axis:z,0,0,1,0.1 at 0,0,1": "goes with box and plane",

@@ -150,20 +150,12 @@ def read_motion_plan_request(path: places.Place) -> MotionPlanRequest:
 
 def _note_on_tolerances(message: MotionPlanRequestMessage, where: str) -> tuple[Note, ...]:
     """A note where a goal is the centre of its tolerances, or tolerances are followed by simpler ones inside them."""
-    places, path = list[str](), message.path_constraints
-    for k, item in enumerate((path, *message.goal_constraints)):
+    places = list[str]()
+    for k, item in enumerate((message.path_constraints, *message.goal_constraints)):
         solids = [solid for each in item.position_constraints for solid in each.constraint_region.primitives]
         joints = any(each.tolerance_above or each.tolerance_below for each in item.joint_constraints)
-        parts = {
-            "joints (the centre)": joints and item is not path,
-            "orientations (a cone, an axis or both)": any(
-                any(each.tolerances) for each in item.orientation_constraints
-            ),
-            "spheres (a box)": any(each.kind == "sphere" and any(each.dimensions) for each in solids),
-            "cylinders and cones (the centre)": any(
-                each.kind not in _SIZES and any(each.dimensions) for each in solids
-            ),
-        }
-        places += [f"{part} of {f'goal {k}' if k else 'path_constraints'}" for part, is_so in parts.items() if is_so]
-    text = f"{where}: a part inside these tolerances is followed: {choices(places)}."
+        turns = any(any(each.tolerances) for each in item.orientation_constraints)
+        if (k and joints) or turns or any(each.kind != "box" and any(each.dimensions) for each in solids):
+            places.append(f"goal {k}" if k else "path_constraints")
+    text = f"{where}: of tolerances that are no box a simpler part inside them is followed: {choices(places)}."
     return (Note(text, grave=False),) if places else ()

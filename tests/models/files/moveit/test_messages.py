@@ -139,7 +139,7 @@ REQUESTS = [
     ("path_constraints", {"orientation_constraints": [{**TURN, "parameterization": 2}]}, "parameterization' is wrong"),
     ("path_constraints", {"name": "none", "joint_constraints": []}, None),
     (f"{GOAL}.joint_constraints.0.tolerance_below", -0.1, "tolerance_below' is wrong"),
-    (f"{GOAL}.joint_constraints.0.tolerance_above", 0.01, "inside these tolerances is followed: joints (the centre)"),
+    (f"{GOAL}.joint_constraints.0.tolerance_above", 0.01, "inside them is followed: goal 1."),
     (f"{GOAL}.joint_constraints.0.weight", 0.5, f"no path depends on it: {GOAL}.joint_constraints.0.weight."),
     (f"{GOAL}.joint_constraints.0.weight", 1.0, None),
     *[(key, value, f"no path depends on it: {key}.") for key, value in (
@@ -150,7 +150,7 @@ REQUESTS = [
     ("max_acceleration_scaling_factor", -0.5, "max_acceleration_scaling_factor outside (0, 1]"),
     ("max_velocity_scaling_factor", 0.0, None),
 ]  # fmt: skip
-NOTED = ("no path depends", "outside (0, 1]", "inside these tolerances", "is a difference")
+NOTED = ("no path depends", "outside (0, 1]", "inside them", "is a difference")
 
 
 @pytest.fixture(scope="module")
