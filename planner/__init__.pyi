@@ -27,11 +27,7 @@ from .planning.replanned import Change as Change
 from .planning.result import Plan as Plan
 from .problem.conditions import KeepAxis as KeepAxis
 from .problem.conditions import KeepBox as KeepBox
-from .problem.conditions import KeepEuler as KeepEuler
-from .problem.conditions import KeepJoint as KeepJoint
 from .problem.conditions import KeepPlane as KeepPlane
-from .problem.conditions import KeepRotationVector as KeepRotationVector
-from .problem.conditions import KeepSphere as KeepSphere
 from .problem.conditions import KeepTurn as KeepTurn
 from .problem.objective import Objective as Objective
 from .problem.outcome import Outcome as Outcome

@@ -37,7 +37,7 @@ from planner.models.scene import Scene
 from planner.models.shapes import Box, Sphere
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.conditions import KeepAxis, KeepSphere
+from planner.problem.conditions import KeepAxis, KeepPlane
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from tests.kinematics.test_reach import some_points
@@ -225,10 +225,11 @@ def test_what_curves_are_proven_to_keep_dense_samples_keep(which: str | int) -> 
     made = linkage(which)
     for curve in curves_of(made.robot, 10, 3, seed=5):
         way = np.array([made.frames(q)[made.robot.tool][:3, 3] for q in along(curve, 200)])
-        most = float(np.linalg.norm(way - way[0], axis=1).max())
-        x, y, z = way[0].tolist()
+        direction = np.array([0.36, 0.48, 0.8])
+        lowest, highest = float((way @ direction).min()), float((way @ direction).max())
         for share in (0.97, 1.001):
-            keeps = Keeps(made.robot, (KeepSphere((x, y, z), share * most),))
+            bound = highest - share * (highest - lowest)
+            keeps = Keeps(made.robot, (KeepPlane(tuple(direction), bound),))
             assert keeps.proven(curve[None])[0] == (share > 1)
 
 

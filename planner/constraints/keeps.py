@@ -10,16 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.errors import RobotError, StateError, choices
-from planner.base.yamlfile import nearest
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import StateError
 from planner.constraints.pieces import Piece, pieces_of
 from planner.kinematics.forward import Chain
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.poses import quaternion_of
 from planner.models.robot import Robot, with_tool
 from planner.native.library import KeptBounds, NativeKeeping
-from planner.problem.conditions import Condition, KeepJoint, OfPoint, OfTurn, Quaternion
+from planner.problem.conditions import Condition, KeepTurn, OfPoint, Quaternion
 
 FORGIVEN = 1e-9  # rad (m): beyond a condition by what was printed and read back
 _STEPS = 30  # of a projection
@@ -205,44 +204,12 @@ def _orientation(robot: Robot, frame: str | None, q: Floats) -> Quaternion:
 
 def unbound(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
     """Those that mean the orientation at the start."""
-    return tuple(each for each in conditions if isinstance(each, OfTurn) and each.quaternion is None)
+    return tuple(each for each in conditions if isinstance(each, KeepTurn) and each.quaternion is None)
 
 
 def require_bound(conditions: tuple[Condition, ...], robot: Robot) -> None:
-    """Raise :class:`PlannerError` for what means a start where there is none, or a frame or joint that is not there."""
+    """Raise :class:`PlannerError` for what means a start where there is none, or a frame that is not there."""
     for each in unbound(conditions):
         raise StateError(f"'{each.text}' means the orientation at a start, and here is none: add qx,qy,qz,qw to it.")
     for each in conditions:
-        if isinstance(each, KeepJoint):
-            raise RobotError(f"'{each.text}' is for planner.plan: here give the robot narrower limits.")
         frame_of(robot, each.frame)
-
-
-def narrowed(robot: Robot, conditions: Iterable[Condition]) -> tuple[Robot, tuple[Condition, ...]]:
-    """The robot with limits within the ranges that conditions keep joints to, and the other conditions."""
-    lower, upper, rest = robot.lower.copy(), robot.upper.copy(), []
-    for each in conditions:
-        if not isinstance(each, KeepJoint):
-            rest.append(each)
-            continue
-        if each.joint not in robot.joints:
-            raise RobotError(
-                f"'{each.text}' is for a joint that is not planned{nearest(each.joint, robot.joints)}: planned are "
-                f"{choices(robot.joints)}."
-            )
-        k = robot.joints.index(each.joint)
-        if robot.continuous[k]:
-            raise RobotError(
-                f"'{each.text}' is for a joint that turns without end, whose range cannot be kept: "
-                "leave it out, or make the joint revolute, with limits, in the URDF."
-            )
-        lower[k], upper[k] = max(lower[k], each.lower), min(upper[k], each.upper)
-        if not lower[k] < upper[k]:
-            raise RobotError(
-                f"'{each.text}' leaves nothing of the joint's range [{robot.lower[k]:.6g}, {robot.upper[k]:.6g}]: "
-                "choose numbers within it."
-            )
-    if len(rest) == len(tuple(conditions)):
-        return robot, tuple(rest)
-    home = np.clip(robot.home, lower, upper)
-    return replace(robot, lower=frozen(lower), upper=frozen(upper), home=frozen(home)), tuple(rest)

@@ -249,9 +249,7 @@ class Scene:
         where = f"scene file {path}"
         text = read_text(path, "scene file")
         if path.suffix.lower() == ".scene":
-            from planner.models.files.moveit.scene_text import (
-                scene_text,  # its models take longer to make than a scene to read
-            )
+            from planner.models.files.moveit.scene_text import scene_text
 
             return _from_moveit(scene_text(text, path))
         data = parse_yaml(text, where)

@@ -1,14 +1,14 @@
 """Conditions on a frame of the arm, as people write them: what a motion keeps all along, or a goal asks of its end.
 
 ``axis:z,0,0,1,0.1`` (the tool's z axis within 0.1 rad of a direction of the world), ``box:x0,y0,z0,x1,y1,z1`` (its
-origin within, m), ``sphere:x,y,z,r``, ``plane:nx,ny,nz,d`` (n.p >= d), ``turn:0.1`` (its orientation within 0.1 rad of
-that at the start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``), ``euler:tx,ty,tz`` and ``rotvec:tx,ty,tz`` (as turn,
-with three tolerances) and ``joint:NAME,low,high``. `` of FRAME`` at the end speaks of another frame than the tool, and
-`` at x,y,z`` after that of a point of it. Several are written with ``;`` between.
+origin within, m), ``plane:nx,ny,nz,d`` (n.p >= d) and ``turn:0.1`` (its orientation within 0.1 rad of that at the
+start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``). `` of FRAME`` at the end names another frame than the tool, and
+`` at x,y,z`` after it a point of that frame. Several are written with ``;`` between.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,11 +23,9 @@ _AXES = ("x", "y", "z")
 _TURNS = 2.0 * math.pi * (1.0 + 1e-4)  # rad: a tolerance of more is taken for degrees
 _UNIT = 1e-3  # by how much a quaternion's length may differ from 1
 _LENGTHS = {"quaternion": 4}  # of fields with several numbers; 3 of all others
-_TOLERANCES = ("angle", "radius", "tolerances")
-_NAMES = {"axis": "axis", "joint": "joint"}  # the fields of what begins with a name
-_OPTIONAL = ("quaternion", "angle", "radius")  # at the end
+_OPTIONAL = ("quaternion", "angle")  # at the end
 _SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+at\s+(\S+))?")
-FORMS = "axis:, box:, sphere:, plane:, turn:, euler:, rotvec: or joint:"
+FORMS = "axis:, box:, plane: or turn:"
 AND = ";"  # between conditions
 
 Three = tuple[float, float, float]
@@ -36,17 +34,15 @@ Quaternion = tuple[float, float, float, float]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Condition:
-    """On one ``frame`` of the robot, the tool where None; written by a name where it has one, then its numbers.
+    """On one ``frame`` of the robot, the tool where None.
 
-    ``shape``: the fields of its numbers in the order of its text, and how many each takes; ``width``: the one that says
-    how far (rad, m, see ``unit``) it is across.
+    ``shape``: the fields of its numbers in the order of its text, and how many each takes.
     """
 
     frame: str | None = None
     kind: ClassVar[str]
     unit: ClassVar[str] = "rad"
     shape: ClassVar[Mapping[str, int]]
-    width: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         for name, value in list(vars(self).items()):
@@ -64,11 +60,11 @@ class Condition:
             raise self._unusable("it holds what is no finite number: give plain numbers")
         if max(map(abs, numbers)) > _FARTHEST:
             raise self._unusable(f"it holds a value beyond {_FARTHEST:g}: give rad and metres")
-        tolerances = [each for name in _TOLERANCES for each in _tuple(getattr(self, name, 0.0))]
-        if min(tolerances) < 0:
-            raise self._unusable("a tolerance is negative: give 0 or more")
-        if self.unit == "rad" and max(tolerances) > _TURNS:
-            raise self._unusable(f"{max(tolerances):g} rad is more than a turn: degrees? 5 degrees are 0.0873")
+        angle = getattr(self, "angle", 0.0)
+        if angle < 0:
+            raise self._unusable("its angle is negative: give 0 or more")
+        if angle > _TURNS:
+            raise self._unusable(f"{angle:g} rad is more than a turn: degrees? 5 degrees are 0.0873")
         if any(not math.hypot(*getattr(self, name)) > 1e-9 for name in ("direction", "normal") if hasattr(self, name)):
             raise self._unusable("its direction has no length: give one such as 0,0,1")
 
@@ -81,15 +77,13 @@ class Condition:
     @property
     def thickness(self) -> float:
         """How far (rad, m) it is from one side of what it allows to the other; inf where that has no end."""
-        return min(_tuple(getattr(self, self.width))) if self.width else math.inf
+        return getattr(self, "angle", math.inf)
 
     @property
     def text(self) -> str:
         """As people write it, exact to the last bit."""
-        name = getattr(self, _NAMES.get(self.kind, ""), "")
-        return (
-            f"{self.kind}:{f'{name},' if name else ''}{_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
-        )
+        axis = f"{self.axis}," if isinstance(self, KeepAxis) else ""
+        return f"{self.kind}:{axis}{_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
 
     def _unusable(self, why: str) -> OptionError:
         return OptionError(f"'{self.text[:100]}' is not usable: {why}.")
@@ -107,18 +101,6 @@ class OfPoint(Condition):
         return super().text + (f" at {_text(self.point)}" if any(self.point) else "")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class OfTurn(Condition):
-    """On an orientation, as it differs from that of ``quaternion`` (x, y, z, w), or of the start where None."""
-
-    quaternion: Quaternion | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.quaternion is not None and abs(math.hypot(*self.quaternion) - 1.0) > _UNIT:
-            raise self._unusable("its quaternion is not of length 1: give qx,qy,qz,qw")
-
-
 @dataclass(frozen=True)
 class KeepAxis(Condition):
     """A frame's ``axis``, x, y or z, within ``angle`` (rad) of a ``direction`` of the world; it may turn about it."""
@@ -128,7 +110,6 @@ class KeepAxis(Condition):
     angle: float = 0.0
     kind = "axis"
     shape = {"direction": 3, "angle": 1}  # noqa: RUF012 (a ClassVar by its base)
-    width = "angle"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -158,17 +139,6 @@ class KeepBox(OfPoint):
 
 
 @dataclass(frozen=True)
-class KeepSphere(OfPoint):
-    """A frame's origin, or ``point``, within ``radius`` (m) of ``centre``."""
-
-    centre: Three
-    radius: float = 0.0
-    kind = "sphere"
-    shape = {"centre": 3, "radius": 1}  # noqa: RUF012
-    width = "radius"
-
-
-@dataclass(frozen=True)
 class KeepPlane(OfPoint):
     """A frame's origin, or ``point``, p on one side of a plane: ``normal`` . p >= ``distance`` (m)."""
 
@@ -179,76 +149,25 @@ class KeepPlane(OfPoint):
 
 
 @dataclass(frozen=True)
-class KeepTurn(OfTurn):
-    """A frame's orientation within ``angle`` (rad) of that at the start, or of ``quaternion``."""
+class KeepTurn(Condition):
+    """A frame's orientation within ``angle`` (rad) of ``quaternion`` (x, y, z, w), or of that at the start."""
 
     angle: float
+    quaternion: Quaternion | None = None
     kind = "turn"
     shape = {"angle": 1, "quaternion": 4}  # noqa: RUF012
-    width = "angle"
-
-
-@dataclass(frozen=True)
-class KeepEuler(OfTurn):
-    """The angles about x, then y, then z (intrinsic) by which an orientation differs, each within a tolerance (rad).
-
-    From pi on (for y from pi / 2 on) an angle is free; between pi / 2 and pi the others are kept to pi / 2.
-    """
-
-    tolerances: Three
-    kind = "euler"
-    shape = {"tolerances": 3, "quaternion": 4}  # noqa: RUF012
-    width = "tolerances"
-
-    @property
-    def narrowed(self) -> bool:
-        """Whether a part of it is kept, and not all."""
-        return any(0.5 * math.pi < self.tolerances[k] < math.pi for k in (0, 2))
-
-
-@dataclass(frozen=True)
-class KeepRotationVector(KeepEuler):
-    """The components of the rotation vector by which an orientation differs, each within a tolerance (rad).
-
-    Kept is a convex part of that: see :func:`planner.constraints.pieces.pieces_of`.
-    """
-
-    kind = "rotvec"
-
-    @property
-    def narrowed(self) -> bool:
-        return min(self.tolerances) < math.pi
-
-
-@dataclass(frozen=True)
-class KeepJoint(Condition):
-    """A planned ``joint`` between ``lower`` and ``upper`` (rad, m where it slides): narrower limits for it."""
-
-    joint: str
-    lower: float
-    upper: float
-    kind = "joint"
-    shape = {"lower": 1, "upper": 1}  # noqa: RUF012
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.lower < self.upper:
-            raise self._unusable("its lower value is not below the upper one")
-
-    @property
-    def thickness(self) -> float:
-        return self.upper - self.lower
+        if self.quaternion is not None and abs(math.hypot(*self.quaternion) - 1.0) > _UNIT:
+            raise self._unusable("its quaternion is not of length 1: give qx,qy,qz,qw")
 
 
 _KINDS: dict[str, tuple[type[Condition], str]] = {
     "axis": (KeepAxis, "x, y or z, then nx,ny,nz,angle"),
     "box": (KeepBox, "x0,y0,z0,x1,y1,z1"),
-    "sphere": (KeepSphere, "x,y,z,r"),
     "plane": (KeepPlane, "nx,ny,nz,d"),
     "turn": (KeepTurn, "angle or angle,qx,qy,qz,qw"),
-    "euler": (KeepEuler, "tx,ty,tz or tx,ty,tz,qx,qy,qz,qw"),
-    "rotvec": (KeepRotationVector, "tx,ty,tz or tx,ty,tz,qx,qy,qz,qw"),
-    "joint": (KeepJoint, "NAME,low,high"),
 }
 
 
@@ -266,21 +185,18 @@ def parse_condition(text: str) -> Condition:
     made, form = _KINDS[kind]
     words = rest.split(",")
     given: dict[str, Any] = {} if frame is None else {"frame": frame}
-    if kind in _NAMES:
-        given[_NAMES[kind]] = words.pop(0).strip()
+    if made is KeepAxis:
+        given["axis"] = words.pop(0).strip()
     if at is not None and not issubclass(made, OfPoint):
-        raise OptionError(f"condition '{text[:100]}' is not usable: ' at x,y,z' goes with box, sphere and plane.")
+        raise OptionError(f"condition '{text[:100]}' is not usable: ' at x,y,z' goes with box and plane.")
     if at is not None:
         given["point"] = _numbers(text, at.split(","))
-    values = list(_numbers(text, words))
-    for name, count in made.shape.items():
-        if values or name not in _OPTIONAL:
-            part, values = values[:count], values[count:]
-            if len(part) != count:
-                raise OptionError(f"condition '{text[:100]}' lacks numbers: give {kind}: {form}.")
-            given[name] = part[0] if count == 1 else tuple(part)
-    if values:
-        raise OptionError(f"condition '{text[:100]}' has too many numbers: give {kind}: {form}.")
+    values, ends = _numbers(text, words), list(itertools.accumulate(made.shape.values()))
+    if len(values) not in ends[-2 if [*made.shape][-1] in _OPTIONAL else -1 :]:
+        raise OptionError(f"condition '{text[:100]}' has {len(values)} numbers: give {kind}: {form}.")
+    for (name, count), end in zip(made.shape.items(), ends, strict=True):
+        if end <= len(values):
+            given[name] = values[end - 1] if count == 1 else values[end - count : end]
     return made(**given)
 
 

@@ -108,9 +108,9 @@ class KeptWorld(Part):
     """Distance in metres to keep from every obstacle, and between links; the file's own where left out."""
     keep: Kept | None = None
     """What motions keep all along, proven; repeatable, or with ';' between: axis:z,0,0,1,0.1 (the tool's z axis within
-    0.1 rad of the world's direction 0,0,1), box:x0,y0,z0,x1,y1,z1 (its origin within, m), sphere:x,y,z,r,
-    plane:nx,ny,nz,d (n.p >= d), turn:0.1 (its orientation within 0.1 rad of that at the start), joint:NAME,low,high;
-    ' of FRAME' at the end names another frame than the tool. What the scene keeps is kept besides."""
+    0.1 rad of the world's direction 0,0,1), box:x0,y0,z0,x1,y1,z1 (its origin within, m), plane:nx,ny,nz,d
+    (n.p >= d), turn:0.1 (its orientation within 0.1 rad of that at the start); ' of FRAME' at the end names another
+    frame than the tool. What the scene keeps is kept besides."""
     base: str | None = None
     """Where the robot's base stands in the scene, in place of what the scene file says: x,y,z (m) or
     x,y,z,roll,pitch,yaw (m and rad)."""

@@ -27,8 +27,7 @@ from planner.problem.conditions import AND as AND  # between alternative goals t
 from planner.problem.conditions import FORMS as CONDITIONS
 from planner.problem.conditions import (
     Condition,
-    KeepJoint,
-    KeepSphere,
+    KeepBox,
     KeepTurn,
     is_condition,
     parse_condition,
@@ -69,7 +68,7 @@ class Pose:
 class ToolGoal:
     """All that meets ``conditions`` on the tool, or on other frames: a goal with tolerance.
 
-    planner.ToolGoal((planner.KeepSphere((0.5, 0.3, 0.6), 0.01), planner.KeepAxis("z", (0.0, 0.0, -1.0), 0.1)))
+    planner.ToolGoal((planner.KeepBox((0.5, 0.3, 0.6), (0.5, 0.3, 0.7)), planner.KeepAxis("z", (0.0, 0.0, -1.0), 0.1)))
 
     One of a turn without a quaternion means the orientation at the start.
     """
@@ -77,8 +76,8 @@ class ToolGoal:
     conditions: tuple[Condition, ...]
 
     def __post_init__(self) -> None:
-        if not self.conditions or any(isinstance(each, KeepJoint) for each in self.conditions):
-            raise OptionError("a goal of the tool takes conditions on its pose, at least one, and none on joints.")
+        if not self.conditions:
+            raise OptionError("a goal of the tool has no condition: give one or more on its pose.")
 
     @property
     def text(self) -> str:
@@ -129,9 +128,9 @@ def _conditions(text: str) -> tuple[Condition, ...]:
         return (parse_condition(text),)
     match parse_target(text):
         case Position((x, y, z)):
-            return (KeepSphere((x, y, z)),)
+            return (KeepBox((x, y, z), (x, y, z)),)
         case Pose((x, y, z), (a, b, c, d)):
-            return KeepSphere((x, y, z)), KeepTurn(0.0, quaternion=(a, b, c, d))
+            return KeepBox((x, y, z), (x, y, z)), KeepTurn(0.0, (a, b, c, d))
     raise OptionError(f"'{text[:100]}' is no part of a goal with tolerance: give xyz:, pose:, or {CONDITIONS}.")
 
 

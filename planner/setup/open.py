@@ -14,14 +14,14 @@ from planner.base.files import StrPath
 from planner.base.notes import tell
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
-from planner.constraints.keeps import bound_to, narrowed, unbound
+from planner.constraints.keeps import bound_to, unbound
 from planner.models import model_checks
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.conditions import AND, Condition, parse_keeps
 from planner.problem.request import IkSolutions, RoadmapRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text, parse_target, parse_targets
-from planner.setup.message import goals_of, in_request, joints_of, kept_of, noting, unasked
+from planner.setup.message import goals_of, in_request, joints_of, kept_of, unasked, with_path_limits
 from planner.setup.resolve import check_limits, joint_values, other_turns, resolve
 from planner.setup.robots import robot_of, widened_for
 
@@ -60,8 +60,7 @@ def open_world(
     """
     said = _message(message)
     scene, robot = _set_up(request, said)
-    scene, keep = conditions_of(request, robot, scene, said)
-    robot, keep = narrowed(robot, keep)
+    robot, keep = _constrained(request, robot, scene, said)
     _judge(request, robot, scene)
     turns = unbound(keep) if start is not None else ()
     rest = [each for each in keep if each not in turns]
@@ -93,8 +92,7 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
     if request.widen_limits:
         robot = widened_for(robot, [start, *(goal for _, goal in goals)])
     _require_limits(robot, [("start", start), *((_role(name, goals), goal) for name, goal in goals)])
-    scene, keep = conditions_of(request, robot, scene, message)
-    robot, keep = narrowed(robot, keep)
+    robot, keep = _constrained(request, robot, scene, message)
     _judge(request, robot, scene)
     turns = unbound(keep)
     bound = [each for each in keep if each not in turns]
@@ -143,15 +141,14 @@ def _require_limits(robot: Robot, targets: list[tuple[str, Target]]) -> None:
             check_limits(robot, values, role, "bring it inside, or widen them with --widen-limits.")
 
 
-def conditions_of(
+def _constrained(
     request: WorldRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
-) -> tuple[Scene, tuple[Condition, ...]]:
-    """What motions keep, by the request, the scene and a message; with the scene that notes what is left aside."""
+) -> tuple[Robot, tuple[Condition, ...]]:
+    """The robot, and the conditions that motions keep, by the request, the scene and a message."""
     keep = parse_keeps(AND.join((str(request.keep or ""), scene.keep)))
     if message is not None:
-        more, notes = kept_of(message, robot, scene)
-        keep, scene = (*keep, *more), noting(scene, *notes)
-    return scene, tuple(dict.fromkeys(keep))
+        robot, keep = with_path_limits(robot, message, scene), (*keep, *kept_of(message, robot, scene))
+    return robot, tuple(dict.fromkeys(keep))
 
 
 def _message(path: StrPath | None) -> MotionPlanRequest | None:

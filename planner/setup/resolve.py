@@ -19,7 +19,7 @@ from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose, se3
 from planner.models.robot import Robot, with_tool
-from planner.problem.conditions import Condition, KeepSphere
+from planner.problem.conditions import Condition, KeepBox
 from planner.problem.reasons import BeyondLimit, BreaksKept, OutOfReach, Touching
 from planner.problem.request import IK_LARGEST, IK_LEAST
 from planner.problem.targets import (
@@ -80,7 +80,7 @@ def resolve(
             found = _spread(within(conditions, checker, role, starts), checker.robot)
             return _choose(found, checker, role, count, starts)
         case Position((x, y, z)) if checker.world.keeps:
-            here = ToolGoal((KeepSphere((x, y, z), frame=target.frame),))
+            here = ToolGoal((KeepBox((x, y, z), (x, y, z), frame=target.frame),))
             return resolve(here, checker, states, role, count, starts)
         case Position() | Pose():
             robot = with_tool(checker.robot, target.frame)

@@ -123,7 +123,7 @@ def _asked_of(robot: Robot, message: MotionPlanRequest | None, choice: JointChoi
     """The robot with the shares of its limits that a request asks for, and notes of what it cannot make use of."""
     if message is None:
         return robot
-    return _with_shares(robot, tuple(message.shares.items()), notes_on(message, robot, choice))
+    return _with_shares(robot, tuple(message.shares.items()), tuple(notes_on(message, robot, choice)))
 
 
 @lru_cache(_KEPT)

@@ -88,7 +88,7 @@ def test_the_srdf_says_what_the_scenes_frame_is_called(tmp_path: Path) -> None:
     (tmp_path / "own.srdf").write_text(f'<robot name="panda">{joint}</robot>')
     robot = Robot.load("panda", srdf=tmp_path / "own.srdf", base=BASE)
     np.testing.assert_array_equal(placement_of("hall", robot, Scene("x"), "it"), np.eye(4))
-    assert "virtual_joint that moves the base" in robot.notes[0].text
+    assert "a virtual_joint moves the base" in robot.notes[0].text
 
 
 @pytest.mark.parametrize("frame", ["on_floor", "floor"])

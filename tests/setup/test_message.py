@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +11,18 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yaml
+from scipy.spatial.transform import Rotation
 
+import planner
 from planner.base.errors import PlannerError
+from planner.models.files.moveit.requests import read_motion_plan_request
 from planner.models.model_checks import notes
 from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.problem.conditions import KeepAxis, KeepTurn
 from planner.problem.request import LimitsRequest, PlanRequest
+from planner.problem.targets import ToolGoal
+from planner.setup.message import goals_of
 from planner.setup.open import Query, make_query
 from planner.trajectory.limits import MotionLimits
 from tests.linkages import palletizer
@@ -48,7 +57,10 @@ def told(query: Query) -> str:
 
 
 def link_goal(link: str, **more: Any) -> dict:
-    region = {"primitives": [{"type": 2, "dimensions": [1e-3]}], "primitive_poses": [{"position": [0.45, 0.25, 0.5]}]}
+    region = {
+        "primitives": [{"type": 2, "dimensions": [1e-3]}],
+        "primitive_poses": [{"position": [0.45, 0.25, 0.5]}],
+    }
     place = {"link_name": link, "constraint_region": region} | more.pop("place", {})
     return changed(REQUEST, GOAL, {"position_constraints": [place], **more})
 
@@ -58,11 +70,11 @@ def test_a_goal_of_any_link_brings_that_link_there(link: str, tmp_path: Path) ->
     turn = [] if link == "panda_link5" else [{"link_name": link, "orientation": [1, 0, 0, 0]}]
     query = asked(tmp_path, link_goal(link, orientation_constraints=turn))
     reached = placement(query.robot, link, query.goals[0])
-    np.testing.assert_allclose(reached[:3, 3], [0.45, 0.25, 0.5], atol=1e-5)
+    np.testing.assert_allclose(reached[:3, 3], [0.45, 0.25, 0.5], atol=1e-3)
     if turn:
         np.testing.assert_allclose(reached[:3, :3], np.diag([1, -1, -1]), atol=1e-5)
     assert query.robot.tool == "panda_hand_tcp"
-    assert query.goal_names[0].endswith(f" of {link}") == (link != "panda_hand_tcp")
+    assert (f" of {link}" in query.goal_names[0]) == (link != "panda_hand_tcp")
 
 
 def test_an_offset_is_a_point_of_the_link(tmp_path: Path) -> None:
@@ -70,7 +82,7 @@ def test_an_offset_is_a_point_of_the_link(tmp_path: Path) -> None:
     goal = link_goal("panda_hand", place={"target_point_offset": [0.01, 0.02, 0.1]}, orientation_constraints=turn)
     query = asked(tmp_path, goal)
     reached = placement(query.robot, "panda_hand", query.goals[0]) @ [0.01, 0.02, 0.1, 1]
-    np.testing.assert_allclose(reached[:3], [0.45, 0.25, 0.5], atol=1e-5)
+    np.testing.assert_allclose(reached[:3], [0.45, 0.25, 0.5], atol=1e-3)
 
 
 def test_every_place_of_a_region_is_a_goal(tmp_path: Path) -> None:
@@ -80,7 +92,7 @@ def test_every_place_of_a_region_is_a_goal(tmp_path: Path) -> None:
     region["primitive_poses"].append({"position": [0.45, -0.25, 0.5]})
     query = asked(tmp_path, goal)
     reached = [placement(query.robot, "panda_hand", q)[:3, 3] for q in query.goals]
-    np.testing.assert_allclose(reached, [[0.45, 0.25, 0.5], [0.45, -0.25, 0.5]], atol=1e-5)
+    np.testing.assert_allclose(reached, [[0.45, 0.25, 0.5], [0.45, -0.25, 0.5]], atol=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +118,7 @@ def test_a_goal_in_a_fixed_frame(tmp_path: Path) -> None:
     region["primitive_poses"][0]["position"] = [0.25, 0.25, 0.1]
     query = asked(tmp_path, goal, changed(SCENE, "fixed_frame_transforms", transforms))
     reached = placement(query.robot, "panda_hand", query.goals[0])
-    np.testing.assert_allclose(reached[:3, 3], [0.45, 0.25, 0.5], atol=1e-5)
+    np.testing.assert_allclose(reached[:3, 3], [0.45, 0.25, 0.5], atol=1e-3)
     np.testing.assert_allclose(reached[:3, 0], [0, 1, 0], atol=1e-5)
     wrong = link_goal("panda_hand", place={"header": {"frame_id": "camra"}})
     text = refusal_of(lambda: asked(tmp_path, wrong, changed(SCENE, "fixed_frame_transforms", transforms)))
@@ -247,75 +259,121 @@ def tolerances(x: float, y: float, z: float, **more: Any) -> dict:
     return {"orientation_constraints": [TILT | given | more]}
 
 
-def conditions(folder: Path, message: dict) -> list[str]:
-    return list(asked(folder, message).checker.world.keeps.texts)
+PLACED = {"link_name": "panda_hand", "target_point_offset": [0, 0, 0.1]}
 
 
-def test_path_constraints_are_what_is_kept(tmp_path: Path) -> None:
-    """The hand of the panda points down at the request's start, and its goal allows no tilt of 0.2 rad either."""
-    (text,) = conditions(tmp_path, kept(**tolerances(3.0, 3.0, 3.2)))
-    assert text == "euler:3,3,3.2,1,0,0,0 of panda_hand"
-    box = {"primitives": [{"type": 1, "dimensions": [4, 4, 6]}], "primitive_poses": [{"position": [0, 0, 1]}]}
-    place = {"link_name": "panda_hand", "constraint_region": box, "target_point_offset": [0, 0, 0.1]}
-    (text,) = conditions(tmp_path, kept(position_constraints=[place]))
-    assert text == "box:-2,-2,-2,2,2,4 of panda_hand at 0,0,0.1"
-    box["primitive_poses"][0]["orientation"] = [0, 0, 0.5**0.5, 0.5**0.5]
-    texts = conditions(tmp_path, kept(position_constraints=[place]))
-    assert len(texts) == 6
-    assert all(text.startswith("plane:") for text in texts)
+@pytest.mark.parametrize(
+    ("constraints", "texts"),
+    [
+        (tolerances(3.0, 3.0, 3.2), ["axis:z,0,0,-1,1.5707963267948966"]),
+        (tolerances(3.2, 1.4, 1.5), ["axis:x,1,0,0,1.4"]),
+        (tolerances(1.5, 1.4, 3.14), ["axis:z,0,0,-1,1.4", "turn:1.5707963267948966,1,0,0,0"]),
+        (tolerances(1.4, 1.4, 1.4), ["turn:1.4,1,0,0,0"]),
+        (tolerances(1.4, 4.0, 1.3, parameterization=1), [f"axis:y,0,-1,0,{2 * math.asin(1.3 / math.pi)!r}"]),
+        (tolerances(3.2, 1.6, 3.2), []),
+    ],
+)
+def test_three_tolerances_become_a_cone_an_axis_or_both(constraints: dict, texts: list[str], tmp_path: Path) -> None:
+    """Written by hand from the docs: the hand of the panda points down at the request's start."""
+    query = asked(tmp_path, kept(**constraints))
+    assert list(query.checker.world.keeps.texts) == [f"{text} of panda_hand" for text in texts]
+    assert "inside them is followed: path_constraints." in told(query)
+
+
+@pytest.mark.parametrize("parameterization", [0, 1])
+def test_what_is_kept_lies_inside_the_tolerances(parameterization: int, tmp_path: Path) -> None:
+    """SciPy's angles and rotation vectors of thousands of orientations, many of them just inside the cone."""
+    robot, rng, inside = Robot.load("panda"), np.random.default_rng(parameterization), 0
+    for _ in range(40):
+        most = rng.choice([0.0, 0.02, 0.3, 1.0, 1.5, 1.6, 2.5, 3.0, 3.14, 3.2], 3) * rng.uniform(0.98, 1.0)
+        about = Rotation.from_quat(rng.normal(size=4))
+        turn = tolerances(*most, orientation=about.as_quat().tolist(), parameterization=parameterization)
+        (tmp_path / "r.yaml").write_text(yaml.safe_dump(json.loads(json.dumps(changed(REQUEST, GOAL, turn)))))
+        ((_, target),) = goals_of(read_motion_plan_request(tmp_path / "r.yaml"), robot, Scene("x")) if (
+            min(most[0], most[2], 2 * most[1]) < np.pi) else (("", None),)  # fmt: skip
+        if target is None:
+            continue
+        assert isinstance(target, ToolGoal)
+        size = np.minimum(rng.choice([0.05, 0.5, 1.0, 2.0, 4.0], 3000), np.pi)
+        axes = rng.normal(size=(3000, 3)) * (most + 1e-3) ** rng.choice([0, 1, 2], (3000, 1))
+        off = Rotation.from_rotvec(size[:, None] * axes / np.linalg.norm(axes, axis=1)[:, None])
+        turned = (about * off).as_matrix()
+        for each in target.conditions:
+            if isinstance(each, KeepAxis):
+                cosine = np.einsum("ni,i->n", turned[:, :, "xyz".index(each.axis)], each.direction)
+                holds = np.arccos(np.clip(cosine, -1, 1)) <= each.angle
+            else:
+                assert isinstance(each, KeepTurn)
+                holds = (
+                    Rotation.from_quat(each.quaternion).inv() * Rotation.from_matrix(turned)
+                ).magnitude() <= each.angle
+            off, turned = off[holds], turned[holds]
+        inside += len(off)
+        if len(off):
+            angles = off.as_rotvec() if parameterization else off.as_euler("XYZ")
+            assert (np.abs(angles) <= most + 1e-6).all()
+    assert inside > 2000
+
+
+def test_positions_on_the_path_are_boxes_planes_and_cubes_inside_spheres(tmp_path: Path) -> None:
+    def texts(solid: dict, turn: list[float]) -> list[str]:
+        region = {"primitives": [solid], "primitive_poses": [{"position": [0, 0, 1], "orientation": turn}]}
+        query = asked(tmp_path, kept(position_constraints=[{**PLACED, "constraint_region": region}]))
+        assert ("inside them is followed: path_constraints." in told(query)) == (solid["type"] == 2)
+        return list(query.checker.world.keeps.texts)
+
+    box, quarter = {"type": 1, "dimensions": [4, 4, 6]}, [0, 0, 0.5**0.5, 0.5**0.5]
+    assert texts(box, [0, 0, 0, 1]) == ["box:-2,-2,-2,2,2,4 of panda_hand at 0,0,0.1"]
+    assert [text[:6] for text in texts(box, quarter)] == 6 * ["plane:"]
+    (text,) = texts({"type": 2, "dimensions": [2.0]}, quarter)
+    numbers = np.array(text[4:].split(" of ")[0].split(","), dtype=float)
+    np.testing.assert_allclose(np.linalg.norm(numbers.reshape(2, 3) - [0, 0, 1], axis=1), 2.0)  # its corners touch
 
 
 def test_a_range_of_a_joint_narrows_its_limits(tmp_path: Path) -> None:
     around = {"joint_name": "panda_joint1", "position": 0.5, "tolerance_above": 2.0, "tolerance_below": 1.5}
     query = asked(tmp_path, kept(joint_constraints=[around]))
     assert (query.robot.lower[0], query.robot.upper[0]) == (-1.0, 2.5)
-    held = {"joint_name": "panda_finger_joint1", "position": 0.5, "tolerance_above": 0.1}
-    assert "but it is not planned, and held at" in refusal_of(lambda: asked(tmp_path, kept(joint_constraints=[held])))
+    for change, words in (
+        ({"joint_name": "panda_finger_joint1", "tolerance_below": 0.1}, "but it is not planned, and held at"),
+        ({"joint_name": "panda_joint22"}, "names joint 'panda_joint22' (did you mean 'panda_joint2'?)"),
+        ({"position": 9.0}, "to [7.5, 11], and it has [-2.8973, 2.8973]"),
+    ):
+        assert words in refusal_of(lambda change=change: asked(tmp_path, kept(joint_constraints=[around | change])))
 
 
-def test_what_strays_at_the_start_is_refused_with_by_how_much(tmp_path: Path) -> None:
+def test_a_constraint_that_the_start_breaks_or_that_is_too_thin_is_refused(tmp_path: Path) -> None:
     text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.1, 0.1, 0.1, orientation=[0, 0, 0, 1]))))
-    assert text.startswith("start lies outside 'euler:0.1,0.1,0.1,0,0,0,1 of panda_hand'")
-    assert " rad: choose another one" in text
-
-
-@pytest.mark.parametrize(("axes", "more"), [((3.0, 3.2, 3.2), {}), ((2.5, 3.2, 3.2), {"parameterization": 1})])
-def test_where_a_part_is_kept_that_is_said(axes: tuple[float, ...], more: dict, tmp_path: Path) -> None:
-    assert "a convex part is kept: " in told(asked(tmp_path, kept(**tolerances(*axes, **more))))
+    assert text.startswith("start lies outside 'turn:0.1,0,0,0,1 of panda_hand'")
+    text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.0, 0.1, 0.1))))
+    assert "path_constraints: 'axis:z,0,0,-1,0 of panda_hand' leaves 0 rad" in text
 
 
 def test_tolerances_of_a_goal_are_met_and_used(tmp_path: Path) -> None:
     """Within them, but all over them: a goal that may turn about its axis is reached in many turns."""
-    turn = {**TILT, "absolute_x_axis_tolerance": 0.05, "absolute_y_axis_tolerance": 0.1, "absolute_z_axis_tolerance": 4}
-    query = asked(tmp_path, link_goal("panda_hand", orientation_constraints=[turn]), ik_solutions=8)
-    assert query.goal_names[0].startswith("sphere:0.45,0.25,0.5,0.001 of panda_hand & euler:0.05,0.1,4,1,0,0,0")
-    turns = []
+    goal = link_goal("panda_hand", **tolerances(0.05, 0.1, 4))
+    query, turns = asked(tmp_path, goal, ik_solutions=8), []
+    assert "inside them is followed: goal 1." in told(query)
     for q in query.goals:
         reached = placement(query.robot, "panda_hand", q)
-        off = np.diag([1.0, -1.0, -1.0]) @ reached[:3, :3]
-        assert np.linalg.norm(reached[:3, 3] - [0.45, 0.25, 0.5]) <= 1e-3 + 1e-6
-        assert abs(np.arctan2(-off[1, 2], off[2, 2])) <= 0.05 + 1e-6
-        assert abs(np.arcsin(off[0, 2])) <= 0.1 + 1e-6
-        turns.append(np.arctan2(-off[0, 1], off[0, 0]))
+        assert np.linalg.norm(reached[:3, 3] - [0.45, 0.25, 0.5]) <= 1e-3 + 2e-6
+        off = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]) @ reached[:3, :3]).as_euler("XYZ")
+        assert (np.abs(off[:2]) <= [0.05 + 2e-6, 0.1 + 2e-6]).all()
+        turns.append(off[2])
     assert np.ptp(turns) > 1.0
 
 
-def test_goals_that_were_refused_are_met(tmp_path: Path) -> None:
-    """Two places at once, an orientation alone, a point of a link without an orientation."""
-    offset = link_goal("panda_hand", place={"target_point_offset": [0, 0, 0.1]})
-    query = asked(tmp_path, offset)
-    for q in query.goals:
-        point = placement(query.robot, "panda_hand", q) @ [0, 0, 0.1, 1]
-        assert np.linalg.norm(point[:3] - [0.45, 0.25, 0.5]) <= 1e-3 + 1e-6
-    alone = changed(REQUEST, GOAL, {"orientation_constraints": [TILT]})
-    for q in asked(tmp_path, alone).goals:
-        reached = placement(query.robot, "panda_hand", q)
-        np.testing.assert_allclose(reached[:3, :3], np.diag([1, -1, -1]), atol=1e-5)
-
-
-def test_a_fixed_orientation_is_too_thin_to_be_kept(tmp_path: Path) -> None:
-    text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.0, 0.1, 0.1))))
-    assert "path_constraints: 'euler:0,0.1,0.1,1,0,0,0 of panda_hand' leaves 0 rad" in text
+def test_a_pose_goal_as_moveit_writes_it_is_planned_to(tmp_path: Path) -> None:
+    """kinematic_constraints::constructGoalConstraints: a sphere of 1e-3 m, three tolerances of 0.01 rad."""
+    (tmp_path / "r.yaml").write_text(yaml.safe_dump(link_goal("panda_hand", **tolerances(0.01, 0.01, 0.01))))
+    (tmp_path / "s.yaml").write_text(yaml.safe_dump(SCENE))
+    plan = planner.plan(
+        robot="panda", scene=tmp_path / "s.yaml", motion_plan_request=tmp_path / "r.yaml", path_only=True, margin=0.0
+    )
+    assert plan.solved
+    reached = placement(plan.robot, "panda_hand", plan.path[-1])
+    assert np.linalg.norm(reached[:3, 3] - [0.45, 0.25, 0.5]) <= 1e-3
+    assert Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]) @ reached[:3, :3]).magnitude() <= 0.01
 
 
 def of_palletizer(goal: dict[str, float], rod: float = 0.2, kept: list[dict] | None = None) -> dict:

@@ -13,8 +13,6 @@ from planner.base.errors import PlannerError
 from planner.base.words import number
 from planner.base.yamlfile import parse_yaml
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.models.files.moveit.messages import PoseMessage
-from planner.models.files.moveit.scene_text import scene_text
 from planner.models.files.robot_files import JointChoice
 from planner.models.files.urdf import Mimic
 from planner.models.model_checks import notes
@@ -101,30 +99,6 @@ def test_limits_that_are_not_followed_are_noted(urdf_file: Callable[..., str]) -
     assert "lower and upper of k are not followed" in notes[1].text
 
 
-def test_a_group_state_gives_one_value_to_a_joint(urdf_file: Callable[..., str], tmp_path: Path) -> None:
-    state = '<group_state name="home" group="arm"><joint name="turn" value="0.5 0.3"/></group_state>'
-    (tmp_path / "arm.srdf").write_text(
-        f'<robot name="arm"><group name="arm"><joint name="turn"/></group>{state}</robot>'
-    )
-    load_it = lambda: Robot.load(urdf_file(CHAIN + TCP_FIXED), srdf=tmp_path / "arm.srdf")  # noqa: E731
-    assert "state 'home' gives joint 'turn' several values" in refusal_of(load_it)
-
-
-def test_what_an_srdf_says_of_a_root_or_group_that_is_not_there_is_noted(
-    urdf_file: Callable[..., str], tmp_path: Path
-) -> None:
-    state = '<group_state name="home" group="amr"><joint name="turn" value="0.5"/></group_state>'
-    held = '<virtual_joint name="v" type="fixed" parent_frame="hall" child_link="{}"/>'
-    notes = {}
-    for root in ("base", "fore"):
-        (tmp_path / "arm.srdf").write_text(f'<robot name="arm">{state}{held.format(root)}</robot>')
-        robot = Robot.load(urdf_file(CHAIN + TCP_FIXED), tool="fore", srdf=tmp_path / "arm.srdf")
-        notes[root] = [note.text for note in robot.notes]
-    assert any("has states of amr, which it has no group of" in text for text in notes["base"])
-    (more,) = [text for text in notes["fore"] if text not in notes["base"]]
-    assert "holds link 'fore', which is not the robot's root base" in more
-
-
 def test_contacts_allowed_to_names_that_nobody_has_are_noted(tmp_path: Path) -> None:
     robot, matrix = load("planar_2r"), "entry_names: [link1, gripper, <octomap>], entry_values: "
     rows = "[[false, true, true], [true, false, true], [true, true, false]]"
@@ -192,29 +166,6 @@ def test_numbers_of_yaml_are_those_of_its_version_1_2(text: str, value: object) 
 
 
 # scenes and paths
-
-
-BOX = "* {}\n0 0 0\n0 0 0 1\n1\nbox\n0.1 0.1 0.1\n0 0 0\n0 0 0 1\n0 0 0 0\n{}"
-
-
-def test_objects_and_subframes_of_a_scene_text(tmp_path: Path) -> None:
-    def read(*objects: str) -> object:
-        return scene_text("name\n" + "".join(objects) + ".\n", tmp_path / "a.scene")
-
-    frame = "1\nhandle\n0 0 0.1\n0 0 0 1\n"
-    (note,) = read(BOX.format("a", frame), BOX.format("b", "0\n")).notes  # type: ignore[attr-defined]
-    assert "subframes handle are passed over" in note.text
-    for wrong in (
-        [BOX.format("a", "0\n"), BOX.format("a", "0\n")],
-        ["* a\n0 0 0\n0 0 0 1\n0\n0\n"],
-        [BOX.format("a", "1\n* c\nsphere\nfoo\n")],
-    ):
-        assert refusal_of(lambda wrong=wrong: read(*wrong))
-
-
-def test_a_position_has_no_w() -> None:
-    with pytest.raises(ValueError, match="position"):
-        PoseMessage.model_validate({"position": {"x": 0.1, "y": 0.2, "w": 0.3}})
 
 
 def test_what_wraps_a_path_without_times_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from planner.base.errors import RobotError
 from planner.models.files.robot_files import JointChoice, read_robot
-from planner.models.files.srdf import group_joints, read_srdf
+from planner.models.files.srdf import group_joints
 from planner.models.robot import Robot
 from tests.worlds import joint_xml, link_xml
 
@@ -108,62 +108,58 @@ def test_a_group_needs_an_srdf(arm: Path) -> None:
         Robot.load(str(arm / "arm.urdf"), choice=JointChoice(group="arm"))
 
 
-ONE_JOINT = '<joint name="elbow" value="1"/>'
+ONE = '<joint name="elbow" value="1"/>'
+BAD = [
+    ('<disabel_collisions link1="base" link2="fore"/>', "did you mean 'disable_collisions'"),
+    ('<disable_collisions link1="base" link_2="fore"/>', r"without attribute 'link2' \(did you mean 'link_2'\?\)"),
+    ('<disable_collisions link1="base" link2=" "/>', "without attribute 'link2'"),
+    ('<virtual_joint name="v" type="planer"/>', "type 'planer' .did you mean 'planar'"),
+    ('<group name="g"><joints name="elbow"/></group>', "unknown element 'group/joints' .did you mean 'joint'"),
+    ('<group name="g"><chain base_link="base"/></group>', "<chain> without attribute 'tip_link'"),
+    ('<group><joint name="elbow"/></group>', "<group> without attribute 'name'"),
+    ('<group_state name="s"><joint name="elbow"/></group_state>', "<joint> without attribute 'value'"),
+    ('<group_state name="s"><jiont name="elbow" value="1"/></group_state>', "did you mean 'joint'"),
+    ('<group name="arm"><joint name="elbow"/></group>', "says group 'arm' twice"),
+    (2 * '<group_state name="s" group="arm"/>', "says state 's' of group 'arm' twice"),
+    (f'<group_state name="s" group="arm">{2 * ONE}</group_state>', "says joint 'elbow' in state 's' of group"),
+    *[(f'<group_state name="s"><joint name="elbow" value="{value}"/></group_state>', "state 's' sets joint 'elbow' to")
+      for value in ("nan", "1e99", "much")],
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        (
-            '<disabel_collisions link1="base" link2="fore"/>',
-            "did you mean 'disable_collisions'",
-        ),
-        ('<disable_collisions link1="base" link_2="fore"/>', r"without attribute 'link2' \(did you mean 'link_2'\?\)"),
-        (
-            '<virtual_joint name="v" typ="planar" parent_frame="map" child_link="base"/>',
-            "with 'typ' .did you mean 'type'",
-        ),
-        (
-            '<virtual_joint name="v" type="planer" parent_frame="map" child_link="base"/>',
-            "of type 'planer' .did you mean 'planar'.*use 'fixed', 'planar', 'floating'|use fixed, planar, floating",
-        ),
-        ('<group_state name="s" groups="arm"/>', "with 'groups' .did you mean 'group'"),
-        ('<disable_collisions link1="base" link2=" "/>', "without attribute 'link2'"),
-        (
-            '<group name="g"><joints name="elbow"/></group>',
-            "<group> 'g' holds an unknown .* .did you mean 'joint'",
-        ),
-        ('<group name="g"><chain base_link="base"/></group>', "<chain> without attribute 'tip_link'"),
-        ('<group><joint name="elbow"/></group>', "<group> without attribute 'name'"),
-        ('<group_state name="s"><joint name="elbow"/></group_state>', "<joint> without attribute 'value'"),
-        ('<group_state name="s"><jiont name="elbow" value="1"/></group_state>', "did you mean 'joint'"),
-        ('<group name="arm"><joint name="elbow"/></group>', "says group 'arm' twice"),
-        (2 * '<group_state name="s" group="arm"/>', "says state 's' of group 'arm' twice"),
-        (
-            f'<group_state name="s" group="arm">{2 * ONE_JOINT}</group_state>',
-            "says joint 'elbow' in state 's' of group 'arm' twice",
-        ),
-    ],
-)
-def test_what_is_misspelt_is_refused(arm: Path, line: str, said: str) -> None:
+@pytest.mark.parametrize(("line", "said"), BAD)
+def test_what_is_misspelt_or_said_twice_is_refused(arm: Path, line: str, said: str) -> None:
     (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{line}</robot>"))
     with pytest.raises(RobotError, match=said):
         load(arm)
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        '<others><disable_collisions link1="base" link2="fore"/></others>',
-        '<disable_collisions link1="base" link2="column"><disable_collisions link1="base"/></disable_collisions>',
-        '<group name="g"><group name="arm"><joint name="lift"/></group></group>',
-    ],
-)
-def test_what_stands_where_moveit_does_not_look_is_refused(arm: Path, line: str) -> None:
-    """Pairs in another program's element needed no check, beside a note that it is passed over."""
-    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{line}</robot>"))
-    with pytest.raises(RobotError, match=r"stands inside a <\w+>: move it out"):
-        load(arm, group="arm")
+UNREAD = [  # lines, and the end of the one note on them
+    ('<others><disable_collisions link1="base" link2="fore"/></others>', "passed over: others."),
+    ('<group name="g"><group name="arm"><joint name="lift"/></group></group>', "passed over: group/group/joint."),
+    ('<disable_collisions link1="base" link2="fore" within="0.1"/>', "passed over: disable_collisions's 'within'."),
+    ('<virtual_joint name="v" typ="planar" child_link="base"/>', "passed over: virtual_joint's 'typ'."),
+    ('<virtual_joint name="v" type="floating" child_link="base"/>', "give it a base: floating."),
+    ('<virtual_joint name="v" type="fixed" child_link="fore"/>', "is not the root, which stands in its place: fore."),
+    (2 * '<virtual_joint name="v" type="fixed" child_link="base"/>', "passed over: virtual_joint 2."),
+    ('<passive_joint name="elbwo"/><disable_collisions link1="fore" link2="hnad"/>', "passed over: elbwo, hnad."),
+    ('<group_state name="s" group="arm"><joint name="sholder" value="1"/></group_state>', "passed over: sholder."),
+    ('<group_state name="s"><joint name="elbow" value="0.5 0.3"/></group_state>', "joint 'elbow' in state 's'."),
+    ('<end_effector name="e" parent_link="fore" group="g"/>', None),
+]
+
+
+@pytest.mark.parametrize(("lines", "said"), UNREAD)
+def test_the_parts_that_are_not_read_are_named(arm: Path, lines: str, said: str | None) -> None:
+    """Neither do they count: the same joints are planned, the same pairs checked."""
+    before = load(arm)
+    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{lines}</robot>"))
+    robot = load(arm)
+    assert [note.text[note.text.rindex(said or "x") :] for note in robot.notes] == ([said] if said else [])
+    assert robot.joints == before.joints
+    named = frozenset(("base", "fore")) if lines.startswith("<disable") else None
+    more = (robot.disabled_pairs or frozenset()) - (before.disabled_pairs or frozenset())
+    assert more <= {named, frozenset(("fore", "hnad"))}
 
 
 def test_collisions_that_are_off_by_default(arm: Path) -> None:
@@ -174,18 +170,9 @@ def test_collisions_that_are_off_by_default(arm: Path) -> None:
     robot = load(arm)
     others = ("column", "upper", "hand")
     assert robot.disabled_pairs == {frozenset(("fore", other)) for other in others}
-    assert "leaves fore unchecked (disable_default_collisions)" in robot.notes[0].text
+    assert robot.notes[0].grave
+    assert robot.notes[0].text.endswith("checked against obstacles only: fore.")
     assert load(arm).identity != Robot.load(str(arm / "arm.urdf")).identity
-
-
-def test_a_passive_joint_is_not_planned_and_elements_of_others_are_noted(arm: Path) -> None:
-    more = '<passive_joint name="lift"/><end_effector name="e" parent_link="fore" group="g"/><rotor_params/>'
-    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{more}</robot>"))
-    robot = load(arm)
-    assert robot.joints == ("shoulder", "elbow")
-    assert [note.text.partition(": ")[2] for note in robot.notes] == [
-        "elements and attributes of other programs are passed over: rotor_params."
-    ]
 
 
 def test_a_passive_joint_inside_a_group_is_read_noted_and_not_planned(arm: Path) -> None:
@@ -197,44 +184,20 @@ def test_a_passive_joint_inside_a_group_is_read_noted_and_not_planned(arm: Path)
     robot = load(arm, group="by_joints")
     assert robot.joints == ("elbow",)
     (note,) = robot.notes
-    assert "names lift as passive_joint inside a group" in note.text
-
-
-def test_attributes_of_others_are_noted(arm: Path) -> None:
-    lines = '<disable_collisions link1="base" link2="fore" within="0.1" reason="Never"/>'
-    lines += '<group_state name="s" group="arm"><joint name="elbow" value="1" gear="2"/></group_state>'
-    srdf = arm / "arm.srdf"
-    srdf.write_text(f'<robot name="x">{lines}</robot>')
-    assert read_srdf(srdf).other == ("disable_collisions's 'within'", "joint's 'gear'")
-
-
-def test_what_it_says_of_links_and_joints_that_are_not_there_is_noted(arm: Path) -> None:
-    more = '<disable_collisions link1="fore" link2="hnad"/><passive_joint name="elbwo"/>'
-    more += '<group_state name="s" group="arm"><joint name="sholder" value="1"/></group_state>'
-    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{more}</robot>"))
-    (note,) = load(arm).notes
-    assert note.text.endswith("of links and joints that the URDF has not is passed over: elbwo, hnad, sholder.")
+    assert note.text.endswith("that a group calls passive are not planned in any group: lift.")
 
 
 def test_an_srdf_that_calls_the_robot_otherwise_is_noted(arm: Path) -> None:
     assert load(arm).notes == ()
     (arm / "arm.srdf").write_text(SRDF.replace('<robot name="arm">', '<robot name="leg">'))
     (note,) = load(arm).notes
-    assert "is of robot 'leg', and the URDF of 'arm'" in note.text
+    assert note.text.endswith("it is of another robot than the URDF: leg.")
 
 
 def test_an_srdf_of_another_robot_is_refused(arm: Path) -> None:
     (arm / "arm.srdf").write_text('<robot name="x"><disable_collisions link1="a" link2="b"/></robot>')
     with pytest.raises(RobotError, match="names no link of this robot, only a, b"):
         load(arm)
-
-
-@pytest.mark.parametrize("value", ["nan", "1e99", "much"])
-def test_values_must_be_numbers(tmp_path: Path, value: str) -> None:
-    path = tmp_path / "x.srdf"
-    path.write_text(f'<robot><group_state name="s"><joint name="j" value="{value}"/></group_state></robot>')
-    with pytest.raises(RobotError, match="state 's' sets joint 'j' to"):
-        read_srdf(path)
 
 
 # robot.yaml by path

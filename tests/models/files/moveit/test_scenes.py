@@ -1,19 +1,22 @@
-"""PlanningScene messages: what may touch, what is carried."""
+"""PlanningScene messages and scene texts: which shapes stand where, what may touch, what is carried."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
+import pytest
 import yaml
 
 from planner.collision import make_checker
 from planner.collision.checker import contact_of
+from planner.models.files.moveit.scene_text import scene_text
+from planner.models.files.moveit.scenes import planning_scene
 from planner.models.model_checks import notes
 from planner.models.robot import Robot, with_carried
 from planner.models.scene import Scene
-from planner.models.shapes import Box, Carried
-from tests.models.files.moveit.samples import BOX, scene
+from planner.models.shapes import Box, Carried, Cylinder, Mesh, Sphere
+from tests.models.files.moveit.samples import BOX, HERE, scene
 from tests.refusals import refusal_of
 from tests.worlds import load
 
@@ -57,11 +60,6 @@ def test_what_the_matrix_says_against_the_srdf_is_noted(tmp_path: Path) -> None:
     assert "which are checked all the same, as the SRDF does not: panda_link0 and panda_link5" in note.text
 
 
-def test_a_matrix_names_each_once(tmp_path: Path) -> None:
-    twice = _matrix("crate", "crate", "panda_link5")
-    assert "'crate' is named twice" in refusal_of(lambda: _written(tmp_path, allowed_collision_matrix=twice))
-
-
 def test_an_obstacle_called_like_a_link_of_which_the_matrix_speaks_is_told(tmp_path: Path) -> None:
     like = {**BOX, "id": "panda_link5"}
     matrix = _matrix("panda_link5", "panda_link6", allowed=True)
@@ -101,3 +99,56 @@ def test_a_carried_box_collides_in_the_arms_stead(tmp_path: Path) -> None:
     assert contact is not None
     assert (contact.first, contact.second) == ("parcel", "wall")
     assert held.identity != robot.identity
+
+
+def test_boxes_cylinders_spheres_and_meshes_stand_where_the_message_says() -> None:
+    (crate,) = planning_scene(scene(BOX), HERE).obstacles
+    assert (crate.name, crate.object, crate.shape) == ("crate", "crate", Box((0.1, 0.2, 0.3)))
+    np.testing.assert_allclose(crate.placement[:3, [0, 3]].T, [[0, 1, 0], [1, 2, 3]], atol=1e-12)
+    shapes = [{"type": 3, "dimensions": [0.14, 0.03]}, {"type": "sphere", "dimensions": [0.2]}]  # height, radius
+    places = [{}, {"position": {"x": 1, "y": 0, "z": 0}}]
+    can = {"id": "can", "primitives": shapes, "primitive_poses": places, "pose": {"position": [0, 0, 1]}}
+    first, second = planning_scene(scene(can), HERE).obstacles
+    assert (first.name, second.name, first.object, second.object) == ("can.0", "can.1", "can", "can")
+    assert (first.shape, second.shape) == (Cylinder(0.03, 0.14), Sphere(0.2))
+    np.testing.assert_allclose(second.placement[:3, 3], [1, 0, 1])
+    for triangle in ({"vertex_indices": [0, 1, 2]}, [0, 1, 2]):
+        mesh = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [triangle]}
+        (sheet,) = planning_scene(scene({"id": "sheet", "mesh_poses": [{}], "meshes": [mesh]}), HERE).obstacles
+        assert isinstance(sheet.shape, Mesh)
+        assert sheet.shape.triangles.tolist() == [[0, 1, 2]]
+
+
+OLD_TEXT = (
+    "(noname)++\n* Box0\n1\nbox\n0.1 0.2 0.3\n1 2 3\n0 0 0 1\n0 0 0 0\n"
+    "* Can\n1\ncylinder\n0.03 0.14\n0 0 1\n0 0 0 1\n0 0 0 0\n.\n"
+)
+NEW_TEXT = (
+    "(name)\n* Box0\n1 0 0\n0 0 0 1\n1\nbox\n0.1 0.2 0.3\n0 2 3\n0 0 0 1\n0 0 0 0\n1\nhandle\n0 0 0.1\n0 0 0 1\n.\n"
+)
+
+
+def test_scene_text_of_both_ages(tmp_path: Path) -> None:
+    """Without and with the pose of an object, and with frames on it, which are noted."""
+    (tmp_path / "a.scene").write_text(OLD_TEXT)
+    read = Scene.load(str(tmp_path / "a.scene"))
+    assert (read.name, read.notes) == ("noname)++", ())
+    box, can = read.obstacles
+    assert (box.name, box.shape, can.name, can.shape) == ("Box0", Box((0.1, 0.2, 0.3)), "Can", Cylinder(0.03, 0.14))
+    np.testing.assert_allclose(box.placement[:3, 3], [1, 2, 3])
+    new = scene_text(NEW_TEXT, HERE)
+    np.testing.assert_allclose(new.obstacles[0].placement[:3, 3], [1, 2, 3])
+    assert new.notes[0].text.endswith("world.collision_objects.0.subframe_names.")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (OLD_TEXT, ""), (OLD_TEXT[40:], ""), ("box", "teapot"), ("0.2 0.3", "x"), ("0.2 0.3", "0.2"), ("1 2 3", "1 2"),
+        ("1\nbox", "0\nbox"), ("1\nbox", "2\nbox"), ("Can", "Box0"), (".\n", ".\nmore\n"), ("1 2 3", "1 2 nan"),
+        ("* Box0", "Box0"), ("1\nbox", "1_0\nbox"),
+    ],
+)  # fmt: skip
+def test_broken_scene_text(old: str, new: str, tmp_path: Path) -> None:
+    assert old in OLD_TEXT
+    assert "a.scene" in refusal_of(lambda: scene_text(OLD_TEXT.replace(old, new), tmp_path / "a.scene"))
