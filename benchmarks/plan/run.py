@@ -1,15 +1,15 @@
 """Measures whole plans on a folder of problems: success, paths, motions, beside OMPL's planners and by other judges.
 
 How. Every run has a process of its own. Its budget is the plan's own, in nodes and motions; the time limit only kills a
-run that takes too long with its measurements. Times are of the planning itself, without the start of Python; they,
-lengths, w and clearances are medians over the solved runs, "95 %" is the 95th percentile. "Of those tried" leaves out
-the refused, whose start or goal is out of limits or in collision. "First path" is when start and goal were first joined
-by proven edges. Lengths are Euclidean joint motion, and the tool's path; corners are changes of direction. w is
-Yoshikawa's manipulability sampled along the whole path, which dips where w falls below that of both its ends. The gap
-is that of the cost to a lower bound that holds for every path; below beta 1 most of the gap is the bound's. Clearance
-is the smallest distance to anything every centimetre of motion, by the library that planned. Contacts: segments of
-paths on which the other collision library finds a contact at a millimetre of motion. Ratios are medians, over the
-problems and seeds that both solved.
+run that takes too long with its measurements. Times are of the planning itself, without the start of Python but with
+the libraries that it loads on its way; they, lengths, w and clearances are medians over the solved runs, "95 %" is the
+95th percentile. "Of those tried" leaves out the refused, whose start or goal is out of limits or in collision. "First
+path" is when start and goal were first joined by proven edges. Lengths are Euclidean joint motion, and the tool's path;
+corners are changes of direction. w is Yoshikawa's manipulability sampled along the whole path, which dips where w falls
+below that of both its ends. The gap is that of the cost to a lower bound that holds for every path; below beta 1 most
+of the gap is the bound's. Clearance is the smallest distance to anything every centimetre of motion, by the library
+that planned. Contacts: segments of paths on which the other collision library finds a contact at a millimetre of
+motion. Ratios are medians, over the problems and seeds that both solved.
 
 OMPL's planners check motions in states between which no point moves further than 2 cm, with the library that plans, and
 prove nothing; RRT* and BIT* minimise length and stop when their processor time is up, RRTConnect when it has a path,
