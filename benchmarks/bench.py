@@ -1,60 +1,187 @@
-"""What all benchmarks share: rows measured where they are missing, the report beside them, and how it ends."""
+"""The frame of every benchmark: rows measured where they are missing, one report beside them, and an exit code."""
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Hashable, Iterable, Sequence
+import importlib
+import json
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, Generic, TypeVar
 
 import numpy as np
+import tyro
 
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
-from planner.batch.results import Results, ResultsFile, measure_missing
-from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
+from planner.base.tables import markdown_table, percentile
+from planner.batch.outcomes import CRASHED, TIMED_OUT
+from planner.batch.results import ResultsFile, measure_missing
+from planner.cli.common import Debug, Out, Workers
+from planner.cli.terminal import run_into, say
+from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest
 from planner.processes import source
-from planner.processes.parallel import Measure
-from reproduce.verdict import Verdict
+from planner.processes.process import run_case
+from reproduce.verdict import Verdict, tally
 
-C = TypeVar("C")
-R = TypeVar("R")
-"""A frozen dataclass whose fields are texts, numbers, truth values, or None where there is no value."""
+__all__ = ["SERIAL", "Debug", "Flat", "Folder", "Out", "Verdict", "Workers", "WorkersRequest", "tally"]
+
+Folder = Annotated[Path, tyro.conf.arg(help="Folder of planning problems."), tyro.conf.Positional]
+OptionalFolder = tyro.conf.Positional[Path | None]
+Flat = tyro.conf.arg(name="")  # the options of a request, without its name before them
+
+Columns = dict[str, Any]
+Read = str | Callable[[Any], Any]  # a column of a row, or a value that is computed from a row
+Pick = Callable[[Sequence[Any]], Any]  # from rows to one cell of a table
 
 _HERE = Path(__file__).resolve().parent
+FOUND = 4  # exit code of a benchmark that found a false claim
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of a table: fields up to ``software`` say what was asked; of the others None is where nothing was found.
+
+    Fields are texts, numbers and truth values, or None.
+    """
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """What was asked."""
+        names = [field.name for field in fields(self)]
+        return tuple(getattr(self, name) for name in names[: names.index("software") + 1])  # fmt: skip
+
+
+R = TypeVar("R", bound=Row)
+
+
+@dataclass(frozen=True)
+class Case(Generic[R]):
+    """``rows`` to fill, with what was asked in them, and the ``task`` whose measurement fills them all."""
+
+    rows: tuple[R, ...]
+    task: Any
+
+
+@dataclass(frozen=True)
+class Bench(Generic[R]):
+    """A benchmark: the kind of its rows, and its report.
+
+    ``tables`` are the report's lines about the rows; ``aims`` are what is meant to hold; ``fault`` is what one row has
+    to report, empty where all is well; ``method`` is the docstring of the benchmark. With a ``place``
+    of rows the report is also about rows of other places that the folder held already. With ``must_hold`` the exit code
+    is 4 where an aim is not met.
+    """
+
+    name: str
+    row: type[R]
+    method: str | None
+    tables: Callable[[Sequence[R]], list[str]]
+    aims: Callable[[Sequence[R]], Sequence[Verdict]] = lambda rows: ()
+    fault: Callable[[R], str] = lambda row: ""
+    place: Callable[[R], Any] | None = None
+    must_hold: bool = False
+
+    def report(self, rows: Sequence[R], complete: bool = True) -> str:
+        """The report as Markdown."""
+        lines = [f"# python -m benchmarks {self.name}", "", *self.tables(rows), ""]
+        lines += aim_lines(self.aims(rows))
+        lines += ["", *(f"- {text}" for row in rows if (text := self.fault(row))), ""]
+        lines += [] if complete else ["Interrupted: what was not measured is missing above.", ""]
+        lines += [*(f"Software: {text}." for text in dict.fromkeys(row.software for row in rows)), ""]  # type: ignore[attr-defined]
+        text = "\n".join([*lines, (self.method or "").strip()]) + "\n"
+        while "\n\n\n" in text:
+            text = text.replace("\n\n\n", "\n\n")
+        return text
 
 
 def run_bench(
-    folder: Path,
-    name: str,
-    kind: type[R],
-    cases: Sequence[C],
-    cached: Callable[[ResultsFile[R], C], list[R]],
-    measure: Measure[C, list[R] | None],
-    to_markdown: Callable[[Sequence[R], bool], str],
-    stage: str,
-    progress: Progress,
-    order: Callable[[R], Any] | None = None,
+    bench: Bench[R],
+    out: Path,
+    cases: Sequence[Case[R]],
+    measure: Callable[[Any, Progress], Columns | Sequence[Columns] | None],
     workers: WorkersRequest = SERIAL,
     isolated: bool = False,
-) -> Results[R]:
-    """:func:`measure_missing` on ``<name>.csv`` of ``folder``, and its rows' report written to ``<name>.md`` beside.
+) -> int:
+    """Measure the cases that ``<name>.csv`` in ``out`` does not hold, write ``<name>.md``; returns the exit code.
 
-    ``kind`` has a ``key``, what was asked. :class:`OptionError` where there are no cases, :class:`FileError` where the
+    ``measure(task, progress)`` gives the columns of the case's rows, None where it was stopped. ``isolated`` says that
+    it starts a process itself. Raises :class:`OptionError` where there are no cases, :class:`FileError` where the
     folder or the table cannot be used.
     """
     if not cases:
-        raise OptionError(f"no {stage} to measure: give at least one value to each option that takes several.")
-    make_folder(folder)
-    key: Callable[[Any], Hashable] = operator.attrgetter("key")
-    ledger = ResultsFile(folder / f"{name}.csv", kind, f"python -m benchmarks {name}", key, order)
-    rows, complete = measure_missing(
-        ledger, cases, lambda case: cached(ledger, case), measure, stage, progress, workers, isolated
-    )
-    report = to_markdown(rows, complete)
-    write_whole(folder / f"{name}.md", report.encode())
-    return Results(tuple(rows), report, complete)
+        raise OptionError(
+            f"{bench.name} has nothing to measure: give at least one value to each option that takes several."
+        )
+
+    def run(progress: Progress) -> tuple[list[R], bool, str]:
+        make_folder(out)
+        ledger = ResultsFile(
+            out / f"{bench.name}.csv", bench.row, f"python -m benchmarks {bench.name}", lambda row: row.key
+        )
+        rows, complete = measure_missing(
+            ledger, cases, partial(_kept, ledger), partial(_filled, measure), "cases", progress, workers, isolated
+        )
+        report = bench.report([*rows, *_beside(bench, ledger.rows, rows)], complete)
+        write_whole(out / f"{bench.name}.md", report.encode())
+        return rows, complete, report
+
+    rows, complete, report = run_into(out, run)
+    say(report)
+    if bench.must_hold and any(aim.confirmed < aim.of for aim in bench.aims(rows)):
+        return FOUND
+    return 0 if complete else 130
+
+
+def _beside(bench: Bench[R], held: Sequence[R], asked: Sequence[R]) -> list[R]:
+    """The rows of this software in other places than those asked for."""
+    if bench.place is None:
+        return []
+    here, places = software(), {bench.place(row) for row in asked}
+    return [row for row in held if row.software == here and bench.place(row) not in places]  # type: ignore[attr-defined]
+
+
+def _kept(ledger: ResultsFile[R], case: Case[R]) -> list[R]:
+    """The rows of a case that the table holds, none where one is missing."""
+    found = [ledger.find(row.key) for row in case.rows]
+    return [row for rows in found for row in rows] if all(found) else []
+
+
+def _filled(measure: Callable[[Any, Progress], Any], case: Case[R], progress: Progress) -> list[R] | None:
+    columns = measure(case.task, progress)
+    if columns is None or progress.stopped:
+        return None
+    several = [columns] * len(case.rows) if isinstance(columns, dict) else columns
+    return [replace(row, **each) for row, each in zip(case.rows, several, strict=True)]
+
+
+def measure_apart(
+    module: str, options: Columns, progress: Progress, time_limit: float | None = None, seconds: str = ""
+) -> Any:
+    """The answer of ``module.measure(**options)`` in a process of its own; None where it was stopped.
+
+    A process that fails or is killed after ``time_limit`` (s) gives the columns ``outcome`` and ``message``. Columns
+    get the seconds of the process under the name ``seconds``, if that is given.
+    """
+    ended, found = run_case("benchmarks.bench", {"module": module, "options": options}, progress, time_limit, tries=2)
+    if ended.over_time:
+        found = {"outcome": TIMED_OUT, "message": f"killed after {time_limit:g} s; raise --time-limit."}
+    elif ended.code is None:
+        return None
+    elif found is None:
+        found = {"outcome": CRASHED, "message": ended.fault}
+    return found | {seconds: ended.seconds} if seconds else found
+
+
+def main(out: str, asked: str) -> None:
+    """Measure in this process, and write the answer."""
+    importlib.import_module("scipy.sparse.csgraph")  # before a clock starts
+    values = json.loads(asked)
+    found = importlib.import_module(values["module"]).measure(**values["options"])
+    write_whole(Path(out), json.dumps(found, allow_nan=False).encode())
 
 
 def require_left_to_problems(plain: PlanRequest, *more: str) -> None:
@@ -65,10 +192,9 @@ def require_left_to_problems(plain: PlanRequest, *more: str) -> None:
             raise OptionError(f"{name} is what each problem says: leave it out.")
 
 
-def closing_lines(rows: Iterable[Any], complete: bool, missing: str, method: str) -> list[str]:
-    """How a report ends: what is missing where it was interrupted, the software of the rows, how it was measured."""
-    lines = [] if complete else ["", f"Interrupted: the {missing} that were not measured are missing above."]
-    return [*lines, "", *(f"Software: {text}." for text in dict.fromkeys(row.software for row in rows)), "", method]
+def plain_limits(limits: LimitsRequest) -> Columns:
+    """The limits of a motion as JSON holds them."""
+    return {name: value and str(value) if name == "limits" else value for name, value in vars(limits).items()}
 
 
 def aim_lines(aims: Iterable[Verdict]) -> list[str]:
@@ -76,12 +202,73 @@ def aim_lines(aims: Iterable[Verdict]) -> list[str]:
     return [f"- {aim.confirmed} of {aim.of}: {aim.sentence} {aim.note}".rstrip() for aim in aims if aim.of]
 
 
-def growth_exponent(points: Iterable[tuple[float, float]]) -> float | None:
+def values(rows: Iterable[Any], read: Read) -> list[Any]:
+    """The values of a column that are there."""
+    found = (getattr(row, read) if isinstance(read, str) else read(row) for row in rows)
+    return [value for value in found if value is not None]
+
+
+def middle(read: Read, factor: float = 1.0, share: float = 50.0) -> Pick:
+    """The median of a column, or the percentile ``share``, times ``factor``."""
+
+    def pick(rows: Sequence[Any]) -> float | None:
+        value = percentile(values(rows, read), share)
+        return None if value is None else factor * value
+
+    return pick
+
+
+def most(read: Read) -> Pick:
+    """The largest value of a column."""
+    return lambda rows: max(values(rows, read), default=None)
+
+
+def total(read: Read) -> Pick:
+    """The sum of a column; of truth values how many are true."""
+    return lambda rows: sum(values(rows, read))
+
+
+def table(rows: Sequence[Any], by: Sequence[str], columns: dict[str, Pick], whole: bool = False) -> list[str]:
+    """A Markdown table: a line for each group of rows that agree in the columns ``by``, and one for the ``whole``."""
+    groups: dict[tuple[Any, ...], list[Any]] = {}
+    for row in rows:
+        groups.setdefault(tuple(getattr(row, name) for name in by), []).append(row)
+    lines = [[*group, *(pick(some) for pick in columns.values())] for group, some in groups.items()]
+    if whole and rows:
+        lines.append(["all", *[""] * (len(by) - 1), *(pick(rows) for pick in columns.values())])
+    header = [*(name.replace("_", " ") for name in by), *columns]
+    return [*markdown_table(header, lines, texts=len(by)), ""] if lines else []
+
+
+def row_table(rows: Iterable[Any], texts: Sequence[str], names: Sequence[str]) -> list[str]:
+    """A Markdown table with a line for each row: columns of ``texts``, then of numbers."""
+    lines = [[getattr(row, name) for name in (*texts, *names)] for row in rows]
+    header = [
+        name.replace("_m", " (m)") if name.endswith("_m") else name.replace("_", " ") for name in (*texts, *names)
+    ]
+    return [*markdown_table(header, lines, texts=len(texts)), ""] if lines else []
+
+
+def ratio(value: float | None, base: float | None) -> float | None:
+    """``value`` over ``base``; None where one of them is missing."""
+    return None if value is None or not base else value / base
+
+
+def at_most(sentence: str, value: float | None, limit: float) -> Verdict:
+    """Whether a single value is within a limit; of 0 where there is no value."""
+    return tally(sentence, [] if value is None else [value <= limit], "" if value is None else f"It is {value:.3g}.")
+
+
+def growth_exponent(points: Iterable[tuple[float, float | None]]) -> float | None:
     """The least-squares slope of log(seconds) against log(size) over (size, seconds); None for fewer than two sizes."""
-    size, seconds = np.log(np.array(list(points), dtype=float).reshape(-1, 2)).T
+    size, seconds = np.log(np.array([p for p in points if p[1]], dtype=float).reshape(-1, 2)).T
     return float(np.polyfit(size, seconds, 1)[0]) if len(np.unique(size)) > 1 else None
 
 
 def software() -> str:
     """Which software measured a row: versions, the source of the planner and of the benchmarks, the kind of machine."""
     return source.software(_HERE)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

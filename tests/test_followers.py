@@ -10,9 +10,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from benchmarks.certificate.folders import folder_of
-from benchmarks.certificate.judge import closest, least_w
-from benchmarks.certificate.mutations import Case
+from benchmarks.attack.certificates.folders import folder_of
+from benchmarks.attack.certificates.judge import closest, least_w
+from benchmarks.attack.certificates.mutations import Case
 from benchmarks.gate.attack import Attack
 from planner.base.polynomials import evaluate
 from planner.certificate import verify, verify_proof

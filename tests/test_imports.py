@@ -52,9 +52,7 @@ MODULES = {module_name(path): path for package in PACKAGES for path in sorted(pa
 DOORS = {
     "ompl": {
         "planner.sampling.ompl_planners",
-        "benchmarks.roadmap.ompl_prm",
-        "benchmarks.first_motion.ompl_connect",
-        "benchmarks.quality.ompl_paths",
+        "benchmarks.others.ompl",
     },
     "fcl": {"planner.collision.fcl"},
     "coal": {"planner.models.files.urdf_geometry", "planner.collision.coal"},
@@ -71,8 +69,9 @@ DOORS = {
     "trimesh": {"planner.models.files.meshes"},
     "mujoco": {"planner.models.files.mjcf"},
     "xacro": {"planner.models.files.xacro"},
-    "toppra": {"benchmarks.motion.toppra_law"},
-    "tyro": {name for name in MODULES if name.startswith("planner.cli") or name.endswith("commands")},
+    "toppra": {"benchmarks.others.toppra_law"},
+    "tyro": {name for name in MODULES if name.startswith("planner.cli") or name.endswith("commands")}
+    | {"benchmarks.bench"},
 }
 
 

@@ -47,7 +47,7 @@ for wrap in (False, True):
 _PRM = """
 import weakref
 import numpy as np
-from benchmarks.roadmap.ompl_prm import OmplPrm
+from benchmarks.others.ompl import OmplPrm
 from planner.models.robot import Robot
 prm = OmplPrm(Robot.load("planar_2r"), lambda q: bool(np.abs(q[0]) > 0.3), seed=1)
 prm.build(30)

@@ -1,97 +1,184 @@
-"""``benchmarks attack``: an optimiser that looks for distances, bounds and proofs that claim more than is true."""
+"""Attacks every claim that proofs rest on; the truth is computed by slow methods that share nothing with them.
+
+How. Hill climbing from random starts, stopped on counts, looks for the largest claim minus truth. Claims: two random
+shapes (1 mm to 3 m, meshes of plates, loose and degenerate triangles, boxes and strips) beside each other, up to a
+kilometre from the origin, one carried by an arm and the other an obstacle or carried too. Asked are `distances` of the
+checker, `coarse` and `close` of the bounds that prove, and for one pair in twelve the verdict on the state with a
+margin that is not kept, or on an overlap. Segments: one that an arm of two joints, or a robot, moves past one shape,
+put to the prover; where that says free the true distance along it is minimised. Reach: how far points of every body of
+a robot really move. The truth is computed by Wolfe's algorithm between convex parts, triangle by triangle: two points
+bound it from above, a plane from below ("open" in the table as CSV is the widest gap between both), and touching is 0.
+"Short" is truth minus claim: safe, but such edges are left unproven.
+
+Misses. Walls, poles (round or square) and windows (four boards) of the given thickness stand where a link of a random
+edge passes, at a random pose, a little off; an edge counts when both its ends are free. Every edge is sampled at each
+0.1 mm of motion of any point of the arm by coal, and those that the prover certified with coal by FCL as well: an edge
+certified with one library on which the other finds a contact is false. OMPL's rule is that of its
+DiscreteMotionValidator with default settings: equal parts no longer than 0.01 of the space's largest extent, those
+states checked by coal. "Left out" are edges on which no contact was found and which were not certified.
+
+Proofs (with --problems and --python). In the scene of every problem random straight motions begin at free
+configurations, and take a random share of the way to random others; both get the same URDF, limits, link pairs and
+obstacles. HPP proves by Dichotomy without a tolerance and by Progressive with 0.1 mm, which it needs. Motions that one
+of them proves alone are looked at by coal at every 0.1 mm.
+
+Certificates. A plan of every robot in every scene is saved with a certificate and checked. Changes: the certificate of
+a path and a motion of the planar arm around a post is changed at random, and by an adversary who looks for the largest
+change that is still accepted; accepted ones are judged with SciPy's rotations, least squares and singular values.
+
+Limitations. A search finds what it finds: no claim above the truth is no proof that there is none. The true distance
+along a segment is that at places, the nearest refined: a contact may be missed, never invented. Verdicts on overlaps of
+two meshes are not attacked, nor meshes of many triangles. States every 0.1 mm are no proof: a contact shorter than that
+is not seen. Edges past thin obstacles are aimed at them, so shares are not those of a usual scene. HPP is asked motion
+by motion from Python, our prover all at once on all cores: its seconds are no measure of the method. Certificates are
+changed in one small world.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from functools import partial
-from itertools import combinations_with_replacement
+from collections.abc import Callable, Sequence
+from itertools import combinations_with_replacement, product
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from benchmarks.attack.cases import KINDS
+from benchmarks import bench
+from benchmarks.attack import cases as shapes
+from benchmarks.attack import misses, proofs, thin_obstacles
+from benchmarks.attack.certificates import run as certificates
 from benchmarks.attack.claims import attack_claims
 from benchmarks.attack.reach import attack_reach
-from benchmarks.attack.report import Row, to_markdown
+from benchmarks.attack.report import Row, aims, fault, tables
 from benchmarks.attack.segments import attack_segments
-from benchmarks.bench import run_bench, software
 from planner.base.errors import OptionError
-from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results
+from planner.base.progress import Progress
+from planner.batch.problems import Problem, find_problems
 from planner.collision import BACKENDS
 from planner.models.robot import Robot
-from planner.problem.request import SERIAL, WorkersRequest, require_seed
+from planner.models.scene import Scene
+from planner.problem.request import Backend, PlanRequest, require_seed
 
+Part = Literal["claims", "segments", "reach", "misses", "proofs", "certificates", "changes"]
 ROBOTS = ("planar_2r", "iiwa14")
-PAIRS = tuple(combinations_with_replacement(KINDS, 2))
-
-_Target = tuple[str, str, str, str, int]  # attack, first, second, library, tries
+PAIRS = tuple(combinations_with_replacement(shapes.KINDS, 2))
 
 
-def bench_attack(
-    folder: Path,
+def attack(
+    out: bench.Out = Path("bench-attack"),
+    parts: tuple[Part, ...] = ("claims", "segments", "reach", "misses", "proofs", "certificates", "changes"),
+    seed: int = 0,
     tries: int = 1000,
     segments: int = 100,
-    robots: Sequence[str] = ROBOTS,
-    libraries: Sequence[str] = BACKENDS,
-    seed: int = 0,
-    progress: Progress = QUIET,
-    workers: WorkersRequest = SERIAL,
-) -> Results[Row]:
-    """Attack every pair of kinds of shapes and every robot; write ``attack.csv`` and ``attack.md``.
+    edges: int = 40,
+    thicknesses: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 5.0),
+    changes: int = 10_000,
+    motions: int = 2000,
+    robots: tuple[str, ...] = (),
+    scenes: tuple[str, ...] = certificates.SCENES,
+    libraries: tuple[Backend, ...] = BACKENDS,
+    problems: Path | None = None,
+    python: str | None = None,
+    workers: bench.Workers = bench.SERIAL,
+    debug: bench.Debug = False,
+) -> int:
+    """An optimiser against every claim that proofs rest on: distances, bounds, motions, segments, certificates.
 
-    ``tries``: pairs of shapes for each pair of kinds and library, and segments for the reach of each robot;
-    ``segments``: segments to prove for each pair of kinds, and each robot, and library. Rows of the same attack,
-    numbers, seed and software that are there already are kept. Once it is asked to stop the attack that runs is
-    abandoned. Raises OptionError for numbers out of range, RobotError for an unknown robot, FileError where the folder
-    cannot be used.
+    Claims: the largest claim minus truth of distances and bounds, over shapes, sizes and poses. Segments: those that
+    are called free. Reach: the bound on motion. Misses: edges past obstacles of a few millimetres, by the proof and by
+    OMPL's default resolution, looked at every 0.1 mm. Proofs: ours beside HPP's, with --problems and --python, left
+    out without. Certificates: of plans, and their cost; changes: certificates that were changed. Writes attack.csv and
+    attack.md. Exit code 4 where a false claim was found.
+
+    Args:
+        parts: Parts to run.
+        seed: Seed of the searches.
+        tries: Pairs of shapes for each two kinds and library, and motions of each robot.
+        segments: Segments put to the proof for each two kinds of shapes, and each robot, and library.
+        edges: Edges for each robot, kind of thin obstacle and thickness.
+        thicknesses: Of the thin obstacles, in millimetres.
+        changes: Changed certificates to try.
+        motions: Straight motions to prove beside HPP, shared out among the scenes.
+        robots: Names of built-in robots or paths of URDFs; where left out, each part has its own.
+        scenes: Scenes to certify plans in, each with each robot.
+        libraries: Collision libraries to attack.
+        problems: Folder of planning problems for the Panda, whose scenes HPP is compared in.
+        python: Python of an environment of its own with hpp-python in it.
     """
     require_seed(seed)
-    if tries < 1 or segments < 1:
-        raise OptionError("give at least 1 try and 1 segment.")
+    if min(tries, segments, edges, changes, motions) < 1 or not all(0.0 < t <= 100.0 for t in thicknesses):
+        raise OptionError("give at least 1 of what is tried, and thicknesses above 0 and up to 100 mm.")
     for name in robots:
         Robot.load(name)
-    here = software()
-    return run_bench(
-        folder,
-        "attack",
-        Row,
-        _targets(tries, segments, robots, libraries),
-        lambda table, target: table.find((*target, seed, here)),
-        partial(_measure, seed=seed),
-        to_markdown,
-        "attacks",
-        progress,
-        workers=workers,
+    for name in scenes:
+        Scene.load(name)
+    arms = robots or ROBOTS
+    swept: list[tuple[str, str]] = [*PAIRS, *((name, "mesh") for name in arms)]
+    thin = product(robots or misses.ROBOTS, thin_obstacles.KINDS, map(float, thicknesses))
+    cases: dict[str, list[bench.Case[Row]]] = {
+        "claims": [_case("claims", *pair, library, tries, seed) for pair in PAIRS for library in libraries],
+        "segments": [_case("segments", *pair, library, segments, seed) for pair in swept for library in libraries],
+        "reach": [_case("reach", name, "", "", tries, seed) for name in arms],
+        "misses": [
+            _case("misses", name, kind, (misses.RULE, *BACKENDS), edges, seed, thickness=t) for name, kind, t in thin
+        ],
+        "proofs": _proof_cases(problems, python, motions, seed),
+        "certificates": [
+            _case("certificates", name, scene, "", 1, seed)
+            for name, scene in product(robots or certificates.ROBOTS, scenes)
+        ],
+        "changes": [
+            _case("changes", "chunk", str(k), "", certificates.CHUNK, seed)
+            for k in range(-(-changes // certificates.CHUNK))
+        ],
+    }
+    return bench.run_bench(
+        BENCH, out, [case for part in dict.fromkeys(parts) for case in cases[part]], _measure, workers
     )
 
 
-def _targets(tries: int, segments: int, robots: Sequence[str], libraries: Sequence[str]) -> list[_Target]:
-    claims = [("claims", *pair, library, tries) for pair in PAIRS for library in libraries]
-    swept = [*PAIRS, *((name, "mesh") for name in robots)]
-    proofs = [("segments", *pair, library, segments) for pair in swept for library in libraries]
-    return [*claims, *proofs, *(("reach", name, "", "", tries) for name in robots)]
+def _case(
+    attack: str,
+    first: str,
+    second: str,
+    libraries: str | Sequence[str],
+    tries: int,
+    seed: int,
+    thickness: float = 0.0,
+    content: str = "",
+    more: Any = None,
+) -> bench.Case[Row]:
+    names = (libraries,) if isinstance(libraries, str) else libraries
+    here = bench.software()
+    rows = tuple(Row(attack, first, second, name, thickness, tries, seed, content, here) for name in names)
+    return bench.Case(rows, (rows[0], more))
 
 
-def _measure(target: _Target, progress: Progress, seed: int) -> list[Row]:
-    """One attack; no row where stopped."""
-    attack, first, second, library, tries = target
-    # each row has a stream of its own, so that it is the same whichever others were asked for
-    rng = np.random.default_rng([seed, *attack.encode(), *first.encode(), *second.encode()])
-    facts = _ATTACKS[attack](first, second, library, tries, rng, progress)
-    if facts is None:
+def _proof_cases(problems: Path | None, python: str | None, motions: int, seed: int) -> list[bench.Case[Row]]:
+    """A case per scene; none without the problems and HPP's environment."""
+    if problems is None or python is None:
         return []
-    empty = dict.fromkeys(Row.__annotations__)
-    asked = {"attack": attack, "first": first, "second": second, "library": library, "tries": tries, "seed": seed}
-    return [Row(**{**empty, **asked, **facts, "software": software()})]
+    found, plain = find_problems(problems), PlanRequest("panda", collision="coal", widen_limits=True, seed=seed)
+    if motions < len(found):
+        raise OptionError(f"{motions} motions are too few for {len(found)} scenes: give at least one for each.")
+    each = -(-motions // len(found))
+    return [
+        _case("proofs", one.name, "", proofs.METHODS, each, seed, content=one.content(plain), more=(one, plain, python))
+        for one in found
+    ]
 
 
-def _claims(
-    first: str, second: str, library: str, tries: int, rng: np.random.Generator, progress: Progress
-) -> dict[str, Any] | None:
-    worst = attack_claims((first, second), library, tries, rng, progress)
+def _measure(task: tuple[Row, Any], progress: Progress) -> Any:
+    """The columns of one attack; None where stopped."""
+    row, more = task
+    # each row has a stream of its own, so that it is the same whichever others were asked for
+    rng = np.random.default_rng([row.seed, *row.attack.encode(), *row.first.encode(), *row.second.encode()])
+    return _ATTACKS[row.attack](row, rng, progress, more)
+
+
+def _claims(row: Row, rng: np.random.Generator, progress: Progress, _: None) -> dict[str, Any] | None:
+    worst = attack_claims((row.first, row.second), row.library, row.tries, rng, progress)
     if worst is None:
         return None
     return {
@@ -108,10 +195,8 @@ def _claims(
     }
 
 
-def _segments(
-    first: str, second: str, library: str, tries: int, rng: np.random.Generator, progress: Progress
-) -> dict[str, Any] | None:
-    proven = attack_segments((first, second), library, tries, rng, progress)
+def _segments(row: Row, rng: np.random.Generator, progress: Progress, _: None) -> dict[str, Any] | None:
+    proven = attack_segments((row.first, row.second), row.library, row.tries, rng, progress)
     if proven is None:
         return None
     return {
@@ -123,13 +208,31 @@ def _segments(
     }
 
 
-def _reach(
-    name: str, _second: str, _library: str, tries: int, rng: np.random.Generator, progress: Progress
-) -> dict[str, Any] | None:
-    moved = attack_reach(name, tries, rng, progress)
+def _reach(row: Row, rng: np.random.Generator, progress: Progress, _: None) -> dict[str, Any] | None:
+    moved = attack_reach(row.first, row.tries, rng, progress)
     if moved is None:
         return None
     return {"tried": moved.tried, "reach_m": moved.over, "share": moved.share, "found": json.dumps(moved.found)}
 
 
-_ATTACKS = {"claims": _claims, "segments": _segments, "reach": _reach}
+def _misses(row: Row, _: np.random.Generator, progress: Progress, more: None) -> list[dict[str, Any]] | None:
+    return misses.attack_edges(row.first, row.second, row.thickness_mm, row.tries, row.seed, progress)
+
+
+def _proofs(
+    row: Row, _: np.random.Generator, progress: Progress, more: tuple[Problem, PlanRequest, str]
+) -> list[dict[str, Any]]:
+    return proofs.compare_proofs(*more, row.tries)
+
+
+_ATTACKS: dict[str, Callable[..., Any]] = {
+    "claims": _claims,
+    "segments": _segments,
+    "reach": _reach,
+    "misses": _misses,
+    "proofs": _proofs,
+    "certificates": lambda row, *_: certificates.certify(row.first, row.second, row.seed),
+    "changes": lambda row, *_: certificates.change(int(row.second), row.seed),
+}
+
+BENCH = bench.Bench("attack", Row, __doc__, tables, aims, fault, must_hold=True)

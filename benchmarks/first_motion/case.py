@@ -1,48 +1,36 @@
-"""One run of ``benchmarks first-motion``, in a process of its own: a motion by one method, and a dense look at it.
-
-python -m benchmarks.first_motion.case out.json '{"method": "planner", "request": {"scene": "shelf"}, ...}'
-"""
+"""One run of ``benchmarks first-motion``, in a process of its own: a motion by one method, and a dense look at it."""
 
 from __future__ import annotations
 
 import contextlib
 import gc
-import importlib
 import importlib.metadata
-import json
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.elsewhere import answer_of
-from benchmarks.first_motion import runner
-from benchmarks.first_motion.exchange import exchanged
-from benchmarks.first_motion.ompl_connect import OmplConnect
-from benchmarks.first_motion.report import OMPL, OURS, ROBOPLAN, WHOLE
-from benchmarks.motion.case import STEP, largest_share
-from benchmarks.motion.other_law import roboplan_motion, timed_by_roboplan
-from benchmarks.plan.case import path_contacts
+from benchmarks.first_motion.report import OMPL, OURS, WHOLE
+from benchmarks.looks import FirstPath, largest_share, motion_contact, other_checker, path_contacts
+from benchmarks.others import solver_runner
+from benchmarks.others.elsewhere import ROBOPLAN, answer_of
+from benchmarks.others.exchange import exchanged
+from benchmarks.others.ompl import OmplConnect
+from benchmarks.others.roboplan_law import roboplan_motion, timed_by_roboplan
 from benchmarks.roadmap.case import plain_check
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
-from planner.base.files import write_whole
 from planner.base.progress import Progress
 from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
-from planner.collision import BACKENDS, make_checker
 from planner.models.scene import Scene
 from planner.paths.measure import corners, joint_path_length
 from planner.planning.plan import plan
 from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.problem.targets import joints_text
-from planner.sampling.first_path import FIRST_PATH
 from planner.setup.open import Query, make_query
-from planner.trajectory.check import sampled_contact
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.trajectory import Trajectory
 
@@ -61,24 +49,25 @@ class _Found:
     kinds: Sequence[str] = KINDS
 
 
-def measure(method: str, python: str, request: PlanRequest, motion: LimitsRequest, seconds: float) -> Columns:
+def measure(method: str, python: str, request: Columns, motion: Columns, seconds: float) -> Columns:
     """The columns of one row; ``python`` runs methods of other environments."""
+    plain, asked = plan_request(request), LimitsRequest(**motion)
     try:
-        query = make_query(request)
-        limits = MotionLimits.of(query.robot, motion)
+        query = make_query(plain)
+        limits = MotionLimits.of(query.robot, asked)
         if method in (OURS, WHOLE):
-            found = _ours(query, replace(request, path_only=method == OURS), motion)
+            found = _ours(query, replace(plain, path_only=method == OURS), asked)
         elif method == OMPL:
-            found = _ompl(query, request.seed, seconds)
+            found = _ompl(query, plain.seed, seconds)
         else:
-            found = _other(method, python, query, request.seed, seconds)
+            found = _other(method, python, query, plain.seed, seconds)
         if method == ROBOPLAN:
             found = _timed_by_roboplan(found, python, query, limits)
     except PlannerError as error:
         return {"outcome": REFUSED, "message": str(error)}
     if found.path is None:
         return {"outcome": NO_PATH, **found.columns}
-    return {"outcome": SOLVED, **found.columns, **_looked_at(query, found, limits, request.collision)}
+    return {"outcome": SOLVED, **found.columns, **_looked_at(query, found, limits, plain.collision)}
 
 
 def _ours(query: Query, request: PlanRequest, motion: LimitsRequest) -> _Found:
@@ -93,29 +82,18 @@ def _ours(query: Query, request: PlanRequest, motion: LimitsRequest) -> _Found:
     with contextlib.suppress(PlannerError):
         plan(replace(asked, scene=Scene("empty")), timing=timing)
     gc.collect()
-    watch, begin, cpu = _FirstPath(), time.perf_counter(), time.process_time()
+    watch, cpu = FirstPath(), time.process_time()
     found = plan(asked, Progress(watch), timing)
-    total, cpu = time.perf_counter() - begin, time.process_time() - cpu
+    total, cpu = time.perf_counter() - watch.begin, time.process_time() - cpu
     columns: Columns = {"ready_s": found.timings["setup"], "cpu_s": cpu, "version": _version("gabf-planner")}
     made = found.trajectory
     if made is None:
         return _Found(columns | {"message": found.message}, None)
     ready, motion_s = found.timings["setup"], found.timings["timing"]
     path_s = total - ready - motion_s
-    first_s = path_s if watch.seconds is None else watch.seconds - begin - ready
+    first_s = path_s if watch.seconds is None else watch.seconds - ready
     columns |= {"first_s": first_s, "path_s": path_s, "motion_s": motion_s, "total_s": total, "proven": made.proven}
     return _Found(columns, found.path, made)
-
-
-class _FirstPath:
-    """Notes from the progress of a plan when its first path is proven; shortcuts come after."""
-
-    def __init__(self) -> None:
-        self.seconds: float | None = None
-
-    def __call__(self, stage: str, done: int, total: int) -> None:
-        if stage == FIRST_PATH and done >= total and self.seconds is None:
-            self.seconds = time.perf_counter()
 
 
 def _version(package: str) -> str:
@@ -138,9 +116,9 @@ def _ompl(query: Query, seed: int, seconds: float) -> _Found:
 
 
 def _other(method: str, python: str, query: Query, seed: int, seconds: float) -> _Found:
-    """What :mod:`benchmarks.first_motion.runner` answers, run by another Python."""
+    """What :mod:`benchmarks.others.solver_runner` answers, run by another Python."""
     problem = exchanged(query, seed, seconds)
-    columns = answer_of(method, python, runner.__file__, problem, seconds + _WAIT, [method])
+    columns = answer_of(method, python, solver_runner.__file__, problem, seconds + _WAIT, [method])
     path = columns.pop("path")
     return _Found(columns, None if path is None else query.robot.unwound(np.array(path)))
 
@@ -161,7 +139,7 @@ def _timed_by_roboplan(found: _Found, python: str, query: Query, limits: MotionL
 def _looked_at(query: Query, found: _Found, limits: MotionLimits, collision: str) -> Columns:
     """What path and motion are like, and what the library that has not planned finds on them."""
     assert found.path is not None
-    judge = make_checker(query.robot, query.scene, next(name for name in BACKENDS if name != collision))
+    judge = other_checker(query.robot, query.scene, collision)
     contacts = path_contacts(judge, found.path)
     columns: Columns = {
         "length_rad": joint_path_length(found.path),
@@ -172,21 +150,8 @@ def _looked_at(query: Query, found: _Found, limits: MotionLimits, collision: str
         columns["message"] = contacts[0]
     if found.motion is None:
         return columns
-    contact = sampled_contact(found.motion, judge, STEP)
     return columns | {
         "duration_s": found.motion.duration,
         "largest_share": largest_share(found.motion, limits, found.kinds),
-        "motion_contact": "" if contact is None else f"{contact.contact} at {contact.begin:.4f} s",
+        "motion_contact": motion_contact(found.motion, judge),
     }
-
-
-def main(out: str, options: str) -> None:
-    """What the process does: plan, look, write."""
-    importlib.import_module("scipy.sparse.csgraph")  # as the other planners' libraries: before a clock starts
-    values = json.loads(options)
-    request, motion = plan_request(values.pop("request")), LimitsRequest(**values.pop("motion"))
-    write_whole(Path(out), json.dumps(measure(request=request, motion=motion, **values), allow_nan=False).encode())
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

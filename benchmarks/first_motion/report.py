@@ -1,27 +1,24 @@
-"""The rows of ``benchmarks first-motion``, and the table of them."""
+"""The rows of ``benchmarks first-motion``, and their report."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
-from typing import Any
 
-from benchmarks.bench import aim_lines, closing_lines
-from planner.base.tables import markdown_table, median, percentile
-from planner.batch.outcomes import SOLVED
-from reproduce.verdict import Verdict, tally
+from benchmarks import bench
+from benchmarks.others.elsewhere import ROBOPLAN
+from planner.base.tables import median, percentile
+from planner.batch.outcomes import CRASHED, SOLVED
 
-OURS, WHOLE, OMPL, ROBOPLAN = "planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal", "roboplan"
-OTHERS = (ROBOPLAN, "pyroboplan", "hpp")
-_STAGES = ("ready_s", "first_s", "path_s", "motion_s", "total_s")
+OURS, WHOLE, OMPL = "planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal"
 _GOALS = (("ready_s", 0.006, "ready"), ("path_s", 0.015, "a path"), ("motion_s", 0.012, "a motion along it"))
 _TOTAL, _LATE, _SHARE_LATE, _DURATION = 0.035, 0.081, 98.0, 1.25  # s, s, %, s
 _WHOLE = 0.5  # s
 
 
 @dataclass(frozen=True)
-class Row:
+class Row(bench.Row):
     """One problem by one method. Up to ``software``: what was asked; then the results, None where there are none.
 
     ``limits``: of the motion, in words; ``content``: a hash of the problem's files. Seconds of the wall clock, robot,
@@ -42,7 +39,7 @@ class Row:
     seconds: float
     content: str
     software: str
-    outcome: str
+    outcome: str = CRASHED
     message: str = ""
     version: str | None = None
     ready_s: float | None = None
@@ -59,24 +56,11 @@ class Row:
     motion_contact: str = ""
     largest_share: float | None = None
 
-    @property
-    def key(self) -> tuple:
-        """What was asked."""
-        asked = self.seed, self.robot, self.collision, self.limits, self.seconds, self.content, self.software
-        return (self.problem, self.method, *asked)
 
-
-def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
-    """The report for people."""
-    methods = dict.fromkeys(row.method for row in rows)
-    lines = [_cells(method, _of(rows, method)) for method in methods]
+def tables(rows: Sequence[Row]) -> list[str]:
+    """A line per method, and the ratios of our times."""
     limits = "; ".join(dict.fromkeys(row.limits for row in rows))
-    text = ["# python -m benchmarks first-motion", "", *markdown_table(_HEADER, lines), ""]
-    text += [*aim_lines(aims(rows)), "", *_ratios(rows), ""]
-    text += [f"- {row.problem}, {row.method}: {row.outcome}. {row.message}" for row in rows if row.outcome != SOLVED]
-    text += [f"- {row.problem}, {row.method} touches: {row.message}." for row in rows if row.contacts]
-    text += [f"- {row.problem}, motion of {row.method} touches: {row.motion_contact}." for row in rows if _bumps(row)]
-    return "\n".join([*text, "", f"Limits: {limits}.", *closing_lines(rows, complete, "runs", _METHOD)]) + "\n"
+    return [*bench.table(rows, ["method"], _TABLE), *_ratios(rows), "", f"Limits: {limits}."]
 
 
 def _ratios(rows: Sequence[Row]) -> list[str]:
@@ -90,7 +74,7 @@ def _ratios(rows: Sequence[Row]) -> list[str]:
     return lines
 
 
-def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
+def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
     """What is meant to hold; of 0 where nothing was measured."""
     ours = [row for row in rows if row.method in (OURS, WHOLE)]
     solved = [row for row in ours if row.outcome == SOLVED]
@@ -98,11 +82,11 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
     late = percentile((row.total_s for row in timed), _SHARE_LATE)
     beside = _durations_beside(rows)
     return (
-        tally("We solve every problem.", (row.outcome == SOLVED for row in ours), ""),
-        tally("No path of ours touches anything.", (row.contacts == 0 for row in solved), ""),
-        tally("No motion of ours touches anything.", (not row.motion_contact for row in solved), ""),
-        tally("Every motion of ours is proven as a whole.", (bool(row.proven) for row in solved), ""),
-        tally("No motion of ours exceeds a limit.", (_within(row) for row in solved), ""),
+        bench.tally("We solve every problem.", (row.outcome == SOLVED for row in ours), ""),
+        bench.tally("No path of ours touches anything.", (row.contacts == 0 for row in solved), ""),
+        bench.tally("No motion of ours touches anything.", (not row.motion_contact for row in solved), ""),
+        bench.tally("Every motion of ours is proven as a whole.", (bool(row.proven) for row in solved), ""),
+        bench.tally("No motion of ours exceeds a limit.", (_within(row) for row in solved), ""),
         *(_quick(f"In the median {what} takes {most:g} s or less.", timed, name, most) for name, most, what in _GOALS),
         _quick(f"From problem to motion it is {_TOTAL:g} s or less in the median.", timed, "total_s", _TOTAL),
         _at_most(f"It is {_LATE:g} s or less in {_SHARE_LATE:g} %.", late, _LATE),
@@ -112,22 +96,18 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
     )
 
 
-def _quick(sentence: str, rows: Sequence[Row], name: str, most: float) -> Verdict:
+def _quick(sentence: str, rows: Sequence[Row], name: str, most: float) -> bench.Verdict:
     return _at_most(sentence, median(getattr(row, name) for row in rows), most)
 
 
-def _at_most(sentence: str, value: float | None, most: float | None) -> Verdict:
+def _at_most(sentence: str, value: float | None, most: float | None) -> bench.Verdict:
     if value is None or most is None:
-        return tally(sentence, [], "")
-    return tally(sentence, [value <= most], f"{value:.3g} s, {most:.3g} s at most.")
+        return bench.tally(sentence, [], "")
+    return bench.tally(sentence, [value <= most], f"{value:.3g} s, {most:.3g} s at most.")
 
 
 def _within(row: Row) -> bool:
     return row.largest_share is not None and row.largest_share <= 1.0
-
-
-def _bumps(row: Row) -> bool:
-    return bool(row.motion_contact)
 
 
 def _of(rows: Sequence[Row], method: str) -> list[Row]:
@@ -154,43 +134,42 @@ def _durations_beside(rows: Sequence[Row]) -> tuple[float | None, float | None]:
     return (fmean(own for own, _ in both), fmean(other for _, other in both)) if both else (None, None)
 
 
-_HEADER = ["method", "solved", "of", "ready (s)", "first path (s)", "after shortcuts (s)", "motion (s)", "total (s)"]
-_HEADER += ["98 % (s)", "CPU (s)", "motion takes (s)", "length (rad)", "corners", "proven", "paths touching"]
-_HEADER += ["motions touching", "largest share"]
+def _solved(pick: bench.Pick) -> bench.Pick:
+    return lambda rows: pick([row for row in rows if row.outcome == SOLVED])
 
 
-def _cells(method: str, rows: Sequence[Row]) -> list[Any]:
-    """A line of medians over the solved problems; 98 % of the whole, where there is a motion, else to the path."""
-    solved = [row for row in rows if row.outcome == SOLVED]
-    version = next((f" {row.version}" for row in solved if row.version), "")
-    middle = [median(getattr(row, name) for row in solved) for name in _STAGES]
-    late = percentile((row.path_s if row.total_s is None else row.total_s for row in solved), _SHARE_LATE)
-    rest = [median(getattr(row, name) for row in solved) for name in ("length_rad", "corners")]
-    timed = [row for row in solved if row.duration_s is not None]
-    most = max((row.largest_share for row in timed if row.largest_share is not None), default=None)
-    cells = [method + version, len(solved), len(rows), *middle, late, median(row.cpu_s for row in solved), _mean(timed)]
-    cells += [*rest, _share([bool(row.proven) for row in solved]), _share([bool(row.contacts) for row in solved])]
-    return [*cells, _share([_bumps(row) for row in timed]), most]
+def _timed(pick: bench.Pick) -> bench.Pick:
+    return lambda rows: pick([row for row in rows if row.duration_s is not None])
 
 
-def _share(found: Sequence[bool]) -> str | None:
-    return f"{sum(found)} of {len(found)}" if found else None
+def _share(read: bench.Read) -> bench.Pick:
+    return lambda rows: f"{bench.total(read)(rows)} of {len(rows)}" if rows else None
 
 
-_METHOD = """How. Every run has a process of its own, one after the other; libraries are loaded, and the robot, before
-the clocks start. Times are medians of the wall clock over the problems that the method solved, the duration of motions
-is a mean; ready is from a new scene to a checker of it, shortcuts count from the same moment as the first path, 98 % is
-of the total, or of the time to the path where there is no motion. Ours: `planner plan --path-only` without its page,
-every motion proven, after a plan of the same robot in an empty scene; with the whole roadmap, a plan whose path is
-there once all is refined. Before ours and OMPL's Python collects what loading left behind, 0.03 s that would fall on
-one plan of a process. OMPL: RRTConnect and `simplifyMax` with its defaults, a Python callback that asks Pinocchio
-and coal about all pairs. roboplan (C++) and pyroboplan (Python): RRT-Connect and their own shortcuts, states 0.05 rad
-apart, in the environments given by `--python NAME=PATH`, with the same URDF, limits, link pairs and obstacles;
-roboplan's connection distance is its default, 3 rad, pyroboplan's 1 rad. roboplan's motion is that of its default
-spline and TOPP-RA, whose samples a controller makes cubics of; it knows no limits on jerk, so its share is that of
-velocity and acceleration. Shares are of exact extrema of the pieces between knots. hpp: BiRRTPlanner and
-RandomShortcut, every motion proven by its continuous validation (Dichotomy, no tolerance); its seed cannot be set, and
-its motions are not timed here. Of several goals the first is asked for. Touching: the collision library that we have
-not planned with looks at every millimetre of the path, and every 0.1 mm of the motion.
-Limitations. The others stop by the clock: on a loaded machine they solve fewer problems. Only boxes, spheres and
-cylinders can be told to all. A path that is not proven can touch less, or more, than this look sees."""
+_TABLE: dict[str, bench.Pick] = {
+    "version": _solved(lambda rows: next((row.version for row in rows if row.version), "")),
+    "solved": _solved(len),
+    "of": len,
+    "ready (s)": _solved(bench.middle("ready_s")),
+    "first path (s)": _solved(bench.middle("first_s")),
+    "after shortcuts (s)": _solved(bench.middle("path_s")),
+    "motion (s)": _solved(bench.middle("motion_s")),
+    "total (s)": _solved(bench.middle("total_s")),
+    "98 % (s)": _solved(bench.middle(lambda r: r.path_s if r.total_s is None else r.total_s, share=_SHARE_LATE)),
+    "CPU (s)": _solved(bench.middle("cpu_s")),
+    "motion takes (s)": _mean,
+    "length (rad)": _solved(bench.middle("length_rad")),
+    "corners": _solved(bench.middle("corners")),
+    "proven": _solved(_share(lambda row: bool(row.proven))),
+    "paths touching": _solved(_share(lambda row: bool(row.contacts))),
+    "motions touching": _timed(_share(lambda row: bool(row.motion_contact))),
+    "largest share": _timed(bench.most("largest_share")),
+}
+
+
+def fault(row: Row) -> str:
+    """A problem that is not solved, or a contact."""
+    found = [] if row.outcome == SOLVED else [f"{row.outcome}. {row.message}"]
+    found += [f"touches: {row.message}"] if row.contacts else []
+    found += [f"the motion touches: {row.motion_contact}"] if row.motion_contact else []
+    return f"{row.problem}, {row.method}: {'; '.join(found)}" if found else ""

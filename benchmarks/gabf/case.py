@@ -1,16 +1,11 @@
-"""One size of ``benchmarks gabf``: the network, and every method timed on it in a process of its own.
-
-python -m benchmarks.gabf.case network.npz rows.json '{"repeats": 3, "rk45_repeats": 0}'
-"""
+"""One size of ``benchmarks gabf``: the network, and every method timed on it in a process of its own."""
 
 from __future__ import annotations
 
-import json
 import statistics
-import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +14,6 @@ import numpy as np
 from benchmarks.memory import peak_memory
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.files import write_whole
 from planner.gabf.problem import reduce
 
 LAW = gabf.SingularityFree()
@@ -33,20 +27,6 @@ TAU_SPARE = 1.1
 
 T_SHARE = 0.9975
 """RK45 in t runs to this share of T_p, as the paper's ode45 would."""
-
-
-@dataclass(frozen=True)
-class Timing:
-    """One method: median ``seconds`` of ``repeats`` runs, ``error`` max |x - x*| / max(1, |x*|) against Dijkstra.
-
-    ``work``: steps of the splitting solver, or evaluations of the right side.
-    """
-
-    method: str
-    seconds: float
-    repeats: int
-    error: float
-    work: int | None = None
 
 
 def geometric_network(nodes: int, neighbours: int, rng: np.random.Generator) -> gabf.Network:
@@ -83,35 +63,42 @@ def read_network(path: Path) -> gabf.Network:
         return gabf.Network(**{name: content[name] for name in _ARRAYS}, kernel=KERNEL)
 
 
-def measure(network: gabf.Network, repeats: int, rk45_repeats: int) -> dict[str, Any]:
-    """Time GABF, Dijkstra and RK45 (unless ``rk45_repeats`` is 0) in turn, round by round, and GABF's peak memory.
+def measure(network: str, repeats: int, rk45_repeats: int) -> list[dict[str, Any]]:
+    """Columns of GABF, Dijkstra and RK45 (unless ``rk45_repeats`` is 0) on the network in a file.
 
-    The rounds are interleaved, so that a neighbour's load on the machine falls on all methods alike.
+    The rounds are interleaved, so that other work on the machine slows all methods alike. The peak memory is taken
+    after one run of GABF alone.
     """
+    graph = read_network(Path(network))
     loaded = peak_memory()
-    result = _solve(network)
+    result = _solve(graph)
     peak = peak_memory()
-    dijkstra = dijkstra_on(network)
+    dijkstra = dijkstra_on(graph)
     x_star = dijkstra()
     methods: dict[str, tuple[int, Callable[[], Any]]] = {
         "dijkstra": (repeats, dijkstra),
-        "gabf": (repeats, lambda: _solve(network)),
+        "gabf": (repeats, lambda: _solve(graph)),
     }
     outcomes = {"dijkstra": (0.0, None), "gabf": (gabf.max_error(result, x_star), result.steps)}
     if rk45_repeats:
         assert result.dated_tau is not None
-        methods |= _runge_kutta(network, TAU_SPARE * result.dated_tau, rk45_repeats)
+        methods |= _runge_kutta(graph, TAU_SPARE * result.dated_tau, rk45_repeats)
     seconds = _interleaved(methods, outcomes, x_star)
-    timings = [Timing(name, statistics.median(s), len(s), *outcomes[name]) for name, s in seconds.items()]
-    return {
-        "nodes": network.n_nodes,
-        "arcs": network.n_arcs,
-        "settling_tau": result.dated_tau,
-        "settled": result.outcome is gabf.Ending.SETTLED,
-        "memory_loaded_mib": loaded,
-        "memory_peak_mib": peak,
-        "timings": [vars(timing) for timing in timings],
-    }
+    medians = {name: statistics.median(each) for name, each in seconds.items()}
+    shared = {"arcs": graph.n_arcs, "settling_tau": result.dated_tau}
+    shared |= {"memory_loaded_mib": loaded, "memory_peak_mib": peak}
+    return [
+        {
+            "seconds": medians[name],
+            "repeats": len(each),
+            "over_dijkstra": medians[name] / medians["dijkstra"],
+            "over_gabf": medians[name] / medians["gabf"],
+            "error": outcomes[name][0],
+            "work": outcomes[name][1],
+            **shared,
+        }
+        for name, each in seconds.items()
+    ]
 
 
 def _solve(network: gabf.Network) -> gabf.CostToGo:
@@ -171,13 +158,3 @@ def _interleaved(
                 if name not in outcomes:
                     outcomes[name] = (gabf.max_error(answer[0], x_star), answer[1])
     return seconds
-
-
-def main(network: str, out: str, options: str) -> None:
-    """The work of the process: read, measure, write."""
-    rows = measure(read_network(Path(network)), **json.loads(options))
-    write_whole(Path(out), json.dumps(rows).encode())
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.elsewhere import answer_of
-from benchmarks.first_motion import runner
-from benchmarks.first_motion.exchange import exchanged
 from benchmarks.gate.chunks import Chunk
+from benchmarks.others import solver_runner
+from benchmarks.others.elsewhere import answer_of
+from benchmarks.others.exchange import exchanged
 from planner.gate.gate import Gate
 from planner.setup.open import Query
 
@@ -22,5 +22,5 @@ def proven_by_hpp(python: str, gate: Gate, chunks: Sequence[Chunk]) -> tuple[int
     asked = exchanged(Query(gate.robot, gate.scene, gate.checker, ends[:1], ends[1:], ("end",)), 0, 0.0)
     rows = [chunk.knots[:, 0] for chunk in chunks]
     asked["motions"] = [[a, b] for row in rows for a, b in zip(row.tolist(), row[1:].tolist(), strict=False)]
-    found = answer_of("HPP", python, runner.__file__, asked, _WAIT, ["hpp proofs"])
+    found = answer_of("HPP", python, solver_runner.__file__, asked, _WAIT, ["hpp proofs"])
     return sum(found["Dichotomy"]), found["Dichotomy_s"]

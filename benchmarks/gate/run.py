@@ -1,24 +1,35 @@
-"""``benchmarks gate``: a chunk of 50 steps for a Panda among ten obstacles, and an optimiser against the verdicts."""
+"""Measures verdicts on chunks of joint targets: their time, what they refuse without need, and an attack on them.
+
+How. A chunk is a smooth random motion of a robot among ten boxes of 4 to 20 cm; every check goes from the present state
+on and proves a stop from every point, on one thread, after work that leaves nothing of it in the caches; "again" is the
+same check once more, "alone" without stops, so the difference is their price. A chunk counts as free by 5 or 20 mm
+where the motion and all stops that the limits allow are so far from everything at every millimetre, by coal. In the
+attack hill climbing moves targets and a thin obstacle towards a chunk that is called safe and touches; the judge builds
+the controller's splines by itself, looks at them every 0.05 mm where anything may touch, by coal and by FCL (what
+coal's own distances clear is passed over), and finds the extrema of their derivatives by roots. HPP proves straight
+motions one by one, asked from Python, by Dichotomy without a tolerance; without limits and stops. Limitations. Times
+are those of the machine as it was; states every 0.05 mm are no proof.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from benchmarks.bench import run_bench, software
+from benchmarks import bench
 from benchmarks.gate.attack import Attack
 from benchmarks.gate.chunks import KINDS, Chunk, Rng, clutter, random_chunk
 from benchmarks.gate.hpp import proven_by_hpp
 from benchmarks.gate.judge import motion_of, possible_stops, reach_of, states_on
-from benchmarks.gate.report import Row, to_markdown
 from planner.base.arrays import Bools
 from planner.base.errors import OptionError
-from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results
+from planner.base.progress import Progress
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker, keeping
 from planner.gate.gate import Gate
@@ -26,7 +37,7 @@ from planner.gate.verdict import Verdict
 from planner.models.poses import pose
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.problem.request import SERIAL, WorkersRequest, require_seed
+from planner.problem.request import require_seed
 
 OBSTACLES, PER_STEP = 10, 1.0 / 30.0  # s
 FREE = (5e-3, 20e-3)  # m
@@ -34,56 +45,101 @@ _SCENES = 10
 _EVERY = 1e-3  # m
 
 
-def bench_gate(
-    folder: Path,
+@dataclass(frozen=True)
+class Row(bench.Row):
+    """Chunks of one kind for one robot: times of a check, what is refused without need, and an attack.
+
+    ``p50_ms``, ``p99_ms``: of ``chunks`` checks on one thread after other work, ``_cpu`` by the thread's own clock,
+    which other work on the machine does not count in; by that clock ``_again``: the same once more, ``_alone``: without
+    stops. ``free_5``, ``free_20``: chunks that keep, stops included, 5 and 20 mm from everything as coal sees it every
+    millimetre, and how many of these are called safe. ``change_ms``: the median of moving one obstacle after other
+    work, ``change_again_ms``: of moving it back, by that clock. ``tries``: of the attack, of which ``safe`` were called
+    safe, ``false`` of these touch or have no stop, ``beyond`` a limit. ``touching``: refused for a contact on the
+    motion, of which samples every 0.05 rad call ``sampled`` free. ``hpp_pieces``: of the chunks of lines that are
+    proven without stops, of which HPP proves ``hpp_proven`` in ``hpp_ms`` a chunk; None where it was not asked.
+    """
+
+    robot: str
+    kind: str
+    steps: int
+    chunks: int
+    attack: int
+    seed: int
+    software: str
+    p50_ms: float = 0.0
+    p99_ms: float = 0.0
+    p50_cpu_ms: float = 0.0
+    p99_cpu_ms: float = 0.0
+    p50_again_ms: float = 0.0
+    p99_again_ms: float = 0.0
+    p50_alone_ms: float = 0.0
+    p99_alone_ms: float = 0.0
+    change_ms: float = 0.0
+    change_again_ms: float = 0.0
+    safe_chunks: int = 0
+    free_5: int = 0
+    accepted_5: int = 0
+    free_20: int = 0
+    accepted_20: int = 0
+    tries: int = 0
+    safe: int = 0
+    false: int = 0
+    beyond: int = 0
+    least_mm: float = 0.0
+    touching: int = 0
+    sampled: int = 0
+    hpp_pieces: int | None = None
+    hpp_proven: int | None = None
+    hpp_ms: float | None = None
+
+
+def gate(
+    out: bench.Out = Path("bench-gate"),
     chunks: int = 300,
     attack: int = 300,
-    robots: Sequence[str] = ("panda",),
+    robots: tuple[str, ...] = ("panda",),
     steps: int = 50,
     seed: int = 0,
-    progress: Progress = QUIET,
-    workers: WorkersRequest = SERIAL,
+    workers: bench.Workers = bench.SERIAL,
     python: str | None = None,
-) -> Results[Row]:
-    """Check ``chunks`` of each kind and try ``attack`` cases against each; write ``gate.csv`` and ``gate.md``.
+    debug: bench.Debug = False,
+) -> int:
+    """Verdicts on chunks of joint targets: how long they take, what they refuse without need, and an attack on them.
 
-    ``python``: that of an environment with HPP, which proves the chunks of lines too.
+    A chunk is a random motion among ten boxes, on one thread, with a stop proven from every target. An optimiser then
+    moves targets and thin obstacles towards a chunk that is called safe and touches, as coal and FCL see it every 0.05
+    mm of the controller's own splines. Writes gate.csv, one row for lines, cubics and quintics each, and gate.md. Exit
+    code 4 where a chunk that is called safe touches or exceeds a limit.
 
-    Raises OptionError for numbers out of range, RobotError for an unknown robot, FileError for an unusable folder.
+    Args:
+        chunks: Chunks of each kind to time and to look at; run it on a quiet machine.
+        attack: Cases of each kind that the optimiser tries; 10 ms each for a Panda.
+        robots: Names of built-in robots or paths of URDFs.
+        steps: Targets in a chunk, 1/30 s apart.
+        seed: Seed of chunks and obstacles.
+        python: Python of an environment of its own with hpp-python in it, to prove the same lines.
     """
     require_seed(seed)
     if chunks < 1 or attack < 0 or steps < 2:
         raise OptionError("give at least 1 chunk of 2 steps, and 0 tries or more.")
     for name in robots:
         Robot.load(name)
-    here = software()
-    return run_bench(
-        folder,
-        "gate",
-        Row,
-        [(name, kind) for name in robots for kind in KINDS],
-        lambda table, case: table.find((*case, steps, chunks, attack, seed, here)),
-        partial(_measure, steps=steps, chunks=chunks, attack=attack, seed=seed, python=python),
-        to_markdown,
-        "kinds of chunks",
-        progress,
-        workers=workers,
-    )
+    here = bench.software()
+    rows = [Row(name, kind, steps, chunks, attack, seed, here) for name in robots for kind in KINDS]
+    cases = [bench.Case((row,), row) for row in rows]
+    return bench.run_bench(BENCH, out, cases, partial(_measure, python=python), workers)
 
 
-def _measure(
-    case: tuple[str, str], progress: Progress, steps: int, chunks: int, attack: int, seed: int, python: str | None
-) -> list[Row] | None:
-    name, kind = case
-    robot, rng = Robot.load(name), np.random.default_rng([seed, KINDS.index(kind), *name.encode()])
-    moves = np.random.default_rng(seed)
+def _measure(row: Row, progress: Progress, python: str | None) -> dict[str, Any] | None:
+    robot, rng = Robot.load(row.robot), np.random.default_rng([row.seed, KINDS.index(row.kind), *row.robot.encode()])
+    moves = np.random.default_rng(row.seed)
     times: list[tuple[float, ...]] = []
     verdicts: list[tuple[Chunk, Verdict]] = []
-    free, changes, hpp = np.zeros((chunks, 2), dtype=bool), [], []
-    for first in range(0, chunks, -(-chunks // _SCENES)):
+    free, changes, hpp = np.zeros((row.chunks, 2), dtype=bool), [], []
+    for first in range(0, row.chunks, -(-row.chunks // _SCENES)):
         gate = Gate(robot, Scene("clutter", clutter(OBSTACLES, rng)))
-        for k in range(first, min(first + -(-chunks // _SCENES), chunks)):
-            chunk = random_chunk(robot, kind, steps, steps * PER_STEP, rng)
+        for k in range(first, min(first + -(-row.chunks // _SCENES), row.chunks)):
+            chunk = random_chunk(robot, row.kind, row.steps, row.steps * PER_STEP, rng)
             taken, verdict = _timed(gate, chunk)
             times.append(taken)
             verdicts.append((chunk, verdict))
@@ -91,51 +147,37 @@ def _measure(
             changes.append(_changed(gate, moves))
             if progress.stopped:
                 return None
-        if python is not None and kind == "lines":
+        if python is not None and row.kind == "lines":
             hpp.append(_by_hpp(python, gate, [chunk for chunk, _ in verdicts[first:]]))
-    attacked = Attack(robot, (kind,))
-    if not attacked.run(attack, rng, progress):
+    attacked = Attack(robot, (row.kind,))
+    if not attacked.run(row.attack, rng, progress):
         return None
-    safe, found = np.array([verdict.safe for _, verdict in verdicts]), attacked.found
-    asked, proven, seconds = np.sum(hpp, axis=0) if hpp else (0, 0, 0.0)
-    change, changed_again = np.median(1e3 * np.array(changes), axis=0)
-    p50, p99 = np.percentile(1e3 * np.array(times), [50, 99], axis=0)
-    return [
-        Row(
-            robot=name,
-            kind=kind,
-            steps=steps,
-            chunks=chunks,
-            attack=attack,
-            seed=seed,
-            p50_ms=float(p50[0]),
-            p99_ms=float(p99[0]),
-            p50_cpu_ms=float(p50[1]),
-            p99_cpu_ms=float(p99[1]),
-            p50_again_ms=float(p50[2]),
-            p99_again_ms=float(p99[2]),
-            p50_alone_ms=float(p50[3]),
-            p99_alone_ms=float(p99[3]),
-            change_ms=float(change),
-            change_again_ms=float(changed_again),
-            safe_chunks=int(safe.sum()),
-            free_5=int(free[:, 0].sum()),
-            accepted_5=int((free[:, 0] & safe).sum()),
-            free_20=int(free[:, 1].sum()),
-            accepted_20=int((free[:, 1] & safe).sum()),
-            tries=found.tries,
-            safe=found.safe,
-            false=len(found.false),
-            beyond=found.beyond,
-            least_mm=float(1e3 * found.least),
-            touching=found.touching,
-            sampled=found.sampled,
-            hpp_pieces=int(asked) if asked else None,
-            hpp_proven=int(proven) if asked else None,
-            hpp_ms=float(1e3 * seconds * steps / asked) if asked else None,
-            software=software(),
-        )
-    ]
+    columns = _of_times(times, changes) | _of_verdicts(free, np.array([verdict.safe for _, verdict in verdicts]))
+    if hpp:
+        asked, proven, seconds = np.sum(hpp, axis=0)
+        columns |= {"hpp_pieces": int(asked), "hpp_proven": int(proven)}
+        columns |= {"hpp_ms": float(1e3 * seconds * row.steps / asked) if asked else None}
+    found = attacked.found
+    columns |= {name: getattr(found, name) for name in ("tries", "safe", "beyond", "touching", "sampled")}
+    return columns | {"false": len(found.false), "least_mm": float(1e3 * found.least)}
+
+
+def _of_times(times: Sequence[tuple[float, ...]], changes: Sequence[tuple[float, float]]) -> dict[str, float]:
+    """Percentiles of the seconds of checks, and medians of those of changes, in ms."""
+    change, again = np.median(1e3 * np.array(changes), axis=0)
+    found = {"change_ms": float(change), "change_again_ms": float(again)}
+    for share in (50, 99):
+        values = np.percentile(1e3 * np.array(times), share, axis=0).tolist()
+        found |= {f"p{share}{name}_ms": v for name, v in zip(("", "_cpu", "_again", "_alone"), values, strict=True)}
+    return found
+
+
+def _of_verdicts(free: Bools, safe: Bools) -> dict[str, int]:
+    """How many chunks are called safe, and how many of those that keep a distance."""
+    found = {"safe_chunks": int(safe.sum())}
+    for k, apart in enumerate((5, 20)):
+        found |= {f"free_{apart}": int(free[:, k].sum()), f"accepted_{apart}": int((free[:, k] & safe).sum())}
+    return found
 
 
 def _timed(gate: Gate, chunk: Chunk) -> tuple[tuple[float, ...], Verdict]:
@@ -179,3 +221,30 @@ def _changed(gate: Gate, rng: Rng) -> tuple[float, float]:
         gate.move("box0", placement)
         found.append(time.thread_time() - begin)
     return found[0], found[1]
+
+
+_TIMES = ("p50_ms", "p99_ms", "p50_cpu_ms", "p99_cpu_ms", "p50_again_ms", "p99_again_ms")
+_TIMES = (*_TIMES, "p50_alone_ms", "p99_alone_ms", "change_ms", "change_again_ms")
+_ACCEPTED = ("chunks", "safe_chunks", "free_5", "accepted_5", "free_20", "accepted_20")
+_HPP = ("p50_alone_ms", "hpp_ms", "hpp_pieces", "hpp_proven")
+_ATTACK = ("tries", "safe", "false", "beyond", "least_mm", "touching", "sampled")
+
+
+def tables(rows: Sequence[Row]) -> list[str]:
+    """Times, what is accepted, the attack, and HPP."""
+    lines = []
+    for title, names in (("Times", _TIMES), ("Accepted", _ACCEPTED), ("Attacked", _ATTACK), ("Beside HPP", _HPP)):
+        lines += [f"## {title}", "", *bench.row_table(rows, ("robot", "kind"), names)]
+    return lines
+
+
+def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+    """What must hold of chunks that are called safe."""
+    note = f"{sum(row.safe for row in rows)} chunks of the attack are called safe."
+    return (
+        bench.tally("No chunk that is called safe touches or has no stop.", (row.false == 0 for row in rows), note),
+        bench.tally("No chunk that is called safe exceeds a limit.", (row.beyond == 0 for row in rows), ""),
+    )
+
+
+BENCH = bench.Bench("gate", Row, __doc__, tables, aims, must_hold=True)

@@ -1,95 +1,110 @@
-"""One run of ``benchmarks plan``, in a process of its own: plan, measure the path, write the results.
-
-python -m benchmarks.plan.case out.json '{"robot": "panda", "scene": "shelf", "seed": 1}'
-"""
+"""One run of ``benchmarks plan``, in a process of its own: find a path, time it, and look at both."""
 
 from __future__ import annotations
 
-import itertools
-import json
-import sys
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.looks import FirstPath, largest_share, motion_contact, other_checker, path_contacts
 from benchmarks.memory import peak_memory
+from benchmarks.others.ompl import OmplPaths
+from benchmarks.others.roboplan_law import roboplan_law
+from benchmarks.others.toppra_law import installed, toppra_duration
+from benchmarks.plan.agreement import agreement
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
-from planner.base.files import write_whole
 from planner.base.progress import Progress
 from planner.batch.options import plan_request
-from planner.batch.outcomes import REFUSED
-from planner.collision import BACKENDS, make_checker
-from planner.collision.checker import CollisionChecker
-from planner.paths.measure import path_clearance, path_contact
+from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
+from planner.collision.edge_prover import EdgeProver
+from planner.models.robot import Robot
+from planner.paths.measure import corners, measure_path, path_clearance, path_manipulability
+from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan
 from planner.planning.result import Plan, plan_record
 from planner.problem.outcome import Outcome
-from planner.problem.request import PlanRequest
-from planner.sampling.first_path import FIRST_PATH
+from planner.problem.request import DEFAULT_TIME_LAW, LimitsRequest, PlanRequest
+from planner.roadmap.straight_motions import Motions
+from planner.sampling.joint_space import JointSpace
+from planner.setup.open import make_query
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.timing import timed_curve
 
+OURS = "planner"
 _STAGES = ("setup", "roadmap", "costs", "gabf", "path")
+_STEP = 0.02  # m of motion between two states that OMPL's planners check
+
+Columns = dict[str, Any]
 
 
-def measure(request: PlanRequest) -> dict[str, Any]:
-    """Plan, and the columns of the row that came of it; input that the planner refuses is a row like any other."""
-    first_path = _FirstPath()
+def measure(
+    method: str, request: Columns, limits: Columns, seconds: float, python: str | None = None, states: int = 0
+) -> Columns:
+    """The columns of one row: by ``method``, ours or OMPL's; input that the planner refuses is a row like any other."""
+    asked = plan_request(request)
     try:
-        found = plan(request, Progress(first_path))
+        if method == OURS:
+            return _ours(asked, LimitsRequest(**limits), python, states)
+        return _ompl(method, asked, seconds)
     except PlannerError as error:
         return {"outcome": REFUSED, "message": str(error)}
-    total = time.perf_counter() - first_path.begin
-    columns = _columns(found) | {"total_s": total, "memory_mib": peak_memory()}
+
+
+def _ours(request: PlanRequest, limits: LimitsRequest, python: str | None, states: int) -> Columns:
+    watch, cpu = FirstPath(), time.process_time()
+    found = plan(request, Progress(watch))
+    columns: Columns = {"total_s": time.perf_counter() - watch.begin, "cpu_s": time.process_time() - cpu}
+    columns |= {"memory_mib": peak_memory(), **_of_record(found)}
+    if states:
+        columns |= agreement(found.robot, found.scene, request, states)
     if found.outcome is not Outcome.SOLVED:
         return columns
-    return columns | {"first_path_s": first_path.seconds} | _along_path(found)
+    columns |= {"first_path_s": watch.seconds, **_along(found.robot, found.path), **_looked_at(found)}
+    return columns | _timed(found, limits, python)
 
 
-class _FirstPath:
-    """Notes from the progress of a plan after how many seconds a first proven path was there."""
-
-    def __init__(self) -> None:
-        self.begin = time.perf_counter()
-        self.seconds: float | None = None
-
-    def __call__(self, stage: str, done: int, total: int) -> None:
-        if stage == FIRST_PATH and done >= total and self.seconds is None:
-            self.seconds = time.perf_counter() - self.begin
-
-
-def _columns(found: Plan) -> dict[str, Any]:
+def _of_record(found: Plan) -> Columns:
     record = plan_record(found)
     roadmap, timings = record["roadmap"], record["timings_s"]
+    columns: Columns = {"nodes": roadmap["nodes"], "edges": roadmap["edges"], "certified": roadmap["edges_certified"]}
+    columns |= {"outcome": record["outcome"], "message": record["message"]}
+    columns |= {f"{stage}_s": timings.get(stage) for stage in _STAGES}
+    if found.outcome is Outcome.SOLVED:
+        columns |= {"cost": record["cost"]["total"], "lower_bound": record["quality"]["lower_bound"]}
+        columns |= {"waypoints": len(record["path"])}
+    return columns
+
+
+def _ompl(method: str, request: PlanRequest, seconds: float) -> Columns:
+    query = make_query(request)
+    robot, check = query.robot, Motions(EdgeProver(query.checker)).looks_free(_STEP)
+    begin, cpu = time.perf_counter(), time.process_time()
+    with OmplPaths(JointSpace.of(robot), check, np.random.default_rng(request.seed)) as planners:
+        path = planners.path(method, query.starts, query.goals, seconds)
+    columns = {"total_s": time.perf_counter() - begin, "cpu_s": time.process_time() - cpu}
+    if path is None:
+        return {"outcome": NO_PATH, **columns}
+    return {"outcome": SOLVED, **columns, **_along(robot, robot.unwound(path))}
+
+
+def _along(robot: Robot, path: Floats) -> Columns:
+    measures, w = measure_path(robot, path), path_manipulability(robot, path)
     return {
-        "outcome": record["outcome"],
-        "message": record["message"],
-        "nodes": roadmap["nodes"],
-        "edges": roadmap["edges"],
-        "certified": roadmap["edges_certified"],
-        **{f"{stage}_s": timings.get(stage) for stage in _STAGES},
-        **_lengths(record),
+        "length_rad": measures.joint_length,
+        "length_m": measures.workspace_length,
+        "straight_rad": float(np.linalg.norm(path[-1] - path[0], axis=0)),
+        "corners": corners(path),
+        "w_min": measures.w_min,
+        "w_mean": measures.w_mean,
+        "dips": bool(w.min() < (1.0 - 1e-6) * min(w[0], w[-1])),
     }
 
 
-def _lengths(record: dict[str, Any]) -> dict[str, Any]:
-    length, w = record["path_length"], record["manipulability"]
-    if length is None or w is None:
-        return {}
-    return {
-        "waypoints": len(record["path"]),
-        "length_rad": length["joint"],
-        "length_m": length["workspace"],
-        "w_min": w["min"],
-        "w_mean": w["mean"],
-    }
-
-
-def _along_path(found: Plan) -> dict[str, Any]:
-    """Clearance by the library that planned, contacts by the other one, which shares no verdict with it."""
-    other = next(name for name in BACKENDS if name != found.request.collision)
-    contacts = path_contacts(make_checker(found.robot, found.scene, other), found.path)
+def _looked_at(found: Plan) -> Columns:
+    """Clearance by the library that planned, contacts by the other one."""
+    contacts = path_contacts(other_checker(found.robot, found.scene, found.request.collision), found.path)
     clearance = path_clearance(found.checker, found.path)[1].min(initial=np.inf)
     return {
         "clearance_m": float(clearance) if np.isfinite(clearance) else None,
@@ -98,22 +113,27 @@ def _along_path(found: Plan) -> dict[str, Any]:
     }
 
 
-def path_contacts(checker: CollisionChecker, path: Floats) -> list[str]:
-    """For each segment of the path that touches something at a millimetre of motion: where, and what."""
-    segments = itertools.pairwise(path) if len(path) > 1 else [(path[0], path[0])]
-    found = []
-    for k, (a, b) in enumerate(segments):
-        contact = path_contact(checker, np.array([a, b]))
-        if contact is not None:
-            found.append(f"segment {k} at {contact.share:.4f}: {contact.contact}")
-    return found
-
-
-def main(out: str, options: str) -> None:
-    """What the process does: plan, measure, write."""
-    found = measure(plan_request(json.loads(options)))
-    write_whole(Path(out), json.dumps(found, allow_nan=False).encode())
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])
+def _timed(found: Plan, asked: LimitsRequest, python: str | None) -> Columns:
+    """The motion along the path, beside other motions along it, and the first contact of it."""
+    limits, floor = MotionLimits.of(found.robot, asked), found.request.min_manipulability
+    begin = time.process_time()
+    trajectory, curve = timed_curve(found.path, found.checker, limits, DEFAULT_TIME_LAW, floor, cost_in_motion(found))
+    seconds = time.process_time() - begin
+    blended, stopping = (
+        timed_curve(found.path, found.checker, limits, law, floor)[0].duration for law in ("blended", "stop-at-corners")
+    )
+    judge = other_checker(found.robot, found.scene, found.request.collision)
+    return {
+        "timed_s": trajectory.duration,
+        "blended_s": blended,
+        "stopping_s": stopping,
+        "toppra_s": toppra_duration(curve, limits.velocity, limits.acceleration) if installed() else None,
+        "timed_corners": trajectory.proof["corners"],
+        "blended": trajectory.proof["corners_blended"],
+        "shortcuts": trajectory.proof["shortcuts"],
+        "proven": trajectory.proven,
+        "largest_share": largest_share(trajectory, limits),
+        "motion_contact": motion_contact(trajectory, judge),
+        "knots": len(trajectory.times),
+        "timing_cpu_s": seconds,
+    } | (roboplan_law(python, found.path, judge, limits) if python else {})

@@ -1,103 +1,299 @@
-"""What the rows of ``benchmarks plan`` add up to: a table by scene type for each settings, and settings compared."""
+"""The rows of ``benchmarks plan``, and their report: paths, motions, agreement, and settings side by side."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.bench import aim_lines, closing_lines
-from benchmarks.plan.rows import Row, by_settings, of_outcome
-from planner.base.tables import markdown_table, median, percentile
+from benchmarks import bench
+from benchmarks.plan.agreement import band
+from benchmarks.plan.case import OURS
+from planner.base.tables import markdown_table, median
 from planner.batch.outcomes import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT
-from reproduce.verdict import Verdict, tally
 
 GOAL_SECONDS = 10.0
-_HEADER = ["scene type", "runs", "refused", "solved", "of those tried", "in 10 s", "timed out", "no path", "crashed"]
-_HEADER += ["time (s)", "95 %", "first path (s)", "length (rad)", "tool (m)", "min w", "mean w", "clearance (mm)"]
-_HEADER += ["least (mm)", "nodes", "edges", "certified", "contacts"]
+BASE = "RRTConnect"
 
 
-def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
-    """The report for people."""
-    lines = ["# python -m benchmarks plan"]
+@dataclass(frozen=True)
+class Row(bench.Row):
+    """One problem planned once with one seed by one ``method``; results are None where there are none.
+
+    ``options``: further options that are not at their defaults; ``limits`` of motions, in words; ``content``: a hash of
+    the problem's files. ``total_s`` of the wall clock and ``cpu_s`` of the processor: of the planning itself.
+    ``timed_s``, ``blended_s``, ``stopping_s``: durations with shortcuts in time, with rounded corners only, and with a
+    stop at each; ``timed_corners``, those ``blended``, and ``shortcuts`` of the first; ``proven``: as a whole;
+    ``largest_share`` of any limit, 1 is all of it; ``timing_cpu_s``: of the first. Of ``states`` random configurations
+    ``free`` as FCL says, on ``disagreed`` the two libraries differ, ``unexplained`` by the band; ``outside``: of those
+    around ``crossings`` contacts, up to ``band_m``; ``batch_differs``: a library contradicts itself on several at once;
+    ``listed``: disagreements as JSON.
+    """
+
+    problem: str
+    kind: str
+    method: str
+    seed: int
+    robot: str
+    collision: str
+    nodes_asked: int
+    beta: float
+    widen_limits: bool
+    options: str
+    limits: str
+    states_asked: int
+    time_limit_s: float
+    content: str
+    software: str
+    outcome: str = CRASHED
+    message: str = ""
+    total_s: float | None = None
+    cpu_s: float | None = None
+    process_s: float | None = None
+    setup_s: float | None = None
+    first_path_s: float | None = None
+    roadmap_s: float | None = None
+    costs_s: float | None = None
+    gabf_s: float | None = None
+    path_s: float | None = None
+    memory_mib: float | None = None
+    nodes: int | None = None
+    edges: int | None = None
+    certified: int | None = None
+    waypoints: int | None = None
+    cost: float | None = None
+    lower_bound: float | None = None
+    length_rad: float | None = None
+    length_m: float | None = None
+    straight_rad: float | None = None
+    corners: int | None = None
+    w_min: float | None = None
+    w_mean: float | None = None
+    dips: bool | None = None
+    clearance_m: float | None = None
+    contacts: int | None = None
+    contact: str | None = None
+    timed_s: float | None = None
+    blended_s: float | None = None
+    stopping_s: float | None = None
+    toppra_s: float | None = None
+    timed_corners: int | None = None
+    blended: int | None = None
+    shortcuts: int | None = None
+    proven: bool | None = None
+    largest_share: float | None = None
+    motion_contact: str | None = None
+    knots: int | None = None
+    timing_cpu_s: float | None = None
+    roboplan_s: float | None = None
+    roboplan_share: float | None = None
+    roboplan_contact: str | None = None
+    states: int | None = None
+    free: int | None = None
+    disagreed: int | None = None
+    unexplained: int | None = None
+    batch_differs: int | None = None
+    crossings: int | None = None
+    band_m: float | None = None
+    outside: int | None = None
+    listed: str | None = None
+
+    @property
+    def settings(self) -> tuple[Any, ...]:
+        """How it was planned, whatever the problem and the seed."""
+        world = self.robot, self.collision, self.widen_limits
+        return (*world, self.method, self.nodes_asked, self.beta, self.options)
+
+    @property
+    def label(self) -> str:
+        """The settings as people read them."""
+        ours = f", {self.nodes_asked} nodes, beta {self.beta:g}" if self.method == OURS else f" by {self.method}"
+        text = f"{self.robot}, {self.collision}{ours}" + (", limits widened" if self.widen_limits else "")
+        return text + (f", {self.options}" if self.options else "")
+
+
+def place(row: Row) -> tuple[Any, ...]:
+    """Where a row stands in the report."""
+    return row.settings, row.problem, row.seed
+
+
+def by_settings(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """The rows of each settings, under their label, sorted by problem and seed."""
+    groups: dict[str, list[Row]] = {}
+    for row in sorted(rows, key=place):
+        groups.setdefault(row.label, []).append(row)
+    return groups
+
+
+def tables(rows: Sequence[Row]) -> list[str]:
+    """For each settings its paths, motions and verdicts by scene type, and settings compared."""
+    lines = []
     for label, of in by_settings(rows).items():
-        lines += ["", f"## {label}", "", *_by_kind(of), ""]
-        lines += [*aim_lines(aims(of)), *_failures(of)]
-    limits = ", ".join(f"{limit:g} s" for limit in sorted({row.time_limit_s for row in rows}))
-    lines += [*_comparison(rows), "", f"Time limit: {limits or 'none'}."]
-    return "\n".join([*lines, *closing_lines(rows, complete, "runs", _METHOD)]) + "\n"
+        lines += ["", f"## {label}", "", *bench.table(of, ["kind"], _PATHS, whole=True)]
+        timed, judged = ([row for row in of if getattr(row, name) is not None] for name in ("timed_s", "states"))
+        lines += bench.table(timed, ["kind"], _MOTIONS, whole=True) + bench.table(judged, ["kind"], _AGREEMENT, True)
+        lines += bench.aim_lines(aims(of, rows))
+    limits = "; ".join(dict.fromkeys(row.limits for row in rows))
+    return [*lines, "", *_comparison(rows), f"Limits of motions: {limits}."]
 
 
-def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
-    """What the planner is meant to show on these problems, and whether rows of one settings do."""
-    tried = [row for row in rows if row.outcome != REFUSED]
-    solved = of_outcome(rows, SOLVED)
-    speed = [row for row in solved if row.collision == "coal" and row.nodes_asked >= 1000]
-    first, total = (median(getattr(row, name) for row in speed) for name in ("first_path_s", "total_s"))
-    return (
-        tally(
-            f"Every problem whose states are within limits and free is solved within {GOAL_SECONDS:g} s.",
-            (_in_time(row) for row in tried),
-            f"Refused besides: {len(rows) - len(tried)}.",
-        ),
-        tally("No contact is found on a returned path.", (row.contacts == 0 for row in solved), ""),
-        tally("Every edge of the roadmap is certified.", (row.certified == row.edges for row in solved), ""),
-        tally("With coal a first proven path is there in 0.5 s in the median.", _at_most(first, 0.5), _seconds(first)),
-        tally(
-            "With coal the path from 1000 proven nodes is there in 5 s in the median.",
-            _at_most(total, 5.0),
-            _seconds(total),
-        ),
-    )
+def _solved(pick: bench.Pick) -> bench.Pick:
+    return lambda rows: pick([row for row in rows if row.outcome == SOLVED])
+
+
+def _of_outcome(outcome: str) -> bench.Pick:
+    return lambda rows: sum(row.outcome == outcome for row in rows)
 
 
 def _in_time(row: Row) -> bool:
     return row.outcome == SOLVED and row.total_s is not None and row.total_s <= GOAL_SECONDS
 
 
-def _at_most(value: float | None, limit: float) -> list[bool]:
-    return [] if value is None else [value <= limit]
+def _share_of_tried(rows: Sequence[Row]) -> str:
+    tried = [row for row in rows if row.outcome != REFUSED]
+    return f"{100.0 * sum(row.outcome == SOLVED for row in tried) / len(tried):.0f} %" if tried else "-"
 
 
-def _seconds(value: float | None) -> str:
-    return "" if value is None else f"It takes {value:.3g} s."
+_PATHS: dict[str, bench.Pick] = {
+    "runs": len,
+    "refused": _of_outcome(REFUSED),
+    "solved": _of_outcome(SOLVED),
+    "of those tried": _share_of_tried,
+    "in 10 s": bench.total(_in_time),
+    "timed out": _of_outcome(TIMED_OUT),
+    "no path": _of_outcome(NO_PATH),
+    "crashed": _of_outcome(CRASHED),
+    "time (s)": _solved(bench.middle("total_s")),
+    "95 %": _solved(bench.middle("total_s", share=95.0)),
+    "CPU (s)": _solved(bench.middle("cpu_s")),
+    "first path (s)": _solved(bench.middle("first_path_s")),
+    "length (rad)": _solved(bench.middle("length_rad")),
+    "over straight": _solved(bench.middle(lambda row: bench.ratio(row.length_rad, row.straight_rad))),
+    "tool (m)": _solved(bench.middle("length_m")),
+    "corners": _solved(bench.middle("corners")),
+    "min w": _solved(bench.middle("w_min")),
+    "mean w": _solved(bench.middle("w_mean")),
+    "dip": _solved(bench.total("dips")),
+    "gap (%)": _solved(
+        bench.middle(lambda row: bench.ratio(row.cost and row.cost - row.lower_bound, row.lower_bound), 100.0)
+    ),
+    "clearance (mm)": _solved(bench.middle("clearance_m", 1e3)),
+    "least (mm)": _solved(bench.middle("clearance_m", 1e3, share=0.0)),
+    "nodes": _solved(bench.middle("nodes")),
+    "edges": _solved(bench.middle("edges")),
+    "certified": _solved(bench.middle("certified")),
+    "contacts": _solved(bench.total("contacts")),
+}
+_MOTIONS: dict[str, bench.Pick] = {
+    "timed": len,
+    "proven": bench.total("proven"),
+    "contacts": bench.total(lambda row: bool(row.motion_contact)),
+    "largest share": bench.most("largest_share"),
+    "corners": bench.total("timed_corners"),
+    "rounded": bench.total("blended"),
+    "shortcuts": bench.total("shortcuts"),
+    "ours (s)": bench.middle("timed_s"),
+    "stopping (s)": bench.middle("stopping_s"),
+    "share": bench.middle(lambda row: bench.ratio(row.timed_s, row.stopping_s)),
+    "share, only rounded": bench.middle(lambda row: bench.ratio(row.blended_s, row.stopping_s)),
+    "over toppra": bench.middle(lambda row: bench.ratio(row.timed_s, row.toppra_s)),
+    "knots": bench.middle("knots"),
+    "CPU (s)": bench.middle("timing_cpu_s"),
+    "over roboplan": bench.middle(lambda row: bench.ratio(row.timed_s, row.roboplan_s)),
+    "its largest share": bench.most("roboplan_share"),
+    "its contacts": bench.total(lambda row: bool(row.roboplan_contact)),
+}
+_AGREEMENT: dict[str, bench.Pick] = {
+    **{name.replace("_", " "): bench.total(name) for name in ("states", "free", "disagreed", "unexplained")},
+    "batch differs": bench.total("batch_differs"),
+    "crossings": bench.total("crossings"),
+    "band (m)": bench.most("band_m"),
+}
 
 
-def _by_kind(rows: Sequence[Row]) -> list[str]:
-    kinds = dict.fromkeys(row.kind for row in rows)
-    lines = [_cells(kind, [row for row in rows if row.kind == kind]) for kind in kinds]
-    return markdown_table(_HEADER, [*lines, _cells("all", rows)])
+def aims(rows: Sequence[Row], everything: Sequence[Row] = ()) -> tuple[bench.Verdict, ...]:
+    """What plans of one settings are meant to show; of 0 where there is nothing to judge by."""
+    if rows[0].method != OURS:
+        return ()
+    tried, solved = [row for row in rows if row.outcome != REFUSED], [row for row in rows if row.outcome == SOLVED]
+    refused = f"Refused besides: {len(rows) - len(tried)}."
+    judged = [row for row in rows if row.states]
+    return (
+        bench.tally(
+            f"Every problem whose states are within limits and free is solved within {GOAL_SECONDS:g} s.",
+            map(_in_time, tried),
+            refused,
+        ),
+        bench.tally("No contact is found on a returned path.", (row.contacts == 0 for row in solved), ""),
+        bench.tally("Every edge of the roadmap is certified.", (row.certified == row.edges for row in solved), ""),
+        *_aims_of_speed([row for row in solved if row.collision == "coal" and row.nodes_asked >= 1000]),
+        *_aims_of_quality(solved, [row for row in everything if row.method == BASE and row.outcome == SOLVED]),
+        *_aims_of_motions(solved),
+        bench.tally(
+            "FCL and coal differ only close to a contact.",
+            (row.unexplained == 0 and row.outside == 0 for row in judged),
+            f"Of {sum(row.states or 0 for row in judged)} random states {sum(row.disagreed or 0 for row in judged)} "
+            f"disagreed, around contacts up to {max((row.band_m or 0.0 for row in judged), default=0.0):.1e} m of "
+            f"{band(0.0):g} m.",
+        ),
+        bench.tally(
+            "A library says the same of one state and of many.", (row.batch_differs == 0 for row in judged), ""
+        ),
+    )
 
 
-def _cells(name: str, rows: Sequence[Row]) -> list[Any]:
-    count: Callable[[str], int] = lambda outcome: len(of_outcome(rows, outcome))  # noqa: E731
-    solved = of_outcome(rows, SOLVED)
-    tried = len(rows) - count(REFUSED)
-    middle: Callable[[str], float | None] = lambda column: median(getattr(row, column) for row in solved)  # noqa: E731
-    clearances = [row.clearance_m for row in solved if row.clearance_m is not None]
-    share = f"{100.0 * len(solved) / tried:.0f} %" if tried else "-"
-    counts = [len(rows), count(REFUSED), len(solved), share, sum(map(_in_time, rows)), count(TIMED_OUT)]
-    cells = [name, *counts, count(NO_PATH), count(CRASHED), middle("total_s")]
-    cells += [percentile((row.total_s for row in solved), 95.0), middle("first_path_s")]
-    cells += [middle(column) for column in ("length_rad", "length_m", "w_min", "w_mean")]
-    cells += [1e3 * middle_ if (middle_ := median(clearances)) is not None else None]
-    cells += [1e3 * min(clearances) if clearances else None]
-    cells += [_whole(middle(column)) for column in ("nodes", "edges", "certified")]
-    return [*cells, sum(row.contacts or 0 for row in solved)]
+def _aims_of_speed(rows: Sequence[Row]) -> list[bench.Verdict]:
+    first, whole = (median(getattr(row, name) for row in rows) for name in ("first_path_s", "total_s"))
+    return [
+        bench.at_most("With coal a first proven path is there in 0.5 s in the median.", first, 0.5),
+        bench.at_most("With coal the path from 1000 proven nodes is there in 5 s in the median.", whole, 5.0),
+    ]
 
 
-def _whole(value: float | None) -> int | None:
-    return None if value is None else round(value)
+def _aims_of_quality(solved: Sequence[Row], base: Sequence[Row]) -> list[bench.Verdict]:
+    beta = solved[0].beta if solved else None
+    if beta not in (0.0, 1.0):
+        return []
+    ratios = {name: _ratios(base, solved, name) for name in ("length_rad", "w_mean")}
+    if beta == 1.0:
+        length, turns = median(ratios["length_rad"]), median(row.corners for row in solved)
+        return [
+            bench.at_most("At beta 1 length is at most 0.97 of RRTConnect's, simplified.", length, 0.97),
+            bench.at_most("At beta 1 a path has at most 3 corners.", turns, 3.0),
+        ]
+    gain, share = median(ratios["w_mean"]), sum(bool(row.dips) for row in solved) / len(solved)
+    sentence = "At beta 0 mean w is at least 1.2 times as large as RRTConnect's."
+    return [
+        bench.tally(sentence, [] if gain is None else [gain >= 1.2], "" if gain is None else f"It is {gain:.3g}."),
+        bench.at_most("At beta 0 w dips below both ends in at most 10 % of paths.", share, 0.1),
+    ]
 
 
-def _failures(rows: Sequence[Row]) -> list[str]:
-    """Every run that was not solved, and every contact, by name."""
-    bad = [row for row in rows if row.outcome != SOLVED]
-    lines = [f"- {row.problem}, seed {row.seed}: {row.outcome}: {row.message}" for row in bad]
-    touching = [row for row in rows if row.contacts]
-    lines += [f"- {row.problem}, seed {row.seed}: {row.contacts} segments touch; {row.contact}" for row in touching]
-    return ["", *lines] if lines else []
+def _aims_of_motions(solved: Sequence[Row]) -> list[bench.Verdict]:
+    share = median(bench.ratio(row.timed_s, row.stopping_s) for row in solved)
+    over = median(bench.ratio(row.timed_s, row.toppra_s) for row in solved)
+    within = (row.largest_share is not None and row.largest_share <= 1.0 for row in solved)
+    return [
+        bench.tally("Every path that is found is timed.", (row.timed_s is not None for row in solved), ""),
+        bench.tally("Every motion is proven as a whole.", (bool(row.proven) for row in solved), ""),
+        bench.tally("No contact is found at 0.1 mm of motion.", (not row.motion_contact for row in solved), ""),
+        bench.tally("No limit is exceeded.", within, ""),
+        bench.at_most("A motion takes 0.6 of stopping or less, in the median.", share, 0.6),
+        bench.at_most("A motion takes 1.05 of toppra's time or less, in the median.", over, 1.05),
+        bench.at_most("Timing takes 0.15 s or less, in the median.", median(row.timing_cpu_s for row in solved), 0.15),
+    ]
+
+
+def fault(row: Row) -> str:
+    """A run that is not solved, a contact, or a disagreement."""
+    found = [] if row.outcome == SOLVED else [f"{row.outcome}: {row.message}"]
+    found += [f"{row.contacts} segments touch; {row.contact}"] if row.contacts else []
+    found += [f"the motion touches: {row.motion_contact}"] if row.motion_contact else []
+    found += ["not timed"] if row.method == OURS and row.outcome == SOLVED and row.timed_s is None else []
+    found += [f"FCL and coal disagree: {json.loads(row.listed)[0]}"] if row.listed else []
+    return f"{row.problem}, seed {row.seed}, {row.label}: {'; '.join(found)}" if found else ""
 
 
 def _comparison(rows: Sequence[Row]) -> list[str]:
@@ -108,52 +304,47 @@ def _comparison(rows: Sequence[Row]) -> list[str]:
         for (one, first), (two, second) in itertools.combinations(groups, 2)
         if _comparable(first[0], second[0])
     ]
-    if not lines:
-        return []
-    header = ["settings", "against", "both solved", "length", "tool", "min w", "mean w", "time", "only against"]
-    return ["", "## Compared", "", *markdown_table([*header, "only settings"], lines, texts=2), "", _RATIOS]
+    header = ["settings", "against", "both solved", *(name for name, _ in _COMPARED), "only against", "only settings"]
+    return ["## Compared", "", *markdown_table(header, lines, texts=2), ""] if lines else []
 
 
-def _rank(row: Row) -> tuple:
-    """What is compared against comes first: length only, plain options, fewer nodes."""
-    return row.robot, row.collision, row.widen_limits, row.nodes_asked, -row.beta, row.options
+def _rank(row: Row) -> tuple[Any, ...]:
+    """The base of a comparison comes first: RRTConnect, length only, plain options, fewer nodes."""
+    methods = [BASE, OURS, row.method]
+    place = row.robot, row.collision, row.widen_limits, methods.index(row.method)
+    return (*place, row.nodes_asked, -row.beta, row.options)
 
 
 def _comparable(first: Row, second: Row) -> bool:
-    """Settings that differ in one point, or in anything but the world and the size from length only, beta = 1."""
+    """Every settings with RRTConnect; ours that differ in one point, or at one size from length only, beta = 1."""
+    if first.settings[:3] != second.settings[:3] and BASE in (first.method, second.method):
+        return False
+    if first.method == BASE or second.method != OURS or first.method != OURS:
+        return first.method == BASE
     differ = sum(a != b for a, b in zip(first.settings, second.settings, strict=True))
-    same_size = (first.robot, first.collision, first.nodes_asked, first.widen_limits) == (
-        (second.robot, second.collision, second.nodes_asked, second.widen_limits)
-    )
+    same_size = (*first.settings[:3], first.nodes_asked) == (*second.settings[:3], second.nodes_asked)
     return differ == 1 or (same_size and first.beta == 1.0 and not first.options)
+
+
+_COMPARED = (
+    ("length", "length_rad"),
+    ("tool", "length_m"),
+    ("min w", "w_min"),
+    ("mean w", "w_mean"),
+    ("time", "total_s"),
+    ("CPU", "cpu_s"),
+)
 
 
 def compare(one: str, first: Sequence[Row], two: str, second: Sequence[Row]) -> list[Any]:
     """Medians, over the runs of the same problem and seed that both solved, of the second's value over the first's."""
-    mine, other = ({(r.problem, r.seed): r for r in of_outcome(rows, SOLVED)} for rows in (first, second))
-    both = [(mine[key], other[key]) for key in mine if key in other]
-    ratios = [
-        median(_ratio(getattr(b, column), getattr(a, column)) for a, b in both)
-        for column in ("length_rad", "length_m", "w_min", "w_mean", "total_s")
-    ]
-    return [two, one, len(both), *ratios, len(mine) - len(both), len(other) - len(both)]
+    mine, other = ({(r.problem, r.seed) for r in rows if r.outcome == SOLVED} for rows in (first, second))
+    ratios = [median(_ratios(first, second, column)) for _, column in _COMPARED]
+    return [two, one, len(mine & other), *ratios, len(mine - other), len(other - mine)]
 
 
-def _ratio(value: float | None, base: float | None) -> float | None:
-    return None if value is None or not base else value / base
-
-
-_RATIOS = """Ratios are medians, over the problems and seeds that both solved, of the value with the settings over that
-with those they are set against."""
-
-_METHOD = """How. Every run is `planner plan` with the scene and the request of the problem and one seed, in a process
-of its own. Its budget is the plan's own, in nodes and motions; the time limit only kills a run that takes too long,
-which is then recorded as timed out. "Of those tried" leaves out the refused, whose start or goal is out of limits or
-in collision. Times are of the planning itself, without the start of Python (0.5 to 1 s) and without the measurements;
-they, lengths, w and clearances are medians over the solved runs, "95 %" is the 95th percentile. "First path" is when
-start and goal were first joined by proven edges, where the planner tells. Lengths: Euclidean joint motion, and the
-tool's path. w is Yoshikawa's manipulability sampled along the whole path; clearance the smallest distance to anything
-every centimetre of motion, by the library that planned. Contacts: segments of the returned paths on which the other
-collision library finds a contact when they are sampled every millimetre of motion. Limitations. Times depend on the
-machine and what else it does; compare them within one run. A run that is killed says nothing about how much longer it
-would have taken."""
+def _ratios(base: Sequence[Row], rows: Sequence[Row], column: str) -> list[float]:
+    """A column's value over that of ``base`` on the same problem and seed, where both are solved."""
+    below = {(row.problem, row.seed): getattr(row, column) for row in base if row.outcome == SOLVED}
+    found = (bench.ratio(getattr(r, column), below.get((r.problem, r.seed))) for r in rows if r.outcome == SOLVED)
+    return [value for value in found if value is not None]

@@ -1,134 +1,140 @@
-"""``benchmarks plan``: a folder of planning problems, each planned with several seeds, one row each."""
+"""Measures whole plans on a folder of problems: success, paths, motions, beside OMPL's planners and by other judges.
+
+How. Every run has a process of its own. Its budget is the plan's own, in nodes and motions; the time limit only kills a
+run that takes too long with its measurements. Times are of the planning itself, without the start of Python but with
+the libraries that it loads on its way; they, lengths, w and clearances are medians over the solved runs, "95 %" is the
+95th percentile. "Of those tried" leaves out the refused, whose start or goal is out of limits or in collision. "First
+path" is when start and goal were first joined by proven edges. Lengths are Euclidean joint motion, and the tool's path;
+corners are changes of direction. w is Yoshikawa's manipulability sampled along the whole path, which dips where w falls
+below that of both its ends. The gap is that of the cost to a lower bound that holds for every path; below beta 1 most
+of the gap is the bound's. Clearance is the smallest distance to anything every centimetre of motion, by the library
+that planned. Contacts: segments of paths on which the other collision library finds a contact at a millimetre of
+motion. Ratios are medians, over the problems and seeds that both solved.
+
+OMPL's planners check motions in states between which no point moves further than 2 cm, with the library that plans, and
+prove nothing; RRT* and BIT* minimise length and stop when their processor time is up, RRTConnect when it has a path,
+which OMPL's simplification then shortens.
+
+Motions. A path is timed with shortcuts in time, with rounded corners only, and with a stop at each, all with limits on
+jerk. Limits are compared with the exact extrema of the pieces between knots, contacts looked for by the library that
+has not planned, at states 0.1 mm of motion apart. toppra (where it is installed) runs along the same curve without
+limits on jerk; roboplan (with --python) times the same path by its default spline and TOPP-RA, its share of a limit is
+that of its own samples, of which a controller makes cubics.
+
+Agreement. Random configurations of each problem's world are put to FCL and coal one by one. A disagreement is explained
+when coal puts the pair within 1e-5 m of touching (1e-4 m of a margin). The places at which FCL's verdict turns are
+bisected; the band is the largest distance at which both still differ, from a nanometre of motion on either side
+outwards.
+
+Limitations. Times depend on the machine; compare them within one run. States every 0.1 mm are no proof. Agreement
+compares verdicts on single states, neither distances nor proofs: ``attack`` is for those.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+import itertools
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from benchmarks.bench import require_left_to_problems, software
-from benchmarks.plan.ompl_log import write_logs
-from benchmarks.plan.report import to_markdown
-from benchmarks.plan.rows import Row
+from benchmarks import bench
+from benchmarks.plan.case import OURS
+from benchmarks.plan.report import Row, fault, place, tables
 from planner.base.errors import OptionError
-from planner.base.files import make_folder, write_whole
-from planner.base.progress import QUIET, Progress
+from planner.base.progress import Progress
 from planner.batch.options import plain_options
-from planner.batch.outcomes import CRASHED, TIMED_OUT
 from planner.batch.problems import Problem, find_problems
-from planner.batch.results import ResultsFile, measure_missing
-from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
-from planner.processes.process import run_case
-
-CSV_NAME, MARKDOWN_NAME, LOGS_NAME = "plan.csv", "plan.md", "logs"
+from planner.models.robot import Robot
+from planner.problem.request import LimitsRequest, PlanRequest
+from planner.trajectory.limits import MotionLimits
 
 _COLUMNS = ("robot", "collision", "nodes", "beta", "widen_limits")
 _BY_PROBLEM = ("scene", "motion_plan_request", "seed")
 
 
-@dataclass(frozen=True)
-class PlanBench:
-    """The rows asked for, and those of the same software that the folder held already, with other settings or seeds.
+def plan(
+    folder: bench.Folder,
+    plain: Annotated[PlanRequest, bench.Flat] = PlanRequest("panda"),  # noqa: B008 (frozen)
+    limits: Annotated[LimitsRequest, bench.Flat] = LimitsRequest(),  # noqa: B008 (frozen)
+    out: bench.Out = Path("bench-plan"),
+    seeds: tuple[int, ...] = (0, 1, 2),
+    beside: tuple[Literal["RRTConnect", "RRT*", "BIT*"], ...] = (),
+    seconds: float = 5.0,
+    states: int = 200,
+    python: str | None = None,
+    time_limit: float = 120.0,
+    workers: bench.Workers = bench.SERIAL,
+    debug: bench.Debug = False,
+) -> int:
+    """A folder of planning problems, each planned with several seeds: success, times, paths, motions, safety.
 
-    ``report`` is about all of them, as Markdown. ``complete`` is False where it was interrupted.
+    A problem is request<X>.yaml, a MoveIt motion plan request, with scene<X>.yaml or scene<X>.scene beside it, in
+    FOLDER or in folders inside it, which are the scene types. All options are those of 'planner plan', but for what
+    each problem says itself (scene, request, start, goal) and --seed, in whose place --seeds stands. Run again with
+    another --beta, --effort, --nodes or --collision and the same --out, and the report sets them side by side. Paths
+    and motions are checked by the library that has not planned. Writes plan.csv, one row a run, and plan.md.
+
+    Args:
+        folder: Folder of the problems.
+        seeds: Seeds to plan every problem with.
+        beside: OMPL's planners to plan every problem with too.
+        seconds: Processor time that OMPL's planners get.
+        states: Random configurations in each problem's world that FCL and coal are both asked about.
+        python: Python of an environment of its own with roboplan in it, which times the same paths.
+        time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
     """
-
-    rows: tuple[Row, ...]
-    others: tuple[Row, ...]
-    report: str
-    complete: bool
-
-
-def bench_plan(
-    folder: Path,
-    out: Path,
-    plain: PlanRequest,
-    seeds: Sequence[int] = (0, 1, 2),
-    time_limit: float = 60.0,
-    progress: Progress = QUIET,
-    workers: WorkersRequest = SERIAL,
-) -> PlanBench:
-    """Plan every problem of :func:`find_problems` in ``folder`` with every seed, as ``plain`` says for all of them.
-
-    Each run has a process of its own, which is killed and recorded as timed out after ``time_limit`` seconds; its
-    budget is the plan's own, in counts. ``out`` gets ``plan.csv``, ``plan.md`` and a benchmark log of OMPL's kind a
-    problem. A row that is there already is kept: the same problem and content of its files, seed, settings and
-    software. Once it is asked to stop the current run is abandoned. Raises OptionError for options that the problem
-    decides or numbers out of range, FileError where a folder cannot be used.
-    """
-    _require_usable(plain, seeds, time_limit)
+    bench.require_left_to_problems(plain, "seed")
+    if not seeds or not time_limit > 0 or not seconds > 0 or states < 0:
+        raise OptionError("give at least one seed, times above 0 s, and 0 states or more.")
+    asked = [replace(plain, seed=seed) for seed in seeds]  # refuses a seed that is out of range
     problems = find_problems(folder)
-    make_folder(out)
-    ledger = ResultsFile(out / CSV_NAME, Row, "python -m benchmarks plan", lambda row: row.key, lambda row: row.place)
-    asked, complete = measure_missing(
-        ledger,
-        [(problem, replace(plain, seed=seed)) for problem in problems for seed in seeds],
-        lambda run: _kept(ledger, _blank(*run, time_limit)),
-        partial(_measure, time_limit=time_limit),
-        "problems",
-        progress,
-        workers,
-        isolated=True,
-    )
-    here, keys = software(), {row.key for row in asked}
-    others = [row for row in ledger.rows if row.software == here and row.key not in keys]
-    report = to_markdown([*asked, *others], complete)
-    write_logs([*asked, *others], out / LOGS_NAME)
-    write_whole(out / MARKDOWN_NAME, report.encode())
-    return PlanBench(tuple(asked), tuple(others), report, complete)
+    robot = Robot.load(str(plain.robot))
+    words = MotionLimits.of(robot, limits).text(robot)
+    cases = []
+    for problem, request, method in itertools.product(problems, asked, (OURS, *beside)):
+        row = _blank(problem, request, method, limits, f"{seconds:g} s", words, states, time_limit)
+        options = {"method": method, "seconds": seconds, "python": python, "states": states}
+        options |= {"request": plain_options(problem.asked(request)), "limits": bench.plain_limits(limits)}
+        cases.append(bench.Case((row,), options))
+    return bench.run_bench(BENCH, out, cases, partial(_measure, time_limit=time_limit), workers, isolated=True)
 
 
-def _require_usable(plain: PlanRequest, seeds: Sequence[int], time_limit: float) -> None:
-    require_left_to_problems(plain, "seed")
-    if not seeds or not time_limit > 0:
-        raise OptionError("give at least one seed, and a time limit above 0 s.")
-    for seed in seeds:
-        replace(plain, seed=seed)  # refuses a seed that is out of range
+def _measure(options: dict[str, Any], progress: Progress, time_limit: float) -> Any:
+    return bench.measure_apart("benchmarks.plan.case", options, progress, time_limit, seconds="process_s")
 
 
-def _kept(ledger: ResultsFile[Row], blank: Row) -> list[Row]:
-    """The row that is there already, if it would have come out the same under this time limit."""
-    limit = blank.time_limit_s
-    return [
-        row
-        for row in ledger.find(blank.key)
-        if (row.time_limit_s >= limit if row.outcome == TIMED_OUT else (row.process_s or 0.0) <= limit)
-    ]
-
-
-def _blank(problem: Problem, request: PlanRequest, time_limit: float) -> Row:
-    default, taken = asdict(PlanRequest()), {*_COLUMNS, *_BY_PROBLEM}
+def _blank(
+    problem: Problem,
+    request: PlanRequest,
+    method: str,
+    limits: LimitsRequest,
+    seconds: str,
+    words: str,
+    states: int,
+    time_limit: float,
+) -> Row:
+    """The row before anything is measured; options that OMPL's planners do not have are at zero."""
+    default, taken, ours = asdict(PlanRequest()), {*_COLUMNS, *_BY_PROBLEM}, method == OURS
     more = {k: v for k, v in asdict(request).items() if k not in taken and v != default[k]}
+    more |= {k: v for k, v in asdict(limits).items() if v is not None}
     return Row(
         problem=problem.name,
         kind=problem.kind,
+        method=method,
         seed=request.seed,
         robot=str(request.robot),
         collision=request.collision,
-        nodes_asked=request.nodes,
-        beta=request.beta,
+        nodes_asked=request.nodes if ours else 0,
+        beta=request.beta if ours else 1.0,
         widen_limits=request.widen_limits,
-        options=", ".join(f"{name} {value}" for name, value in more.items()),
+        options=", ".join(f"{name} {value}" for name, value in more.items()) if ours else seconds,
+        limits=words,
+        states_asked=states if ours else 0,
         time_limit_s=time_limit,
         content=problem.content(request),
-        software=software(),
-        outcome=CRASHED,
-        message="",
+        software=bench.software(),
     )
 
 
-def _measure(run: tuple[Problem, PlanRequest], progress: Progress, time_limit: float) -> list[Row]:
-    """The row of one run; none where stopped."""
-    problem, request = run
-    blank = _blank(problem, request, time_limit)
-    options = plain_options(problem.asked(request))
-    ended, found = run_case("benchmarks.plan.case", options, progress, time_limit, tries=2)
-    if ended.over_time:
-        message = f"killed after {time_limit:g} s; raise --time-limit or lower --nodes."
-        return [replace(blank, outcome=TIMED_OUT, message=message, process_s=ended.seconds)]
-    if ended.code is None:
-        return []
-    if found is None:
-        return [replace(blank, outcome=CRASHED, message=ended.fault, process_s=ended.seconds)]
-    return [replace(blank, **found, process_s=ended.seconds)]
+BENCH = bench.Bench("plan", Row, __doc__, tables, fault=fault, place=place)

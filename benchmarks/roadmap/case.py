@@ -1,29 +1,21 @@
-"""One method of ``benchmarks roadmap``, in a process of its own: build a roadmap, query it, check it.
-
-python -m benchmarks.roadmap.case out.json '{"method": "gabf-planner", "robot": "panda", ...}'
-"""
+"""One method of ``benchmarks roadmap``, in a process of its own: build a roadmap, query it, check it."""
 
 from __future__ import annotations
 
-import importlib
-import json
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.agreement.check_speed import measure_speed
+from benchmarks.looks import path_contacts
 from benchmarks.memory import peak_memory
-from benchmarks.plan.case import path_contacts
+from benchmarks.roadmap.check_speed import measure_speed
 from benchmarks.roadmap.report import (
     CHECKS,
     MEASURED,
     NOT_INSTALLED,
-    OMPL,
     OMPL_PLAIN,
     OURS,
     PLAN,
@@ -32,7 +24,6 @@ from benchmarks.roadmap.report import (
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import SceneError
-from planner.base.files import write_whole
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.looks import recheck
@@ -57,23 +48,20 @@ Answer = Callable[[Floats, Floats], Floats]
 
 def measure(
     method: str, robot: str, scene: str, collision: str, nodes: int, queries: int, seed: int
-) -> dict[str, Columns]:
-    """The columns of the rows that ``method`` fills, by the name of the row."""
+) -> Columns | list[Columns]:
+    """The columns of the rows that ``method`` fills."""
     if method == PLAN:
-        return {PLAN: _plan(PlanRequest(robot, scene, collision=collision, nodes=nodes, seed=seed))}  # type: ignore[arg-type]
+        return _plan(PlanRequest(robot, scene, collision=collision, nodes=nodes, seed=seed))  # type: ignore[arg-type]
     checker = open_world(WorldRequest(robot, scene, collision=collision))  # type: ignore[arg-type]
     if method in CHECKS:
         return _checks(checker, seed)
     pairs = random_pairs(checker, queries + 1, seed)
-    match method:
-        case _ if method == OURS:
-            return {OURS: _ours(checker, pairs, nodes, seed)}
-        case _ if method == OMPL:
-            return {OMPL: _ompl(checker, lambda q: is_free(checker, q), pairs, nodes, seed)}
-        case _ if method == OMPL_PLAIN:
-            return {OMPL_PLAIN: _ompl(checker, plain_check(checker), pairs, nodes, seed)}
-        case _:
-            return {PYROBOPLAN: _pyroboplan(checker, pairs, nodes, seed)}
+    if method == OURS:
+        return _ours(checker, pairs, nodes, seed)
+    if method == PYROBOPLAN:
+        return _pyroboplan(checker, pairs, nodes, seed)
+    free = plain_check(checker) if method == OMPL_PLAIN else lambda q: is_free(checker, q)
+    return _ompl(checker, free, pairs, nodes, seed)
 
 
 def random_pairs(checker: CollisionChecker, count: int, seed: int) -> Floats:
@@ -137,14 +125,14 @@ def plain_check(checker: CollisionChecker) -> Callable[[Floats], bool]:
 
 
 def _ompl(checker: CollisionChecker, free: Callable[[Floats], bool], pairs: Floats, nodes: int, seed: int) -> Columns:
-    from benchmarks.roadmap.ompl_prm import OmplPrm
+    from benchmarks.others.ompl import OmplPrm
 
     prm = OmplPrm(checker.robot, free, seed)
     return _peer(checker, pairs, seed, lambda: prm.build(nodes), prm.graph, prm.query)
 
 
 def _pyroboplan(checker: CollisionChecker, pairs: Floats, nodes: int, seed: int) -> Columns:
-    from benchmarks.roadmap.pyroboplan_prm import PyroboplanPrm, installed
+    from benchmarks.others.pyroboplan_prm import PyroboplanPrm, installed
 
     if not installed():
         return {"outcome": NOT_INSTALLED, "message": "pip install --no-deps pyroboplan"}
@@ -200,26 +188,12 @@ def _looked_at(checker: CollisionChecker, nodes: Floats, edges: Ints, seed: int)
     return {"nodes": len(nodes), "edges": len(edges), "looked_at": len(rows), "touching": touching}
 
 
-def _checks(checker: CollisionChecker, seed: int) -> dict[str, Columns]:
+def _checks(checker: CollisionChecker, seed: int) -> list[Columns]:
     """The speed of both libraries on the same free configurations and edges of this world."""
     free = random_pairs(checker, _FREE_STATES // 2, seed).reshape(-1, checker.robot.dof)
     speed = measure_speed({name: _with(checker, name) for name in BACKENDS}, free)
-    return {
-        row: {
-            "outcome": MEASURED,
-            "check_single_us": speed[name].single,
-            "check_batch_us": speed[name].batch,
-            "check_edge_us": speed[name].edge,
-        }
-        for row, name in zip(CHECKS, BACKENDS, strict=True)
-    }
-
-
-def main(out: str, options: str) -> None:
-    """What the process does: measure, write."""
-    importlib.import_module("scipy.sparse.csgraph")  # as the peers' libraries: before a clock starts
-    write_whole(Path(out), json.dumps(measure(**json.loads(options)), allow_nan=False).encode())
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])
+    names = {"single": "check_single_us", "batch": "check_batch_us", "edge": "check_edge_us"}
+    return [
+        {"outcome": MEASURED, **{column: getattr(speed[name], look) for look, column in names.items()}}
+        for name in BACKENDS
+    ]

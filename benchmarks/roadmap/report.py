@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.bench import aim_lines, closing_lines, growth_exponent
+from benchmarks import bench
 from planner.base.tables import markdown_table
-from reproduce.verdict import Verdict, tally
+from planner.batch.outcomes import CRASHED
 
 OURS = "gabf-planner"
 OMPL, OMPL_PLAIN, PYROBOPLAN = "OMPL PRM, our checker", "OMPL PRM, plain coal", "pyroboplan PRM"
@@ -16,11 +16,11 @@ PEERS = (OMPL, OMPL_PLAIN, PYROBOPLAN)
 PLAN = "gabf-planner, plan"
 CHECKS = ("FCL checks", "coal checks")
 _LARGE = 20_000  # nodes
-MEASURED, NOT_INSTALLED, TIMED_OUT, CRASHED = "measured", "not installed", "timed out", "crashed"
+MEASURED, NOT_INSTALLED = "measured", "not installed"
 
 
 @dataclass(frozen=True)
-class Row:
+class Row(bench.Row):
     """One method in one scene. Up to ``software``: the settings; then the results.
 
     ``build_s``: seconds to a roadmap of ``nodes`` nodes; ``node_checks_s``: of these, the checker's look at every node,
@@ -42,7 +42,7 @@ class Row:
     seed: int
     time_limit_s: float
     software: str
-    outcome: str
+    outcome: str = CRASHED
     message: str = ""
     build_s: float | None = None
     node_checks_s: float | None = None
@@ -63,44 +63,40 @@ class Row:
     plan_s: float | None = None
     memory_mib: float | None = None
 
-    @property
-    def key(self) -> tuple:
-        """What was asked."""
-        asked = self.robot, self.scene, self.collision, self.nodes_asked, self.queries, self.seed
-        return (self.method, *asked, self.time_limit_s, self.software)
 
-
-def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
+def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
     """What is meant to show, and whether these rows do; of 0 where it was not measured."""
     every = [row for row in rows if row.method == OURS and row.build_s is not None]
     ours = [row for row in every if row.nodes_asked == rows[0].nodes_asked]
     peers = [row for row in rows if row.method in PEERS and row.build_s is not None]
-    growth = growth_exponent((row.nodes_asked, row.build_s) for row in every if row.build_s)
+    growth = bench.growth_exponent((row.nodes_asked, row.build_s) for row in every if row.build_s)
     large = [row.build_s for row in every if row.nodes_asked == _LARGE and row.build_s]
-    ratios = {peer.method: ratio for peer in peers if (ratio := _ratio(peer.build_s, ours and ours[0].build_s))}
+    ratios = {
+        peer.method: ratio for peer in peers if (ratio := bench.ratio(peer.build_s, ours[0].build_s if ours else None))
+    }
     queries = [row.query_ms for row in ours if row.query_ms is not None]
     return (
-        tally(
+        bench.tally(
             "Building is 10 times faster than with the Python peers at the same number of nodes.",
             (ratio >= 10.0 for ratio in ratios.values()),
             ", ".join(f"{name}: {ratio:.1f} times" for name, ratio in ratios.items()),
         ),
-        tally(
+        bench.tally(
             "A query on a kept roadmap takes less than 50 ms in the median.",
             (value < 50.0 for value in queries),
             ", ".join(f"{value:.1f} ms" for value in queries),
         ),
-        tally(
+        bench.tally(
             "No edge and no path of ours touches anything.",
             (row.touching == 0 and row.contacts == 0 for row in every),
             "",
         ),
-        tally(
+        bench.tally(
             "The time to build grows at most as n^1.2.",
             [] if growth is None else [growth <= 1.2],
             "" if growth is None else f"n^{growth:.2f}",
         ),
-        tally(
+        bench.tally(
             f"{_LARGE} proven nodes are there within 40 s.",
             (value <= 40.0 for value in large),
             ", ".join(f"{value:.1f} s" for value in large),
@@ -108,22 +104,21 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
     )
 
 
-def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
-    """The tables for people: roadmaps, state checks, aims."""
+def tables(rows: Sequence[Row]) -> list[str]:
+    """Roadmaps, growth, and state checks."""
     ours = next((row for row in rows if row.method == OURS), None)
     header = ["method", "build (s)", "over ours", "nodes", "edges", "proven", "touching", "query (ms)", "over ours"]
     header += ["longest (ms)", "solved", "of", "segments touching", "many starts (ms each)"]
     compared = [row for row in rows if row.method not in (*CHECKS, PLAN) and row.nodes_asked == rows[0].nodes_asked]
-    maps = [_cells(row, ours) for row in compared]
-    lines = ["# python -m benchmarks roadmap", "", _title(rows), "", *markdown_table(header, maps), ""]
+    lines = [_title(rows), "", *markdown_table(header, [_cells(row, ours) for row in compared]), ""]
     lines += [*_node_checks(ours), *_growth(rows)]
-    checks = [
-        [row.method, row.check_single_us, row.check_batch_us, row.check_edge_us] for row in rows if row.method in CHECKS
-    ]
-    lines += [*markdown_table(["", "one by one (us)", "batch (us)", "along edges (us)"], checks), ""] if checks else []
-    lines += aim_lines(aims(rows))
-    lines += [f"- {row.method}: {row.outcome}. {row.message}".rstrip() for row in rows if row.outcome != MEASURED]
-    return "\n".join([*lines, *closing_lines(rows, complete, "methods", _METHOD)]) + "\n"
+    names = ("check_single_us", "check_batch_us", "check_edge_us")
+    return lines + bench.row_table([row for row in rows if row.method in CHECKS], ["method"], names)
+
+
+def fault(row: Row) -> str:
+    """A method that was not measured."""
+    return "" if row.outcome == MEASURED else f"{row.method}: {row.outcome}. {row.message}".rstrip()
 
 
 def _node_checks(ours: Row | None) -> list[str]:
@@ -160,10 +155,10 @@ def _growth(rows: Sequence[Row]) -> list[str]:
         cells = [size, row.build_s, row.cpu_s, row.edges, row.proven, row.query_ms]
         lines.append([*cells, *(getattr(plan, name, None) for name in ("plan_s", "cpu_s", "memory_mib"))])
     slopes = {
-        "building": growth_exponent((size, row.build_s) for size, row in maps.items() if row.build_s),
-        "its CPU time": growth_exponent((size, row.cpu_s) for size, row in maps.items() if row.cpu_s),
-        "a query": growth_exponent((size, row.query_ms) for size, row in maps.items() if row.query_ms),
-        "a plan": growth_exponent((size, row.plan_s) for size, row in plans.items() if row.plan_s),
+        "building": bench.growth_exponent((size, row.build_s) for size, row in maps.items() if row.build_s),
+        "its CPU time": bench.growth_exponent((size, row.cpu_s) for size, row in maps.items() if row.cpu_s),
+        "a query": bench.growth_exponent((size, row.query_ms) for size, row in maps.items() if row.query_ms),
+        "a plan": bench.growth_exponent((size, row.plan_s) for size, row in plans.items() if row.plan_s),
     }
     fitted = ", ".join(f"{name} n^{slope:.2f}" for name, slope in slopes.items() if slope is not None)
     return [*markdown_table(header, lines, texts=0), "", f"Growth with the nodes, fitted: {fitted}.", ""]
@@ -178,28 +173,7 @@ def _title(rows: Sequence[Row]) -> str:
 
 
 def _cells(row: Row, ours: Row | None) -> list[Any]:
-    build, query = (_ratio(getattr(row, name), getattr(ours, name, None)) for name in ("build_s", "query_ms"))
+    build, query = (bench.ratio(getattr(row, name), getattr(ours, name, None)) for name in ("build_s", "query_ms"))
     touching = None if row.touching is None else f"{row.touching} of {row.looked_at}"
     cells = [row.method, row.build_s, build, row.nodes, row.edges, row.proven, touching, row.query_ms, query]
     return [*cells, row.query_worst_ms, row.solved, row.queries, row.contacts, row.many_ms]
-
-
-def _ratio(value: float | None, base: Any) -> float | None:
-    return value / base if value is not None and base else None
-
-
-_METHOD = """How. All methods get the same robot, scene, collision pairs and queries: random free starts and goals.
-Each runs in a process of its own, one after the other; times are of the wall clock, once the libraries are loaded.
-Ours: `planner.build_roadmap`, every edge proven; a query is `attach`, `build_network`, the field by GABF under the
-singularity-free law, and the path. "Many starts" attaches all starts and one goal, computes one field, and reads every
-path off it. OMPL's PRM has its defaults, its motions sampled at its default resolution, and a Python callback as
-state check: "our checker" is the same as ours, "plain coal" asks Pinocchio about all pairs in turn, as its
-documentation shows. A query is `solve` on the kept roadmap, which grows further where start and goal are not joined.
-pyroboplan's PRM (`pip install --no-deps pyroboplan`: it asks for another Pinocchio than this package) has its
-defaults, save a linking radius of 2 rad, as its 0.5 rad links nothing here; it gets coal's geometry whatever the
-checker. Touching: edges, at most 200 drawn at random, and answered paths, sampled every millimetre of motion by
-coal.
-Growth: roadmaps of ours of more sizes, and whole plans, refined as by default, from the scene's start to its goal,
-each in a process of its own whose peak memory is given. State checks are those of `python -m benchmarks agreement`,
-over free configurations of this scene. Limitations. OMPL's PRM alternates by the clock and is not reproducible. The
-roadmaps are not alike: ours is sparse, grown from trees, and proven, theirs are denser, uniform, and not."""

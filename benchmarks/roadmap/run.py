@@ -1,83 +1,85 @@
-"""``benchmarks roadmap``: building a kept roadmap and asking it, against the PRMs of OMPL and pyroboplan."""
+"""Measures a kept roadmap, built and asked, against the PRMs of OMPL and pyroboplan, each in its own process.
+
+How. All methods get the same robot, scene, collision pairs and queries: random free starts and goals. Each runs in a
+process of its own, one after the other; times are of the wall clock, once the libraries are loaded. Ours:
+`planner.build_roadmap`, every edge proven; a query is `attach`, `build_network`, the field by GABF under the
+singularity-free law, and the path. "Many starts" attaches all starts and one goal, computes one field, and reads every
+path off it. OMPL's PRM has its defaults, its motions sampled at its default resolution, and a Python callback as state
+check: "our checker" is the same as ours, "plain coal" asks Pinocchio about all pairs in turn, as its documentation
+shows. A query is `solve` on the kept roadmap, which grows further where start and goal are not joined. pyroboplan's PRM
+(`pip install --no-deps pyroboplan`: it asks for another Pinocchio than this package) has its defaults, save a linking
+radius of 2 rad, as its 0.5 rad links nothing here; it gets coal's geometry whatever the checker. Touching: edges, at
+most 200 drawn at random, and answered paths, sampled every millimetre of motion by coal. Growth: roadmaps of ours of
+more sizes, and whole plans, refined as by default, from the scene's start to its goal, each in a process of its own
+whose peak memory is given. State checks are interleaved over the same free configurations and edges of this scene, with
+states every 2 cm of motion; in batches and along edges FCL is asked only where cheap bounds on the distances cannot
+tell, as the planner does. Coal uses every core there. Limitations. OMPL's PRM alternates by the clock and is not
+reproducible. The roadmaps are not alike: ours is sparse, grown from trees, and proven, theirs are denser, uniform, and
+not.
+"""
 
 from __future__ import annotations
 
-import json
-import tempfile
-from collections.abc import Sequence
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from benchmarks.bench import run_bench, software
-from benchmarks.roadmap.report import CHECKS, CRASHED, OURS, PEERS, PLAN, TIMED_OUT, Row, to_markdown
+from benchmarks import bench
+from benchmarks.roadmap.report import CHECKS, OURS, PEERS, PLAN, Row, aims, fault, tables
 from planner.base.errors import OptionError
-from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results, ResultsFile
-from planner.problem.request import WorldRequest, require_nodes, require_seed
-from planner.processes.process import run_module
+from planner.base.progress import Progress
+from planner.problem.request import Backend, WorldRequest, require_nodes, require_seed
 from planner.setup.open import open_world
 
-METHODS = (OURS, *PEERS, CHECKS[0])
-"""What is run; the last fills the rows of both checkers."""
 
-
-def bench_roadmap(
-    folder: Path,
-    world: WorldRequest,
+def roadmap(
+    out: bench.Out = Path("bench-roadmap"),
+    robot: str = "panda",
+    scene: str = "shelf",
+    collision: Backend = "coal",
     nodes: int = 1000,
+    sizes: tuple[int, ...] = (),
     queries: int = 20,
     seed: int = 0,
     time_limit: float = 600.0,
-    progress: Progress = QUIET,
-    sizes: Sequence[int] = (),
-) -> Results[Row]:
-    """Measure every method on the robot and scene of ``world``; write ``roadmap.csv`` and ``roadmap.md``.
+    debug: bench.Debug = False,
+) -> int:
+    """A kept roadmap: building it and asking it, against the PRMs of OMPL and of pyroboplan, where that is installed.
 
-    With ``sizes`` ours is measured with each of these numbers of nodes too, and a plan with each and with ``nodes``.
+    Also the speed of the state checks of both collision libraries on the same edges, and with --sizes 4000 20000 how
+    our time and memory grow. Writes roadmap.csv and roadmap.md.
 
-    Each method has a process of its own, which is killed and recorded as timed out after ``time_limit`` seconds. Rows
-    that are there already are kept. Once it is asked to stop the current method is abandoned. Raises OptionError for
-    numbers out of range, RobotError and SceneError for what cannot be loaded, FileError where the folder is unusable.
+    Args:
+        robot: Name of a built-in robot or the path of a URDF.
+        scene: Name of a built-in scene or the path of a scene file.
+        collision: Collision library.
+        nodes: Configurations in each roadmap.
+        sizes: Configurations in further roadmaps of ours, each built, asked, and planned on from the scene's start.
+        queries: Random starts and goals that each roadmap is asked about.
+        seed: Seed of the roadmaps and the queries.
+        time_limit: Seconds after which a method is killed and recorded as timed out.
     """
     for size in (nodes, *sizes):
         require_nodes(size)
     require_seed(seed)
     if queries < 1 or not time_limit > 0:
         raise OptionError("give at least one query, and a time limit above 0 s.")
-    open_world(world)  # refuses an unknown robot or scene before anything is measured
-    place = str(world.robot), str(world.scene), world.collision
-    asked = (queries, seed, time_limit, software())
-    cases = [(method, nodes) for method in METHODS]
-    cases += [(method, size) for size in dict.fromkeys((nodes, *sizes)) for method in (OURS, PLAN) if sizes]
-    return run_bench(
-        folder,
-        "roadmap",
-        Row,
-        [Row(method, *place, size, *asked, CRASHED) for method, size in dict.fromkeys(cases)],
-        _kept,
-        _measure,
-        to_markdown,
-        "methods",
-        progress,
-    )
+    open_world(WorldRequest(robot, scene, collision=collision))  # refuses an unknown robot or scene
+    methods = [(method, nodes) for method in (OURS, *PEERS, CHECKS[0])]
+    methods += [(method, size) for size in dict.fromkeys((nodes, *sizes)) for method in (OURS, PLAN) if sizes]
+    cases = []
+    for method, size in dict.fromkeys(methods):
+        asked = robot, scene, collision, size, queries, seed, time_limit, bench.software()
+        options = {"method": method, "robot": robot, "scene": scene, "collision": collision, "nodes": size}
+        names = CHECKS if method in CHECKS else (method,)
+        cases.append(
+            bench.Case(tuple(Row(name, *asked) for name in names), options | {"queries": queries, "seed": seed})
+        )
+    return bench.run_bench(BENCH, out, cases, partial(_measure, time_limit=time_limit))
 
 
-def _kept(ledger: ResultsFile[Row], blank: Row) -> list[Row]:
-    names = CHECKS if blank.method in CHECKS else (blank.method,)
-    return [row for name in names for row in ledger.find(replace(blank, method=name).key)]
+def _measure(options: dict[str, Any], progress: Progress, time_limit: float) -> Any:
+    return bench.measure_apart("benchmarks.roadmap.case", options, progress, time_limit)
 
 
-def _measure(blank: Row, progress: Progress) -> list[Row]:
-    """The rows of one method; none where stopped."""
-    options = {name: getattr(blank, name) for name in ("method", "robot", "scene", "collision", "queries", "seed")}
-    with tempfile.TemporaryDirectory() as place:
-        out = Path(place) / "rows.json"
-        arguments = [str(out), json.dumps(options | {"nodes": blank.nodes_asked})]
-        ended = run_module("benchmarks.roadmap.case", arguments, progress, blank.time_limit_s)
-        if ended.over_time:
-            return [replace(blank, outcome=TIMED_OUT, message=f"Killed after {blank.time_limit_s:g} s.")]
-        if ended.code is None:
-            return []
-        if ended.code != 0:
-            return [replace(blank, message=f"The process ended with code {ended.code}: {ended.last_words}")]
-        return [replace(blank, method=name, **columns) for name, columns in json.loads(out.read_text()).items()]
+BENCH = bench.Bench("roadmap", Row, __doc__, tables, aims, fault)

@@ -1,30 +1,20 @@
-"""One method of ``benchmarks tables`` on tasks of one scene, in a process of its own: plan, measure, look.
-
-python -m benchmarks.tables.case out.json '{"method": "path only", "tasks": [...], "request": {...}}'
-"""
+"""One method of ``benchmarks tables`` on tasks of one scene, in a process of its own: plan, measure, look."""
 
 from __future__ import annotations
 
-import importlib
-import json
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.plan.case import path_contacts
-from benchmarks.tables.methods import KEPT
+from benchmarks.looks import other_checker, path_contacts
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
-from planner.base.files import write_whole
 from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
-from planner.collision import BACKENDS, make_checker
 from planner.construction.build import build_roadmap
 from planner.construction.connect_endpoints import attach
 from planner.paths.measure import measure_path
@@ -34,18 +24,21 @@ from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.setup.open import Query, make_query
 
+KEPT = "kept roadmap"
+
 Columns = dict[str, Any]
 Answer = Callable[[Query], tuple[Floats, float]]
 """The path (k, dof), and the seconds of its set-up, which do not count."""
 
 
-def measure(method: str, tasks: Sequence[tuple[str, str]], request: PlanRequest) -> list[Columns]:
+def measure(method: str, tasks: Sequence[tuple[str, str]], request: Columns) -> list[Columns]:
     """The columns of each task (start, goal), which override those of ``request`` where they are not empty."""
-    requests = [replace(request, start=start, goal=goal) if start else request for start, goal in tasks]
+    plain = plan_request(request)
+    requests = [replace(plain, start=start, goal=goal) if start else plain for start, goal in tasks]
     try:
         queries = [make_query(one) for one in requests]
         if method == KEPT:
-            return _on_kept_roadmap(request, queries)
+            return _on_kept_roadmap(plain, queries)
         return [_timed(query, lambda _, one=one: _planned(one)) for query, one in zip(queries, requests, strict=True)]
     except PlannerError as error:
         return [{"outcome": REFUSED, "message": str(error)} for _ in tasks]
@@ -81,7 +74,7 @@ def _timed(query: Query, answer: Answer) -> Columns:
     if len(path) < 2:
         return {"outcome": NO_PATH, **columns}
     measures = measure_path(query.robot, path)
-    other = make_checker(query.robot, query.scene, next(name for name in BACKENDS if name != query.checker.name))
+    other = other_checker(query.robot, query.scene, query.checker.name)
     return columns | {
         "outcome": SOLVED,
         "length_rad": measures.joint_length,
@@ -90,17 +83,3 @@ def _timed(query: Query, answer: Answer) -> Columns:
         "w_mean": measures.w_mean,
         "contacts": len(path_contacts(other, path)),
     }
-
-
-def main(out: str, options: str) -> None:
-    """What the process does: plan, look, write."""
-    importlib.import_module("scipy.sparse.csgraph")  # before a clock starts
-    values = json.loads(options)
-    asked = values["request"]
-    request = plan_request(asked)
-    rows = measure(values["method"], [tuple(task) for task in values["tasks"]], request)
-    write_whole(Path(out), json.dumps(rows, allow_nan=False).encode())
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

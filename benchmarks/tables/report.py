@@ -6,15 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.bench import aim_lines, closing_lines
+from benchmarks import bench
 from benchmarks.tables.published import GCS, GCS_TASKS, MBM, MISSING, PUBLISHED, SOURCES, Published
-from planner.base.tables import markdown_table, median
-from planner.batch.outcomes import SOLVED
-from reproduce.verdict import Verdict, tally
+from planner.base.tables import markdown_table
+from planner.batch.outcomes import CRASHED, SOLVED
 
 
 @dataclass(frozen=True)
-class Row:
+class Row(bench.Row):
     """One task by one of our methods. Up to ``software``: what was asked; then the results, None where there are none.
 
     ``seconds`` of the wall clock, ``cpu_s`` of the processor, once robot and scene are loaded; ``built_s``: to the
@@ -30,7 +29,7 @@ class Row:
     collision: str
     content: str
     software: str
-    outcome: str
+    outcome: str = CRASHED
     message: str = ""
     seconds: float | None = None
     cpu_s: float | None = None
@@ -41,33 +40,30 @@ class Row:
     w_mean: float | None = None
     contacts: int | None = None
 
-    @property
-    def key(self) -> tuple:
-        """What was asked."""
-        asked = self.nodes, self.seed, self.collision, self.content, self.software
-        return (self.table, self.task, self.method, *asked)
 
-
-def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
-    """The report for people."""
-    lines = ["# python -m benchmarks tables", "", "Published numbers are typed off, ours are measured.", ""]
+def tables(rows: Sequence[Row]) -> list[str]:
+    """Both collections of problems with their sources, and the problems that could not be had."""
+    lines = ["Published numbers are typed off, ours are measured.", ""]
     of = {table: [row for row in rows if row.table == table] for table in (GCS, MBM)}
     if of[GCS]:
         lines += ["## Five tasks of the iiwa 14", "", *_task_tables(of[GCS]), "", _source(GCS), ""]
     if of[MBM]:
-        lines += ["## MotionBenchMaker's problems for the Panda", "", *_summary_table(of[MBM]), "", _source(MBM), ""]
-    lines += [*aim_lines(aims(rows)), *_failures(rows), "", "## What could not be had", ""]
-    lines += [f"- {text}" for text in MISSING]
-    return "\n".join([*lines, *closing_lines(rows, complete, "runs", _METHOD)]) + "\n"
+        lines += ["## MotionBenchMaker's problems for the Panda", "", *_summary_table(of[MBM]), _source(MBM), ""]
+    return [*lines, "## What could not be had", "", *(f"- {text}" for text in MISSING), ""]
 
 
-def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
+def fault(row: Row) -> str:
+    """A task that is not solved."""
+    return "" if row.outcome == SOLVED else f"{row.task}, {row.method}: {row.outcome}. {row.message}"
+
+
+def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
     """What ours is meant to hold; nothing is claimed of others' numbers."""
     tried = [row for row in rows if not row.message]
     solved = [row for row in rows if row.outcome == SOLVED]
     return (
-        tally("Every task is solved.", (row.outcome == SOLVED for row in tried), ""),
-        tally("No contact is found on a path of ours.", (row.contacts == 0 for row in solved), ""),
+        bench.tally("Every task is solved.", (row.outcome == SOLVED for row in tried), ""),
+        bench.tally("No contact is found on a path of ours.", (row.contacts == 0 for row in solved), ""),
     )
 
 
@@ -107,28 +103,19 @@ def _task_tables(rows: Sequence[Row]) -> list[str]:
 
 
 def _summary_table(rows: Sequence[Row]) -> list[str]:
-    """Medians over the folder's problems, and the published ones over theirs."""
-    header = ["method", "solved", "of", "length (rad)", "seconds", "CPU (s)", "w, least", "w, mean", "paths touching"]
-    lines: list[list[Any]] = [
-        [f"{one.method}, published", 699, 700, one.length_rad, one.seconds, None, None, None, None]
-        for one in PUBLISHED
-        if one.table == MBM
-    ]
-    for method in dict.fromkeys(row.method for row in rows):
-        of = [row for row in rows if row.method == method]
-        solved = [row for row in of if row.outcome == SOLVED]
-        columns = ("length_rad", "seconds", "cpu_s", "w_min", "w_mean")
-        medians = [median(getattr(row, name) for row in solved) for name in columns]
-        lines.append([f"ours, {method}, median", len(solved), len(of), *medians, sum(bool(r.contacts) for r in solved)])
-    return markdown_table(header, lines)
+    """Published medians over their problems, and ours over the folder's."""
+    header = ["method", "solved", "of", "length (rad)", "seconds"]
+    theirs = [[one.method, 699, 700, one.length_rad, one.seconds] for one in PUBLISHED if one.table == MBM]
+    names = {"length_rad": "length (rad)", "seconds": "seconds", "cpu_s": "CPU (s)"}
+    names |= {"w_min": "w, least", "w_mean": "w, mean"}
+    columns: dict[str, bench.Pick] = {"solved": bench.total(lambda row: row.outcome == SOLVED), "of": len}
+    columns |= {header: bench.middle(name) for name, header in names.items()}
+    columns |= {"paths touching": bench.total(lambda row: bool(row.contacts))}
+    return [*markdown_table(header, theirs), "", "Ours, in the median:", "", *bench.table(rows, ["method"], columns)]
 
 
 def _published(theirs: Sequence[Published], task: str, method: str, column: str) -> float | None:
     return next((getattr(one, column) for one in theirs if (one.task, one.method) == (task, method)), None)
-
-
-def _failures(rows: Sequence[Row]) -> list[str]:
-    return [f"- {row.task}, {row.method}: {row.outcome}. {row.message}" for row in rows if row.outcome != SOLVED]
 
 
 def _text(value: float | None) -> str:
@@ -137,11 +124,3 @@ def _text(value: float | None) -> str:
 
 def _source(table: str) -> str:
     return f"Source. {SOURCES[table]}"
-
-
-_METHOD = """How ours is measured. Every method has a process of its own; seconds are of the wall clock, once libraries,
-robot and scene are loaded; a machine with other work beside is slower, so the processor's seconds are in tables.csv.
-"path only" is `planner plan --path-only`, "beta 1" and the others `planner plan` with that beta and `--nodes`, without
-motion and page; "kept roadmap" is a query at beta 1 on a roadmap of `--nodes` nodes that was grown around the scene's
-home configuration and knows none of the tasks. Every motion of ours is proven. Published numbers are of other machines,
-models and work: they stand here so that ours can be judged, not as a race."""

@@ -1,23 +1,29 @@
-"""``benchmarks tasks``: seeded tasks planned at once and greedily on the same roadmaps, and looked at closely."""
+"""Measures tasks planned at once, against a greedy chain on the same network and proofs, and looks at the motions.
+
+How. The Panda takes a box or a cylinder among others from a table, a bin or a shelf, puts it onto a block and goes
+home: up to 200 generated grasps, 20 placements, beta 0.5. Greedy does each step as cheaply as it can. Motions are
+looked at every 0.1 mm of motion by coal in worlds built from plan.json, the object included. A task that is not solved
+is planned with ten times the nodes too. Seconds are of the processor. Limitations. States every 0.1 mm are no proof;
+one robot, and three kinds of scenes.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from benchmarks.bench import closing_lines, run_bench, software
+from benchmarks import bench
 from benchmarks.tasks.scenes import KINDS, seeded_task
 from planner import gabf
 from planner.base.errors import OptionError
-from planner.base.progress import QUIET, Progress
-from planner.base.tables import markdown_table, median
-from planner.batch.results import Results
-from planner.problem.request import SERIAL, TimingRequest, WorkersRequest, require_nodes, require_seed
+from planner.base.progress import Progress
+from planner.batch.outcomes import SOLVED
+from planner.problem.request import TimingRequest, require_nodes, require_seed
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.search import LazySearch
 
@@ -26,127 +32,93 @@ _TENFOLD = 10  # times as many nodes, where a task was not solved
 
 
 @dataclass(frozen=True)
-class Row:
+class Row(bench.Row):
     """One task. ``grasps`` and ``pairs`` of a grasp and a placement were tried; ``nodes_all`` has the network.
 
     ``tenfold``: how it ended with ten times the nodes, asked where it was not solved. ``greedy_cost``: best grasp
     first, then path, then placement, on the same network; None where that got ``stuck``. ``segments_bad``: of the
-    proven motion, with a contact every 0.1 mm. ``again_s``: at another beta. Seconds are of the processor.
+    proven motion, with a contact every 0.1 mm. ``again_s``: at another beta.
     """
 
     kind: str
     number: int
     nodes: int
     seed: int
-    outcome: str
-    message: str
-    tenfold: str
-    grasps: int
-    pairs: int
-    modes: int | None
-    nodes_all: int | None
-    rounds: int | None
-    cost: float | None
-    greedy_cost: float | None
-    stuck: bool
-    proven: bool | None
-    segments_bad: int | None
-    duration: float | None
-    first_s: float
-    again_s: float | None
     software: str
+    outcome: str = ""
+    message: str = ""
+    tenfold: str = ""
+    grasps: int = 0
+    pairs: int = 0
+    modes: int | None = None
+    nodes_all: int | None = None
+    rounds: int | None = None
+    cost: float | None = None
+    greedy_cost: float | None = None
+    stuck: bool = False
+    proven: bool | None = None
+    segments_bad: int | None = None
+    duration: float | None = None
+    first_s: float = 0.0
+    again_s: float | None = None
 
-    @property
-    def key(self) -> tuple:
-        """What was asked."""
-        return self.kind, self.number, self.nodes, self.seed, self.software
 
-
-def bench_tasks(
-    folder: Path,
+def tasks(
+    out: bench.Out = Path("bench-tasks"),
     scenes: int = 8,
     nodes: int = 500,
-    kinds: Sequence[str] = KINDS,
+    kinds: tuple[str, ...] = KINDS,
     seed: int = 0,
-    progress: Progress = QUIET,
-    workers: WorkersRequest = SERIAL,
-) -> Results[Row]:
-    """Plan ``scenes`` tasks of each kind with 200 grasps and 20 placements; write ``tasks.csv`` and ``tasks.md``.
+    workers: bench.Workers = bench.SERIAL,
+    debug: bench.Debug = False,
+) -> int:
+    """Something taken and put elsewhere in seeded scenes: success, contacts, times, and against a greedy chain.
 
-    Rows that are there already are kept. Raises OptionError for numbers out of range, FileError where the folder
-    cannot be used.
+    Writes tasks.csv, one row a task, and tasks.md.
+
+    Args:
+        scenes: Scenes of each kind: things on a table, in a bin, on a shelf.
+        nodes: Configurations in the roadmaps.
+        kinds: Kinds of scenes.
+        seed: Seed of scenes and roadmaps.
     """
     require_seed(seed)
     require_nodes(nodes)
     if scenes < 1 or not set(kinds) <= set(KINDS):
         raise OptionError(f"give at least 1 scene, and kinds out of {', '.join(KINDS)}.")
-    here = software()
-    return run_bench(
-        folder,
-        "tasks",
-        Row,
-        [(kind, number) for kind in kinds for number in range(scenes)],
-        lambda table, case: table.find((*case, nodes, seed, here)),
-        partial(_measure, nodes=nodes, seed=seed),
-        to_markdown,
-        "tasks",
-        progress,
-        workers=workers,
-    )
+    here = bench.software()
+    rows = [Row(kind, number, nodes, seed, here) for kind in kinds for number in range(scenes)]
+    return bench.run_bench(BENCH, out, [bench.Case((row,), row) for row in rows], _measure, workers)
 
 
-def _measure(case: tuple[str, int], progress: Progress, nodes: int, seed: int) -> list[Row]:
-    task, begun = seeded_task(*case, seed), time.process_time()
-    planner = TaskPlanner.of(task, nodes=nodes, seed=seed)
+def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
+    task, begun = seeded_task(row.kind, row.number, row.seed), time.process_time()
+    planner = TaskPlanner.of(task, nodes=row.nodes, seed=row.seed)
     found = planner.plan()
-    first = time.process_time() - begun
     tried, net = planner.options.tried, planner.network
-    row = Row(
-        *case,
-        nodes,
-        seed,
-        found.outcome.key,
-        found.message,
-        "",
-        tried[0].of,
-        tried[1].of,
-        None if net is None else len(net.modes),
-        None if net is None else net.nodes,
-        found.rounds,
-        None,
-        None,
-        False,
-        None,
-        None,
-        None,
-        first,
-        None,
-        software(),
-    )
+    columns: dict[str, Any] = {"outcome": found.outcome.key, "message": found.message, "rounds": found.rounds}
+    columns |= {"grasps": tried[0].of, "pairs": tried[1].of, "first_s": time.process_time() - begun}
+    columns |= {} if net is None else {"modes": len(net.modes), "nodes_all": net.nodes}
     if progress.stopped:
-        return []
+        return None
     if not found.solved:
-        more = TaskPlanner.of(task, nodes=_TENFOLD * nodes, seed=seed).plan()
-        return [replace(row, tenfold=more.outcome.key)]
+        more = TaskPlanner.of(task, nodes=_TENFOLD * row.nodes, seed=row.seed).plan()
+        return columns | {"tenfold": more.outcome.key}
     assert found.cost is not None
     cost, timed = greedy_cost(planner), planner.plan(timing=TimingRequest())
     begun = time.process_time()
     planner.plan(beta=0.3)
     again = time.process_time() - begun
     assert timed.trajectory is not None
-    bad = sum(not report.ok for report in timed.check(STEP))
-    return [
-        replace(
-            row,
-            cost=found.cost.total,
-            greedy_cost=cost,
-            stuck=cost is None,
-            proven=timed.trajectory.proven,
-            segments_bad=bad,
-            duration=timed.trajectory.duration,
-            again_s=again,
-        )
-    ]
+    return columns | {
+        "cost": found.cost.total,
+        "greedy_cost": cost,
+        "stuck": cost is None,
+        "proven": timed.trajectory.proven,
+        "segments_bad": sum(not report.ok for report in timed.check(STEP)),
+        "duration": timed.trajectory.duration,
+        "again_s": again,
+    }
 
 
 def greedy_cost(planner: TaskPlanner, beta: float = 0.5) -> float | None:
@@ -167,44 +139,25 @@ def greedy_cost(planner: TaskPlanner, beta: float = 0.5) -> float | None:
     return total
 
 
-def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
-    """The table for people, by kind of scene and of all."""
-    groups = [(kind, [row for row in rows if row.kind == kind]) for kind in dict.fromkeys(row.kind for row in rows)]
-    header = [
-        "scenes",
-        "tasks",
-        "solved",
-        "of those that 10 x the nodes solve",
-        "segments with a contact",
-        "not proven",
-    ]
-    header += ["greedy stuck", "greedy dearer (median)", "first (s)", "again (ms)"]
-    lines = ["# python -m benchmarks tasks", ""]
-    lines += markdown_table(header, [_line(name, group) for name, group in (*groups, ("all", list(rows)))])
-    return "\n".join([*lines, *closing_lines(rows, complete, "tasks", _METHOD)]) + "\n"
+def tables(rows: Sequence[Row]) -> list[str]:
+    """A line per kind of scene, and of all."""
+    solved = lambda read: lambda some: read([row for row in some if row.outcome == SOLVED])  # noqa: E731
+    columns: dict[str, bench.Pick] = {
+        "tasks": len,
+        "solved": solved(len),
+        "of those that 10 x the nodes solve": lambda some: sum(SOLVED in (row.outcome, row.tenfold) for row in some),
+        "segments with a contact": solved(bench.total("segments_bad")),
+        "not proven": solved(bench.total(lambda row: not row.proven)),
+        "greedy stuck": bench.total("stuck"),
+        "greedy dearer (median, %)": solved(bench.middle(_dearer, 100.0)),
+        "first (s)": bench.middle("first_s"),
+        "again (ms)": solved(bench.middle("again_s", 1e3)),
+    }
+    return bench.table(rows, ["kind"], columns, whole=True)
 
 
-def _line(name: str, rows: list[Row]) -> list[object]:
-    done = [row for row in rows if row.outcome == "solved"]
-    can = len(done) + sum(row.tenfold == "solved" for row in rows)
-    dearer = median(row.greedy_cost / row.cost - 1 for row in done if row.greedy_cost and row.cost)
-    again = median(row.again_s for row in done)
-    return [
-        name,
-        len(rows),
-        len(done),
-        f"{len(done)} of {can}",
-        sum(row.segments_bad or 0 for row in done),
-        sum(not row.proven for row in done),
-        sum(row.stuck for row in done),
-        None if dearer is None else f"{100 * dearer:.1f} %",
-        median(row.first_s for row in rows),
-        None if again is None else 1e3 * again,
-    ]
+def _dearer(row: Row) -> float | None:
+    return row.greedy_cost / row.cost - 1 if row.greedy_cost and row.cost else None
 
 
-_METHOD = (
-    "Panda; a box or a cylinder among others, on a table, in a bin, on a shelf, onto a block, home again: up to 200 "
-    "generated grasps, 20 placements, beta 0.5. Greedy does each step as cheaply as it can, on the same network and "
-    "proofs. Motions are looked at every 0.1 mm of motion by coal in worlds built from plan.json, the object included."
-)
+BENCH = bench.Bench("tasks", Row, __doc__, tables)

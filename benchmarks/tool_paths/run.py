@@ -1,4 +1,11 @@
-"""``benchmarks tool-paths``: seeded rasters, lines and circles of several robots, followed, timed and judged."""
+"""Measures tool paths that are followed: the share, the time, and deviations that a judge of its own sees.
+
+How. Each path lies across the tool's axis around where that is in a random free configuration; the tool may turn about
+its axis; for roboplan it keeps the turn with which ours begins, and begins there. The judge looks at the motion in time
+every 0.05 mm of the tool's way, with Pinocchio's frames; coal looks every 0.5 mm. Rasters have 200 points. Seconds are
+of CPU, first to motion. toppra (where it is installed) runs along the same curve without limits on jerk. Limitations.
+Looks at 0.05 mm are no proof; the paths lie away from joint limits, so shares followed are those of reachable places.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +14,22 @@ import re
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.bench import run_bench, software
-from benchmarks.elsewhere import answer_of
-from benchmarks.motion.other_law import roboplan_motion, told
-from benchmarks.motion.toppra_law import installed, toppra_duration
-from benchmarks.tool_paths import runner
+from benchmarks import bench
+from benchmarks.others import roboplan_runner
+from benchmarks.others.elsewhere import answer_of, environments
+from benchmarks.others.roboplan_law import roboplan_motion, told
+from benchmarks.others.toppra_law import installed, toppra_duration
 from benchmarks.tool_paths.judge import deviations, states_every, tool_frames
-from benchmarks.tool_paths.report import Row, to_markdown
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
-from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results
+from planner.base.progress import Progress
+from planner.base.tables import markdown_table, median
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
@@ -41,50 +48,79 @@ KINDS = ("raster", "line", "circle")
 _WAIT = 120.0  # s that roboplan may take
 _DENSER = 4  # times the solutions, of the ladder that says what could be followed
 _ROUND = 0.5  # of the limits' middle: begin with configurations that are not at a limit
+_FIRST, _AGAIN = 1.0, 0.05  # s that are aimed at for a raster of 200 points
+_OPTIMUM = 1.05  # of toppra's duration
+_WHOLE = 1.0 - 1e-9  # share of a path that counts as followed
 
 
 @dataclass(frozen=True)
-class Case:
-    """One path."""
+class Row(bench.Row):
+    """One path. ``followed``: share of it, and by a ladder of four times as many solutions; ``position`` and ``angle``:
+    the largest deviations that the judge saw, as shares of the tube; ``jump``: largest step of a joint between two
+    looks (rad); seconds of CPU from nothing without a motion, with another beta, and for the same again with a motion.
+    ``toppra_s``: how long toppra takes along the same curve; then what roboplan's Cartesian planner makes of the path.
+    """
 
     robot: str
     scene: str
     kind: str
     seed: int
+    software: str
+    points: int = 0
+    followed: float = 0.0
+    denser: float = 0.0
+    proven: bool = False
+    position: float = 0.0
+    angle: float = 0.0
+    contacts: int = 0
+    jump: float = 0.0
+    w_min: float = 0.0
+    duration: float = 0.0
+    first_s: float = 0.0
+    again_s: float = 0.0
+    motion_s: float = 0.0
+    outcome: str = ""
+    toppra_s: float | None = None
+    roboplan_followed: float | None = None
+    roboplan_position: float | None = None
+    roboplan_angle: float | None = None
+    roboplan_contacts: int | None = None
+    roboplan_w_min: float | None = None
+    roboplan_duration: float | None = None
 
-    @property
-    def key(self) -> tuple[str, str, str, int, str]:
-        return (self.robot, self.scene, self.kind, self.seed, software())
 
-
-def bench_tool_paths(
-    out: Path,
-    robots: Sequence[str] = ("panda", "iiwa14", "ur5"),
-    scenes: Sequence[str] = ("empty", "table"),
-    kinds: Sequence[str] = KINDS,
+def tool_paths(
+    out: bench.Out = Path("bench-tool-paths"),
+    robots: tuple[str, ...] = ("panda", "iiwa14", "ur5"),
+    scenes: tuple[str, ...] = ("empty", "table"),
+    kinds: tuple[str, ...] = KINDS,
     paths: int = 3,
     seed: int = 0,
-    python: str = "",
-    progress: Progress = QUIET,
-) -> Results[Row]:
-    """``paths`` paths of each kind for every robot in every scene; writes ``tool-paths.csv`` and ``tool-paths.md``.
+    python: tuple[str, ...] = (),
+    debug: bench.Debug = False,
+) -> int:
+    """Rasters, lines and circles of the tool: what share is followed, how fast, and what a judge of its own sees.
 
-    ``python``: that of roboplan's environment, whose Cartesian planner is asked too; none where it is empty.
+    It looks at the motion every 0.05 mm. Writes tool-paths.csv, one row a path, and tool-paths.md.
 
-    Raises :class:`OptionError` for kinds that are not there and no paths, FileError where the folder cannot be used.
+    Args:
+        robots: Names of built-in robots.
+        scenes: Names of built-in scenes.
+        kinds: Kinds of paths.
+        paths: Paths of each kind, for every robot in every scene.
+        seed: Seed of the first path.
+        python: roboplan=PATH, the Python of an environment with roboplan, whose Cartesian planner is asked too.
     """
+    other = environments(python).get("roboplan", "")
     for kind in kinds:
         if kind not in KINDS:
             raise OptionError(f"kind '{kind}' not found; kinds are {', '.join(KINDS)}.")
-    cases = [Case(*each) for each in itertools.product(robots, scenes, kinds, range(seed, seed + paths))]
-    found = run_bench(
-        out, "tool-paths", Row, cases, lambda table, case: table.find(case.key),
-        lambda case, progress: _measure(case, python), to_markdown, "paths", progress,
-    )  # fmt: skip
-    return found
+    here = bench.software()
+    rows = [Row(*each, here) for each in itertools.product(robots, scenes, kinds, range(seed, seed + paths))]
+    return bench.run_bench(BENCH, out, [bench.Case((row,), row) for row in rows], partial(_measure, python=other))
 
 
-def path_of(case: Case, checker: CollisionChecker) -> ToolPath:
+def path_of(case: Row, checker: CollisionChecker) -> ToolPath:
     """A path around where the tool is in a free configuration: 200 points of a raster, a line, or a circle.
 
     Across the tool's z axis, about which it may turn.
@@ -117,7 +153,7 @@ def _flat_points(kind: str) -> Floats:
     return np.array(rows)
 
 
-def _measure(case: Case, python: str) -> list[Row]:
+def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
     request = FollowRequest(robot=case.robot, scene=case.scene, seed=case.seed)
     checker = open_world(request)
     path = path_of(case, checker)
@@ -129,18 +165,15 @@ def _measure(case: Case, python: str) -> list[Row]:
     again = time.process_time()
     timed = follower.plan(request, timing=TimingRequest())
     motion = time.process_time()
-    denser = Follower.of(path, replace(request, ladder_density=_DENSER)).found.share
     found = timed.tool_path
     assert found is not None
-    judged: dict[str, Any] = dict.fromkeys(_JUDGED, 0)
-    if timed.trajectory is not None:
-        judged = _judged(timed.trajectory, checker, path)
-    seconds: dict[str, Any] = {"first_s": planned - begin, "again_s": again - planned, "motion_s": motion - again}
-    share: dict[str, Any] = {"points": int(path.given.max()), "followed": found.record.followed, "denser": denser}
-    others: dict[str, Any] = {"toppra_s": _toppra(follower, timed)} if installed() and len(timed.path) > 1 else {}
-    others |= _by_roboplan(python, timed, checker, path) if python and len(timed.path) else {}
-    kept: dict[str, Any] = {"proven": found.record.proven, "outcome": first.outcome.key}
-    return [Row(*case.key, **share, **judged, **seconds, **kept, **others)]
+    columns: dict[str, Any] = {"first_s": planned - begin, "again_s": again - planned, "motion_s": motion - again}
+    columns |= {"points": int(path.given.max()), "followed": found.record.followed, "proven": found.record.proven}
+    columns |= {"denser": Follower.of(path, replace(request, ladder_density=_DENSER)).found.share}
+    columns |= {} if timed.trajectory is None else _judged(timed.trajectory, checker, path)
+    columns |= {"toppra_s": _toppra(follower, timed)} if installed() and len(timed.path) > 1 else {}
+    columns |= _by_roboplan(python, timed, checker, path) if python and len(timed.path) else {}
+    return columns | {"outcome": first.outcome.key}
 
 
 def _toppra(follower: Follower, timed: Plan) -> float:
@@ -164,7 +197,7 @@ def _by_roboplan(python: str, timed: Plan, checker: CollisionChecker, path: Tool
         "start": timed.path[0].tolist(),
         "tube": asdict(path.tube),
     }
-    found = answer_of("roboplan", python, runner.__file__, problem, _WAIT)
+    found = answer_of("roboplan", python, roboplan_runner.__file__, problem, _WAIT, ["follow"])
     if "times" not in found:
         stuck = re.search(r"path fraction ([0-9.]+)", found["message"])
         return {"roboplan_followed": float(stuck[1]) if stuck else 0.0}
@@ -186,3 +219,55 @@ def _judged(made: Trajectory, checker: CollisionChecker, path: ToolPath) -> dict
     tube = path.tube
     found = (off.max() / tube.position, angle.max() / tube.angle, contacts, jump, w, made.duration)
     return dict(zip(_JUDGED, found, strict=True))
+
+
+def tables(rows: Sequence[Row]) -> list[str]:
+    """A line per robot, scene and kind; then ours beside roboplan's."""
+    columns: dict[str, bench.Pick] = {
+        "paths": len,
+        "whole": bench.total(lambda row: row.followed >= _WHOLE),
+        "denser": bench.total(lambda row: row.denser >= _WHOLE),
+        "off / tube": bench.most(lambda row: max(row.position, row.angle)),
+        "jump (rad)": bench.most("jump"),
+        "first (s)": bench.middle("first_s"),
+        "again (s)": bench.middle("again_s"),
+        "motion (s)": bench.middle("motion_s"),
+    }
+    both = [row for row in rows if row.roboplan_followed is not None]
+    return bench.table(rows, ["robot", "scene", "kind"], columns) + (_beside_roboplan(both) if both else [])
+
+
+def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
+    """The aims of following, and the number of rows that meet them."""
+    moved, whole = [row for row in rows if row.followed > 0], [row for row in rows if row.denser >= _WHOLE]
+    rasters = [row for row in rows if row.kind == "raster" and row.followed >= _WHOLE]
+    followed, beside = [row.followed >= _WHOLE for row in whole], [row for row in rows if row.toppra_s]
+    inside = [max(row.position, row.angle) <= 1.0 for row in moved]
+    slower = f"A motion takes {_OPTIMUM:g} of the time that toppra takes along the same curve."
+    return (
+        bench.tally("A path that four times the solutions follow is followed.", followed, ""),
+        bench.tally("What is followed is proven.", [row.proven for row in moved], ""),
+        bench.tally("No look finds the tool outside the tube.", inside, ""),
+        bench.tally("coal finds no contact.", [row.contacts == 0 for row in moved], ""),
+        bench.tally(f"A raster is planned in {_FIRST:g} s.", [row.first_s <= _FIRST for row in rasters], ""),
+        bench.tally(slower, [row.duration <= _OPTIMUM * (row.toppra_s or 0.0) for row in beside], ""),
+        bench.tally(f"Another beta takes {_AGAIN:g} s.", [row.again_s <= _AGAIN for row in rasters], ""),
+    )
+
+
+def _beside_roboplan(rows: Sequence[Row]) -> list[str]:
+    """Shares followed, deviations, smallest w and durations, ours and roboplan's."""
+    header = ["software", "share followed, mean", "whole", "deviation / tube", "contacts", "w, median", "s, median"]
+    shares = [row.followed for row in rows], [row.roboplan_followed or 0.0 for row in rows]
+    both = [row for k, row in enumerate(rows) if min(of[k] for of in shares) >= _WHOLE]
+    lines = []
+    for name, prefix, of in zip(("ours", "roboplan"), ("", "roboplan_"), shares, strict=True):
+        found = {key: [getattr(row, prefix + key) or 0.0 for row in both] for key in _JUDGED if key != "jump"}
+        off = max([*found["position"], *found["angle"]], default=0.0)
+        middle = [median(found[key]) for key in ("w_min", "duration")]
+        lines.append([name, sum(of) / len(of), sum(s >= _WHOLE for s in of), off, sum(found["contacts"]), *middle])
+    said = "Beside roboplan's Cartesian planner on the same paths; from the third number on where both follow all:"
+    return [said, "", *markdown_table(header, lines)]
+
+
+BENCH = bench.Bench("tool-paths", Row, __doc__, tables, aims)

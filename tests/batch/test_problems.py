@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.plan.run import bench_plan
+from benchmarks.plan.run import plan
 from planner.base.errors import FileError
 from planner.batch.problems import find_problems
 from tests.batch.posts import PLAIN, write_problem
@@ -50,7 +50,7 @@ def test_a_problem_is_another_where_the_robot_is_another(tmp_path: Path) -> None
 def test_a_folder_without_problems_is_refused(tmp_path: Path) -> None:
     for folder in (tmp_path, tmp_path / "nowhere"):
         with pytest.raises(FileError, match="holds no problems"):
-            bench_plan(folder, tmp_path / "out", PLAIN)
+            plan(folder, PLAIN, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.certificate.folders import folder_of
-from benchmarks.certificate.mutations import Case
+from benchmarks.attack.certificates.folders import folder_of
+from benchmarks.attack.certificates.mutations import Case
 from planner.certificate import PROOF_NAME, verify_proof
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.certificate.folders import AROUND, folder_of
-from benchmarks.certificate.mutations import Case
+from benchmarks.attack.certificates.folders import AROUND, folder_of
+from benchmarks.attack.certificates.mutations import Case
 from planner.certificate import verify, verify_proof
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker

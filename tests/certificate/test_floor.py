@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from benchmarks.certificate.folders import AROUND, folder_of
-from benchmarks.certificate.judge import least_w
-from benchmarks.certificate.mutations import WITNESSES, Case, packed
+from benchmarks.attack.certificates.folders import AROUND, folder_of
+from benchmarks.attack.certificates.judge import least_w
+from benchmarks.attack.certificates.mutations import WITNESSES, Case, packed
 from planner.base.errors import FileError
 from planner.certificate import certificate_of, verify, verify_proof
 from planner.certificate.geometry import shapes_of

@@ -10,10 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.misses.run import bench_misses
+from benchmarks.attack.report import Row
+from benchmarks.attack.run import attack
 from planner.base.cluster import local_cluster
 from planner.base.errors import FileError, OptionError
 from planner.base.progress import QUIET, Progress
+from planner.batch.results import read_rows
 from planner.batch.run import run_batch
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.processes.parallel import measured_cases
@@ -67,7 +69,9 @@ def test_errors_come_back_as_they_were() -> None:
 
 def test_a_benchmark_has_the_same_rows_from_two_processes(tmp_path: Path) -> None:
     def rows(workers: WorkersRequest) -> tuple:
-        return bench_misses(tmp_path / str(workers.jobs), 1, ["planar_2r"], [5.0], workers=workers).rows
+        out = tmp_path / str(workers.jobs)
+        assert attack(out, ("misses",), edges=1, robots=("planar_2r",), thicknesses=(5.0,), workers=workers) == 0
+        return tuple(sorted(read_rows(out / "attack.csv", Row, "it"), key=lambda row: row.key))
 
     assert rows(SERIAL) == rows(TWO)
 

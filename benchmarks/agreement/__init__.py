@@ -1,1 +1,0 @@
-"""``benchmarks agreement``: FCL against coal on random states."""

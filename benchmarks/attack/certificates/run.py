@@ -1,0 +1,122 @@
+"""The cost of a plan's certificate, and changed certificates, of which no false one may be accepted."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.attack.certificates.folders import AROUND, folder_of
+from benchmarks.attack.certificates.judge import beyond_limits, closest, least_w
+from benchmarks.attack.certificates.mutations import Case, Data, climbed, largest, mutated
+from planner.certificate import PROOF_NAME, verify
+from planner.certificate.geometry import geometry_of
+from planner.certificate.verification import require_same_world
+from planner.certificate.verify_proof import Refused
+from planner.collision import make_checker
+from planner.collision.world import World
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Obstacle
+from planner.planning.plan import plan
+from planner.planning.result import save_plan_without_page
+from planner.problem.request import PlanRequest, TimingRequest
+from planner.trajectory.timing import time_path
+
+ROBOTS, SCENES = ("iiwa14", "panda", "ur5"), ("shelf", "table")
+MARGIN = 0.005  # m, of the path whose certificate is changed: what is nearer is a counterexample
+FLOOR = 0.09  # m^2, of the path whose least w is 0.097
+CHUNK = 50  # certificates, of which one is the largest change in its direction that is accepted, and one a climb
+_MOTIONS = 0.1  # the share of motions, which take longer to judge
+_SAMPLES = 3  # configurations of each piece that an accepted certificate is judged by
+
+
+def certify(robot: str, scene: str, seed: int) -> dict[str, Any]:
+    """Seconds of computing of a plan, of saving it with a certificate and of checking that; its size and verdict."""
+    began = time.process_time()
+    found = plan(PlanRequest(robot=robot, scene=scene, seed=seed), timing=TimingRequest())
+    plan_s = time.process_time() - began
+    if not found.solved:
+        return {"verdict": found.message}
+    with tempfile.TemporaryDirectory() as name:
+        place, began = Path(name), time.process_time()
+        save_plan_without_page(found, place, certificate=True)
+        certify_s = time.process_time() - began
+        made, began = len(Case.of(place).data["piece"]), time.process_time()
+        try:
+            verdict = verify(place, found.checker.world).partition(":")[0].lower()
+        except Refused as why:
+            verdict = str(why)
+        check_s, size = time.process_time() - began, (place / PROOF_NAME).stat().st_size
+    columns = {"plan_s": plan_s, "certify_s": certify_s, "check_s": check_s, "size": size}
+    return columns | {"witnesses": made, "verdict": verdict, "tried": 1}
+
+
+def change(chunk: int, seed: int) -> dict[str, Any]:
+    """Counts of a chunk of changed certificates and of those accepted, by kind, and the false ones among these."""
+    found = _tried(_cases(seed)[1], np.random.default_rng([seed, chunk]))
+    return {
+        "tried": CHUNK,
+        "free": sum(accepted for _, accepted in found["counts"].values()),
+        "false_free": len(found["false"]),
+        "counts": json.dumps(found["counts"]),
+        "found": json.dumps(found["false"]) if found["false"] else "",
+    }
+
+
+@cache
+def _cases(seed: int) -> tuple[tempfile.TemporaryDirectory, list[tuple[Case, World, float]]]:
+    """A path and a motion of few pairs, checked in milliseconds; with the margin (m) that they do not keep."""
+    place = tempfile.TemporaryDirectory()
+    scene = Scene("post", (Obstacle("post", Box((0.1, 0.02, 0.2)), pose([0.75, 0.0, 0.0])),))
+    checker, made = make_checker(Robot.load("planar_2r"), scene, margin=MARGIN), []
+    for name, motion in (("path", None), ("motion", time_path(AROUND, checker, law="shortcuts"))):
+        case = Case.of(folder_of(Path(place.name) / name, checker, AROUND, motion, FLOOR)[0])
+        made.append((case, checker.world, closest(case.data, 200, np.random.default_rng(seed), 1.0)))
+    return place, made
+
+
+def _tried(cases: list[tuple[Case, World, float]], rng: np.random.Generator) -> dict[str, Any]:
+    """Counts of what was changed and of what was accepted, by kind, and what is false of that."""
+    counts, false = dict[str, list[int]](), list[str]()
+    for k in range(CHUNK):
+        case, world, near = cases[int(rng.random() < _MOTIONS)]
+        if k == 0:
+            data, kind = largest(case, rng) or (None, "")
+            kind, words = "the largest change that is accepted", case.words
+        elif k == 1:
+            data, words = climbed(case, rng, near + 10.0 ** rng.uniform(-9, -4))
+            data, kind = data if case.accepts(data, words) else None, "witnesses climbed to more than there is"
+            false += [kind] if data is not None else []
+        else:
+            data, words, kind = mutated(case, rng)
+            data = data if case.accepts(data, words, follow := bool(rng.random() < 0.5)) else None
+            if data is not None and not follow and not _same(data, case.data, ("path", "clock", "knots", "limits")):
+                false.append(f"{kind}: not what is in the folder")
+        counts[kind] = [a + b for a, b in zip(counts.get(kind, [0, 0]), (1, int(data is not None)), strict=True)]
+        if data is not None:
+            false += [f"{kind}: {what}" for what in _wrong(case, data, words, world, rng)]
+    return {"counts": counts, "false": false}
+
+
+def _wrong(case: Case, data: Data, words: dict[str, Any], world: World, rng: np.random.Generator) -> list[str]:
+    """What is not true of a certificate that was accepted; and whether it passes as one of another world's."""
+    found = ["too close"] if closest(data, _SAMPLES, rng, MARGIN) < MARGIN - 1e-7 else []
+    found += ["below the floor"] if least_w(data, words, _SAMPLES) < data["floor"] - 1e-9 else []
+    found += ["beyond limits"] if beyond_limits(data) > 2e-6 else []
+    try:
+        require_same_world(case.folder / PROOF_NAME, world)
+    except Refused:
+        return found
+    same = words == case.words and _same(data, case.data, tuple(geometry_of(world)))
+    return found + ([] if same else ["of another world"])
+
+
+def _same(one: Data, two: Data, names: tuple[str, ...]) -> bool:
+    return all(np.array_equal(one[name], two[name]) for name in names)

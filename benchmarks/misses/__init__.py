@@ -1,1 +1,0 @@
-"""``benchmarks misses``: thin obstacles, proofs against samples."""

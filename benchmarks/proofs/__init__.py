@@ -1,1 +1,0 @@
-"""``benchmarks proofs``: our proofs of straight motions against HPP's, motion by motion."""

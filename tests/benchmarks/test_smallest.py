@@ -1,0 +1,219 @@
+"""Every benchmark once, at its smallest size and through its command: rows, report, resuming, refusals, Ctrl-C."""
+
+from __future__ import annotations
+
+import csv
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from benchmarks.optimum import grid
+from tests.batch.posts import write_problem
+from tests.command_line import Run, assert_refused, command
+
+Rows = list[dict[str, str]]
+
+PLANAR = "--robot planar_2r --collision coal --acceleration 5"
+
+
+def rows_of(out: Path) -> Rows:
+    (table,) = out.glob("*.csv")
+    with table.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def check_plan(rows: Rows) -> None:
+    ours = [row for row in rows if row["method"] == "planner"]
+    assert [(row["problem"], row["outcome"]) for row in ours] == [("far/0001", "refused"), ("posts/0001", "solved")]
+    assert "by 0.0229 rad" in ours[0]["message"]
+    row, other = ours[1], rows[-1]
+    assert row["certified"] == row["edges"]
+    assert (row["contacts"], row["motion_contact"], row["proven"]) == ("0", "", "True")
+    assert (row["disagreed"], row["outside"], row["batch_differs"]) == ("0", "0", "0")
+    assert float(row["largest_share"]) <= 1.0
+    assert float(row["timed_s"]) <= float(row["stopping_s"])
+    assert 0 < float(row["first_path_s"]) < float(row["total_s"]) < float(row["process_s"])
+    assert float(row["lower_bound"]) <= float(row["cost"])
+    assert (other["method"], other["outcome"]) == ("RRTConnect", "solved")
+    assert float(other["length_rad"]) >= float(other["straight_rad"])
+
+
+def check_first_motion(rows: Rows) -> None:
+    whole = [row for row in rows if row["outcome"] == "solved"]
+    assert [row["method"] for row in whole] == ["planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal"]
+    for row in whole[:2]:
+        assert (row["proven"], row["contacts"], row["motion_contact"]) == ("True", "0", "")
+        stages = sum(float(row[name]) for name in ("ready_s", "path_s", "motion_s"))
+        assert float(row["total_s"]) == pytest.approx(stages)
+
+
+def check_attack(rows: Rows) -> None:
+    by_part = {
+        part: [row for row in rows if row["attack"] == part] for part in dict.fromkeys(r["attack"] for r in rows)
+    }
+    assert list(by_part) == ["claims", "segments", "reach", "misses", "certificates", "changes"]
+    assert len(by_part["claims"]) == 2 * 15
+    apart, tried = (sum(int(row[name]) for row in by_part["claims"]) for name in ("apart", "tried"))
+    assert 0.5 < apart / tried < 1.0  # or the search would say little
+    assert sum(int(row["free"]) for row in by_part["segments"]) > 10
+    assert not any(int(row["false_free"]) for part in ("segments", "changes") for row in by_part[part])
+    assert all(float(row["beyond_m"]) <= 0.0 for row in by_part["claims"])
+    assert [row["verdict"] for row in by_part["certificates"]] == ["proven"]
+    for row in by_part["misses"]:
+        assert int(row["free"]) - int(row["false_free"]) + int(row["touching"]) + int(row["left_out"]) == 4
+
+
+def check_gabf(rows: Rows) -> None:
+    errors = {row["method"]: float(row["error"]) for row in rows}
+    assert errors["dijkstra"] == 0.0
+    assert errors["gabf"] < errors["rk45 in tau"] < 1e-3
+    assert errors["gabf"] < errors["rk45 in t"] < 1e-3
+
+
+def check_gate(rows: Rows) -> None:
+    assert [row["kind"] for row in rows] == ["lines", "cubics", "quintics"]
+    for row in rows:
+        assert (row["tries"], row["false"], row["beyond"]) == ("6", "0", "0")
+        assert row["accepted_20"] == row["free_20"] <= row["free_5"]
+        assert 0 < float(row["p50_ms"]) <= float(row["p99_ms"])
+
+
+def check_roadmap(rows: Rows) -> None:
+    found = {row["method"]: row for row in rows if row["nodes_asked"] == "40"}
+    ours = found["gabf-planner"]
+    assert (ours["proven"], ours["touching"], ours["contacts"], ours["solved"]) == (ours["edges"], "0", "0", "2")
+    assert {name: row["outcome"] for name, row in found.items() if row["outcome"] == "measured"}.keys() >= {
+        "OMPL PRM, our checker",
+        "OMPL PRM, plain coal",
+        "FCL checks",
+        "coal checks",
+        "gabf-planner, plan",
+    }
+    assert all(float(found[name]["check_edge_us"]) > 0 for name in ("FCL checks", "coal checks"))
+
+
+def check_optimum(rows: Rows) -> None:
+    (row,) = rows
+    assert -2.0 < float(row["gap"]) < 15.0
+
+
+def check_tool_paths(rows: Rows) -> None:
+    (row,) = rows
+    assert float(row["followed"]) > 0
+    assert (row["proven"], row["contacts"]) == ("True", "0")
+    assert max(float(row["position"]), float(row["angle"])) <= 1.0
+
+
+def check_tasks(rows: Rows) -> None:
+    (row,) = rows
+    assert (row["outcome"], row["proven"], row["segments_bad"]) == ("solved", "True", "0")
+    assert row["stuck"] == "True" or float(row["greedy_cost"]) >= float(row["cost"]) - 1e-9
+
+
+def check_tables(rows: Rows) -> None:
+    assert {row["outcome"] for row in rows} == {"solved"}
+    assert {row["method"] for row in rows} == {"path only", "beta 1", "kept roadmap"}
+    assert {row["contacts"] for row in rows} == {"0"}
+
+
+SMALLEST: dict[str, tuple[str, Callable[[Rows], None]]] = {
+    "plan": (f"FOLDER {PLANAR} --nodes 40 --seeds 0 --beside RRTConnect", check_plan),
+    "first-motion": (f"FOLDER {PLANAR} --seconds 2", check_first_motion),
+    "attack": (
+        "--tries 12 --segments 2 --edges 4 --thicknesses 5 --changes 50 --robots planar_2r --scenes paper",
+        check_attack,
+    ),
+    "gabf": ("--sizes 60", check_gabf),
+    "gate": ("--chunks 3 --attack 6 --steps 4 --robots planar_2r", check_gate),
+    "roadmap": ("--robot planar_2r --scene paper --nodes 40 --sizes 60 --queries 2", check_roadmap),
+    "optimum": ("--nodes 60 --efforts 2 --betas 1 --seeds 0 --arms planar_2r", check_optimum),
+    "tool-paths": ("--robots ur5 --scenes empty --kinds line --paths 1", check_tool_paths),
+    "tasks": ("--scenes 1 --nodes 200 --kinds table", check_tasks),
+    "tables": ("--nodes 60 --betas 1", check_tables),
+}
+
+
+@pytest.mark.parametrize("name", SMALLEST)
+def test_it_measures_reports_and_measures_nothing_twice(
+    name: str, problems: Path, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(grid._HALVINGS, 2, 0)
+    words, check = SMALLEST[name]
+    asked = [name, *words.replace("FOLDER", str(problems)).split(), "--out", str(tmp_path / "o")]
+    code, text, error = run(*asked, program="benchmarks")
+    assert code == 0, error
+    assert text.startswith(f"# python -m benchmarks {name}\n")
+    for word in ("Software: gabf-planner", "How.", "Limitations."):
+        assert word in text
+    assert text == (tmp_path / "o" / f"{name}.md").read_text() + "\n"
+    check(rows_of(tmp_path / "o"))
+    before = (tmp_path / "o" / f"{name}.csv").read_bytes()
+    begin = time.perf_counter()
+    assert run(*asked, program="benchmarks")[:2] == (0, text)
+    assert (tmp_path / "o" / f"{name}.csv").read_bytes() == before  # seconds too: no row is measured again
+    assert time.perf_counter() - begin < 5.0
+
+
+def test_every_benchmark_has_a_smallest_size(run: Run) -> None:
+    code, text, _ = run("--help", program="benchmarks")
+    assert code == 0
+    assert all(f"• {name} " in text for name in SMALLEST)
+    assert text.count("• ") == len(SMALLEST)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        ("plan nowhere", 3, "nowhere holds no problems"),
+        ("plan . --beta 2", 2, "beta 2 is outside"),
+        ("plan . --time-limit 0", 2, "times above 0"),
+        ("plan . --scene shelf", 2, "scene is what each problem says"),
+        ("first-motion . --python vamp=x", 2, "python 'vamp=x' is not usable"),
+        ("first-motion . --jerk 0", 2, "jerk limit 0 is not usable"),
+        ("attack --tries 0", 2, "at least 1"),
+        ("attack --thicknesses 0", 2, "thicknesses above 0"),
+        ("attack --robots marvin", 3, "robot 'marvin' not found"),
+        ("attack --parts proofs", 2, "nothing to measure"),
+        ("gate --chunks 0", 2, "at least 1 chunk"),
+        ("gabf --sizes 5", 2, "at least 10"),
+        ("optimum --arms puma", 2, "arm 'puma' not found"),
+        ("tool-paths --kinds spiral", 2, "kind 'spiral' not found"),
+        ("tasks --scenes 0", 2, "at least 1 scene"),
+        ("roadmap --scene moon", 3, "scene 'moon' not found"),
+        ("tables --betas", 2, "at least one beta"),
+    ],
+)
+def test_wrong_input_is_one_sentence(
+    words: str, code: int, text: str, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    out = tmp_path / "out"
+    assert_refused(run(*words.split(), "--out", str(out), program="benchmarks"), code, text, out)
+
+
+def test_an_interrupt_saves_and_the_rest_follows_later(tmp_path: Path, run: Run) -> None:
+    for k in ("0001", "0002"):
+        write_problem(tmp_path / "p", k, (-1.0, 0.8), (1.0, -0.8))
+    words = f"plan {tmp_path / 'p'} {PLANAR} --nodes 30 --seeds 0 --out {tmp_path / 'o'}".split()
+    process = command(*words, cwd=tmp_path, program="benchmarks")
+    until = time.monotonic() + 120
+    while not (tmp_path / "o" / "plan.csv").exists():
+        assert time.monotonic() < until
+        assert process.poll() is None
+        time.sleep(0.01)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    process.send_signal(signal.SIGINT)
+    text, error = process.communicate(timeout=60)
+    assert not [child for child in children if Path(f"/proc/{child}/exe").exists()]
+    assert "Traceback" not in error
+    assert process.returncode == 130
+    assert "Interrupted" in text
+    first = rows_of(tmp_path / "o")
+    assert [row["problem"] for row in first] == ["p/0001"]
+    assert run(*words, program="benchmarks")[0] == 0
+    again = rows_of(tmp_path / "o")
+    assert again[0] == first[0]
+    assert [row["problem"] for row in again] == ["p/0001", "p/0002"]
