@@ -16,7 +16,7 @@ PACKAGES = tuple(TESTS.parent / name for name in ("planner", "reproduce", "bench
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("base",),
     ("native", "problem"),
-    ("processes", "models", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
+    ("models", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
     ("kinematics",),
     ("constraints",),
     ("collision", "objective"),
@@ -63,9 +63,10 @@ DOORS = {
     "websockets": {"planner.serve.server", "planner.serve.connection"},
     "msgpack": {"planner.serve.connection"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.view.figures")} | {"reproduce.figures"},
-    "ctypes": {"planner.native.loading", "planner.base.silenced", "planner.processes.with_parent"},
+    "ctypes": {"planner.native.loading", "planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
-    "distributed": {"planner.base.cluster"},
+    "joblib": {"planner.batch.parallel"},
+    "distributed": {"planner.batch.parallel"},
     "robot_descriptions": {"planner.models.files.descriptions"},
     "mujoco": {"planner.models.files.mjcf"},
     "xacro": {"planner.models.files.xacro"},

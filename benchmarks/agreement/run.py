@@ -14,11 +14,11 @@ from benchmarks.agreement.check_speed import Speed, measure_speed
 from benchmarks.agreement.contact_band import Disagreement, crossing, disagreement
 from benchmarks.agreement.report import Row, to_markdown
 from benchmarks.bench import run_bench, software
+from benchmarks.results import Results
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
 from planner.base.resources import robot_names, scene_names
-from planner.batch.results import Results
 from planner.collision.checker import CollisionChecker, is_free
 from planner.problem.request import SERIAL, WorkersRequest, WorldRequest, require_margin, require_seed
 from planner.setup.open import open_world

@@ -17,9 +17,9 @@ from benchmarks.attack.reach import attack_reach
 from benchmarks.attack.report import Row, to_markdown
 from benchmarks.attack.segments import attack_segments
 from benchmarks.bench import run_bench, software
+from benchmarks.results import Results
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results
 from planner.collision import BACKENDS
 from planner.models.robot import Robot
 from planner.problem.request import SERIAL, WorkersRequest, require_seed

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.bench import plan_request
 from benchmarks.elsewhere import answer_of
 from benchmarks.first_motion import runner
 from benchmarks.first_motion.exchange import exchanged
@@ -32,7 +33,6 @@ from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
 from planner.base.progress import Progress
-from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision import BACKENDS, make_checker
 from planner.models.scene import Scene

@@ -6,18 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from benchmarks.bench import require_left_to_problems, run_bench, software
+from benchmarks.bench import plain_options, require_left_to_problems, run_bench, run_case, software
 from benchmarks.first_motion.report import OMPL, OTHERS, OURS, WHOLE, Row, to_markdown
+from benchmarks.problems import Problem, find_problems
+from benchmarks.results import Results
 from planner.base.errors import OptionError
 from planner.base.files import is_file
 from planner.base.progress import QUIET, Progress
-from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED
-from planner.batch.problems import Problem, find_problems
-from planner.batch.results import Results
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, PlanRequest
-from planner.processes.process import run_case
 from planner.trajectory.limits import MotionLimits
 
 

@@ -12,14 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.bench import run_bench, software
+from benchmarks.bench import run_bench, run_module, software
 from benchmarks.gabf.case import geometric_network, write_network
 from benchmarks.gabf.report import Row, to_markdown
+from benchmarks.results import Results, ResultsFile
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results, ResultsFile
 from planner.problem.request import require_seed
-from planner.processes.process import run_module
 
 SIZES = (1_000, 4_000, 10_000, 20_000, 100_000, 1_000_000)
 

@@ -15,10 +15,10 @@ from benchmarks.gate.chunks import KINDS, Chunk, Rng, clutter, random_chunk
 from benchmarks.gate.hpp import proven_by_hpp
 from benchmarks.gate.judge import motion_of, possible_stops, reach_of, states_on
 from benchmarks.gate.report import Row, to_markdown
+from benchmarks.results import Results
 from planner.base.arrays import Bools
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker, keeping
 from planner.gate.gate import Gate

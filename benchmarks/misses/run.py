@@ -15,10 +15,10 @@ from benchmarks.bench import run_bench, software
 from benchmarks.misses.report import Row, to_markdown
 from benchmarks.misses.resolution import states_by_ompls_rule
 from benchmarks.misses.thin_obstacles import KINDS, ThinCase, thin_case
+from benchmarks.results import Results
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver

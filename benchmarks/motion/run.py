@@ -9,10 +9,10 @@ from typing import Any
 from benchmarks.bench import require_left_to_problems, run_bench, software
 from benchmarks.motion.case import measure
 from benchmarks.motion.report import Row, to_markdown
+from benchmarks.problems import Problem, find_problems
+from benchmarks.results import Results
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.batch.problems import Problem, find_problems
-from planner.batch.results import Results
 from planner.models.robot import Robot
 from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest
 from planner.trajectory.limits import MotionLimits

@@ -12,9 +12,9 @@ from benchmarks.bench import run_bench, software
 from benchmarks.optimum.arms import ARMS, PlanarArm
 from benchmarks.optimum.grid import grid_optimum, path_cost
 from benchmarks.optimum.report import Row, to_markdown
+from benchmarks.results import Results
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results
 from planner.paths.measure import corners
 from planner.planning.plan import plan
 from planner.problem.outcome import Outcome

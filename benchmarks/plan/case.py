@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.bench import plan_request
 from benchmarks.memory import peak_memory
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
 from planner.base.progress import Progress
-from planner.batch.options import plan_request
 from planner.batch.outcomes import REFUSED
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker

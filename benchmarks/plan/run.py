@@ -7,19 +7,17 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from benchmarks.bench import require_left_to_problems, software
+from benchmarks.bench import plain_options, require_left_to_problems, run_case, software
 from benchmarks.plan.ompl_log import write_logs
 from benchmarks.plan.report import to_markdown
 from benchmarks.plan.rows import Row
+from benchmarks.problems import Problem, find_problems
+from benchmarks.results import ResultsFile, measure_missing
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
-from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED, TIMED_OUT
-from planner.batch.problems import Problem, find_problems
-from planner.batch.results import ResultsFile, measure_missing
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
-from planner.processes.process import run_case
 
 CSV_NAME, MARKDOWN_NAME, LOGS_NAME = "plan.csv", "plan.md", "logs"
 
@@ -69,7 +67,6 @@ def bench_plan(
         "problems",
         progress,
         workers,
-        isolated=True,
     )
     here, keys = software(), {row.key for row in asked}
     others = [row for row in ledger.rows if row.software == here and row.key not in keys]
@@ -123,7 +120,7 @@ def _measure(run: tuple[Problem, PlanRequest], progress: Progress, time_limit: f
     problem, request = run
     blank = _blank(problem, request, time_limit)
     options = plain_options(problem.asked(request))
-    ended, found = run_case("benchmarks.plan.case", options, progress, time_limit, tries=2)
+    ended, found = run_case("benchmarks.plan.case", options, progress, time_limit)
     if ended.over_time:
         message = f"killed after {time_limit:g} s; raise --time-limit or lower --nodes."
         return [replace(blank, outcome=TIMED_OUT, message=message, process_s=ended.seconds)]

@@ -14,12 +14,12 @@ from benchmarks.bench import require_left_to_problems, run_bench, software
 from benchmarks.elsewhere import answer_of
 from benchmarks.first_motion import runner
 from benchmarks.first_motion.exchange import exchanged
+from benchmarks.problems import Problem, find_problems
 from benchmarks.proofs.report import Row, to_markdown
+from benchmarks.results import Results
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import QUIET, Progress
-from planner.batch.problems import Problem, find_problems
-from planner.batch.results import Results
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.looks import recheck

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.bench import plan_request
 from benchmarks.quality.ompl_paths import OmplPaths
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
-from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision.edge_prover import EdgeProver
 from planner.models.robot import Robot

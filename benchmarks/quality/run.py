@@ -7,17 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from benchmarks.bench import require_left_to_problems, run_bench, software
+from benchmarks.bench import plain_options, require_left_to_problems, run_bench, run_case, software
+from benchmarks.problems import Problem, find_problems
 from benchmarks.quality.case import OURS
 from benchmarks.quality.report import Row, to_markdown
+from benchmarks.results import Results
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED
-from planner.batch.problems import Problem, find_problems
-from planner.batch.results import Results
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
-from planner.processes.process import run_case
 
 METHODS = ("RRTConnect", "RRT*", "BIT*")
 
@@ -70,7 +68,6 @@ def bench_quality(
         "runs",
         progress,
         workers=workers,
-        isolated=True,
     )
 
 
@@ -88,7 +85,7 @@ def _runs(
 def _measure(run: _Run, progress: Progress) -> list[Row]:
     """The row of one run, in a process of its own; none where stopped."""
     options = {"method": run.method, "seconds": run.seconds, "request": plain_options(run.request)}
-    ended, found = run_case("benchmarks.quality.case", options, progress, tries=2)
+    ended, found = run_case("benchmarks.quality.case", options, progress)
     if ended.code is None:
         return []
     return [replace(run.blank, **found) if found is not None else replace(run.blank, message=ended.fault)]

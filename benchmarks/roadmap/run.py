@@ -8,13 +8,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.bench import run_bench, software
+from benchmarks.bench import run_bench, run_module, software
+from benchmarks.results import Results, ResultsFile
 from benchmarks.roadmap.report import CHECKS, CRASHED, OURS, PEERS, PLAN, TIMED_OUT, Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results, ResultsFile
 from planner.problem.request import WorldRequest, require_nodes, require_seed
-from planner.processes.process import run_module
 from planner.setup.open import open_world
 
 METHODS = (OURS, *PEERS, CHECKS[0])

@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.bench import plan_request
 from benchmarks.plan.case import path_contacts
 from benchmarks.tables.methods import KEPT
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
-from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision import BACKENDS, make_checker
 from planner.construction.build import build_roadmap

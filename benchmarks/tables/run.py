@@ -6,19 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from benchmarks.bench import run_bench, software
+from benchmarks.bench import plain_options, run_bench, run_case, software
+from benchmarks.problems import find_problems
+from benchmarks.results import Results
 from benchmarks.tables.methods import asked_by
 from benchmarks.tables.published import GCS, GCS_TASKS, MBM
 from benchmarks.tables.report import Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED
-from planner.batch.problems import find_problems
-from planner.batch.results import Results
 from planner.models.scene import Scene
 from planner.problem.request import PlanRequest
-from planner.processes.process import run_case
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.bench import closing_lines, run_bench, software
+from benchmarks.results import Results
 from benchmarks.tasks.scenes import KINDS, seeded_task
 from planner import gabf
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
 from planner.base.tables import markdown_table, median
-from planner.batch.results import Results
 from planner.problem.request import SERIAL, TimingRequest, WorkersRequest, require_nodes, require_seed
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.search import LazySearch

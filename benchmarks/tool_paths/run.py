@@ -16,13 +16,13 @@ from benchmarks.bench import run_bench, software
 from benchmarks.elsewhere import answer_of
 from benchmarks.motion.other_law import roboplan_motion, told
 from benchmarks.motion.toppra_law import installed, toppra_duration
+from benchmarks.results import Results
 from benchmarks.tool_paths import runner
 from benchmarks.tool_paths.judge import deviations, states_every, tool_frames
 from benchmarks.tool_paths.report import Row, to_markdown
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.batch.results import Results
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability

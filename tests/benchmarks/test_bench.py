@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from benchmarks.bench import run_bench, software
+from planner.base import versions
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.processes import source
 
 
 @dataclass(frozen=True)
@@ -25,5 +25,5 @@ def test_nothing_to_measure_is_told_and_writes_nothing(tmp_path: Path) -> None:
 
 
 def test_rows_are_of_the_planners_source_and_the_benchmarks() -> None:
-    assert software() != source.software()
-    assert software().split(", source ")[0] == source.software().split(", source ")[0]
+    assert software() != versions.software()
+    assert software().split(", source ")[0] == versions.software().split(", source ")[0]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.plan.rows import Row
-from planner.batch.results import read_rows
+from benchmarks.results import read_rows
 from tests.batch.posts import write_problem
 from tests.command_line import Run, command
 

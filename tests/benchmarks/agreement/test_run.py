@@ -12,9 +12,9 @@ from benchmarks.agreement import run as bench
 from benchmarks.agreement.contact_band import band
 from benchmarks.agreement.report import Row, aims, to_markdown
 from benchmarks.agreement.run import batch_differences, bench_agreement, verdicts
+from benchmarks.results import read_rows
 from planner.base.errors import OptionError, SceneError
 from planner.base.progress import Progress
-from planner.batch.results import read_rows
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact

@@ -10,9 +10,9 @@ import pytest
 from benchmarks.attack.claims import attack_claims
 from benchmarks.attack.report import Row, aims
 from benchmarks.attack.run import PAIRS, bench_attack
+from benchmarks.results import read_rows
 from planner.base.errors import OptionError, RobotError
 from planner.base.progress import QUIET, Progress
-from planner.batch.results import read_rows
 from planner.collision import BACKENDS
 
 

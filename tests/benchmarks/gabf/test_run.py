@@ -10,9 +10,9 @@ import pytest
 from benchmarks.gabf import run as bench
 from benchmarks.gabf.report import Row
 from benchmarks.gabf.run import bench_gabf
+from benchmarks.results import read_rows
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.progress import Progress
-from planner.batch.results import read_rows
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.gate import run
 from benchmarks.gate.report import Row
 from benchmarks.gate.run import bench_gate
-from planner.batch.results import read_rows
+from benchmarks.results import read_rows
 
 
 def test_rows_are_written_and_kept(tmp_path: Path) -> None:

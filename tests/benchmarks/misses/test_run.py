@@ -11,9 +11,9 @@ from benchmarks.misses import run as bench
 from benchmarks.misses.report import Row
 from benchmarks.misses.run import bench_misses, judge
 from benchmarks.misses.thin_obstacles import thin_case
+from benchmarks.results import read_rows
 from planner.base.errors import OptionError, RobotError
 from planner.base.progress import Progress
-from planner.batch.results import read_rows
 from planner.collision import make_checker
 from planner.models.scene import Scene
 from tests.worlds import load

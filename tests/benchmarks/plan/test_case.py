@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.plan.case import measure, path_contacts
+from benchmarks.problems import find_problems
 from planner.batch.outcomes import NO_PATH
-from planner.batch.problems import find_problems
 from planner.collision import make_checker
 from planner.paths.measure import joint_path_length
 from planner.planning.plan import plan

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from benchmarks.plan import run as bench
 from benchmarks.plan.rows import by_settings
-from planner.batch.problems import find_problems
+from benchmarks.problems import find_problems
 from tests.batch.posts import PLAIN
 
 

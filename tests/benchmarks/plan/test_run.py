@@ -10,10 +10,10 @@ import pytest
 from benchmarks.plan import run as bench
 from benchmarks.plan.rows import Row
 from benchmarks.plan.run import bench_plan
+from benchmarks.results import read_rows
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.batch.outcomes import CRASHED, REFUSED, SOLVED, TIMED_OUT
-from planner.batch.results import read_rows
 from tests.batch.posts import PLAIN, write_problem
 
 
@@ -83,7 +83,7 @@ def test_the_limit_kills_and_says_so(problems: Path, tmp_path: Path) -> None:
 
 
 def test_a_crash_is_a_row(problems: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("planner.processes.process.json.dumps", lambda value: "{")
+    monkeypatch.setattr("benchmarks.bench.json.dumps", lambda value, **options: "{")
     row = bench_plan(problems / "posts", tmp_path, PLAIN, seeds=(0,)).rows[0]
     assert row.outcome == CRASHED
     assert "ended with code 1: json.decoder.JSONDecodeError" in row.message

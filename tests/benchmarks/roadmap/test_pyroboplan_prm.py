@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.bench import run_module
 from benchmarks.roadmap.report import (
     PYROBOPLAN,
 )
-from planner.processes.process import run_module
 
 # the interface of pyroboplan 1.3.1 that is used, over a straight line: it links nothing but start and goal
 FAKE = """

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.results import read_rows
 from benchmarks.roadmap import run as bench
 from benchmarks.roadmap.report import (
     CHECKS,
@@ -23,7 +24,6 @@ from benchmarks.roadmap.report import (
 from benchmarks.roadmap.run import METHODS, bench_roadmap
 from planner.base.errors import OptionError, RobotError, SceneError
 from planner.base.progress import QUIET, Progress
-from planner.batch.results import read_rows
 from planner.problem.request import WorldRequest
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.results import read_rows
 from benchmarks.tasks.run import Row, bench_tasks, greedy_cost
 from benchmarks.tasks.scenes import KINDS, seeded_scene
 from planner.base.errors import OptionError
-from planner.batch.results import read_rows
 from tests.tasks.cases import small
 
 
