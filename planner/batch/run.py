@@ -16,7 +16,6 @@ from planner.base.errors import OptionError, PlannerError
 from planner.base.files import make_folder, write_json, write_whole
 from planner.base.interrupts import stop_requests
 from planner.base.progress import QUIET, Progress
-from planner.base.tables import median
 from planner.base.versions import software
 from planner.batch.outcomes import CRASHED, REFUSED, SOLVED, TIMED_OUT
 from planner.batch.parallel import measured_cases
@@ -86,15 +85,11 @@ def run_batch(
 
 
 def report_of(rows: Sequence[Row], asked: int, out: Path) -> str:
-    """How many were solved, the medians of those, and which were not."""
-    solved = [row for row in rows if row["outcome"] == SOLVED]
+    """How many were solved, and which were not."""
     others = [f"{row['name']}: {row['outcome']}. {row['message']}" for row in rows if row["outcome"] != SOLVED]
-    lines = [f"{len(solved)} of {asked} solved. Rows: {out / CSV_NAME}, folders: {out}/NAME."]
+    lines = [f"{len(rows) - len(others)} of {asked} solved. Rows: {out / CSV_NAME}, folders: {out}/NAME."]
     if len(rows) < asked:
         lines.append(f"Interrupted: {asked - len(rows)} were not planned; the same command goes on from here.")
-    if solved:
-        medians = {name: median(row[name] for row in solved) for name in ("w_min", "length_rad", "seconds")}
-        lines.append("Median: " + ", ".join(f"{name} {value:.3g}" for name, value in medians.items()) + ".")
     more = [f"and {len(others) - _SHOWN} more."] if len(others) > _SHOWN else []
     return "\n".join([*lines, *others[:_SHOWN], *more, ""])
 
