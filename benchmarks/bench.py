@@ -14,17 +14,17 @@ from typing import Annotated, Any, Generic, TypeVar
 import numpy as np
 import tyro
 
+from benchmarks.processes import run_case
+from benchmarks.results import ResultsFile, measure_missing
+from planner.base import versions
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
 from planner.base.tables import markdown_table, percentile
 from planner.batch.outcomes import CRASHED, TIMED_OUT
-from planner.batch.results import ResultsFile, measure_missing
 from planner.cli.common import Debug, Out, Workers
 from planner.cli.terminal import run_into, say
 from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest
-from planner.processes import source
-from planner.processes.process import run_case
 from reproduce.verdict import Verdict, tally
 
 __all__ = ["SERIAL", "Debug", "Flat", "Folder", "Out", "Verdict", "Workers", "WorkersRequest", "tally"]
@@ -104,13 +104,11 @@ def run_bench(
     cases: Sequence[Case[R]],
     measure: Callable[[Any, Progress], Columns | Sequence[Columns] | None],
     workers: WorkersRequest = SERIAL,
-    isolated: bool = False,
 ) -> int:
     """Measure the cases that ``<name>.csv`` in ``out`` does not hold, write ``<name>.md``; returns the exit code.
 
-    ``measure(task, progress)`` gives the columns of the case's rows, None where it was stopped. ``isolated`` says that
-    it starts a process itself. Raises :class:`OptionError` where there are no cases, :class:`FileError` where the
-    folder or the table cannot be used.
+    ``measure(task, progress)`` gives the columns of the case's rows, None where it was stopped. Raises
+    :class:`OptionError` where there are no cases, :class:`FileError` where the folder or the table cannot be used.
     """
     if not cases:
         raise OptionError(
@@ -123,7 +121,7 @@ def run_bench(
             out / f"{bench.name}.csv", bench.row, f"python -m benchmarks {bench.name}", lambda row: row.key
         )
         rows, complete = measure_missing(
-            ledger, cases, partial(_kept, ledger), partial(_filled, measure), "cases", progress, workers, isolated
+            ledger, cases, partial(_kept, ledger), partial(_filled, measure), "cases", progress, workers
         )
         report = bench.report([*rows, *_beside(bench, ledger.rows, rows)], complete)
         write_whole(out / f"{bench.name}.md", report.encode())
@@ -166,7 +164,7 @@ def measure_apart(
     A process that fails or is killed after ``time_limit`` (s) gives the columns ``outcome`` and ``message``. Columns
     get the seconds of the process under the name ``seconds``, if that is given.
     """
-    ended, found = run_case("benchmarks.bench", {"module": module, "options": options}, progress, time_limit, tries=2)
+    ended, found = run_case("benchmarks.bench", {"module": module, "options": options}, progress, time_limit)
     if ended.over_time:
         found = {"outcome": TIMED_OUT, "message": f"killed after {time_limit:g} s; raise --time-limit."}
     elif ended.code is None:
@@ -267,7 +265,7 @@ def growth_exponent(points: Iterable[tuple[float, float | None]]) -> float | Non
 
 def software() -> str:
     """Which software measured a row: versions, the source of the planner and of the benchmarks, the kind of machine."""
-    return source.software(_HERE)
+    return versions.software(_HERE)
 
 
 if __name__ == "__main__":

@@ -65,15 +65,6 @@ def paper_prover() -> EdgeProver:
     return EdgeProver(checker_of("iiwa14", "paper"))
 
 
-@pytest.fixture(scope="module")
-def scheduler() -> Iterator[str]:
-    """The address of a Dask cluster of two workers: threads of this process, which are there at once."""
-    distributed = pytest.importorskip("distributed")
-    own = {"processes": False, "host": "127.0.0.1", "protocol": "tcp://", "dashboard_address": "127.0.0.1:0"}
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, **own) as found:
-        yield found.scheduler_address
-
-
 @pytest.fixture
 def urdf_file(tmp_path: Path) -> Callable[..., str]:
     """Writes the inside of a URDF to a file and returns its path."""

@@ -11,7 +11,7 @@ import pytest
 
 from planner import gabf
 from planner.gabf.laws import SingularityFree
-from planner.problem.request import PlanRequest, WorkersRequest
+from planner.problem.request import PlanRequest
 from planner.sampling.grow import join_settings
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.session import Session
@@ -34,7 +34,6 @@ TOLD: list[tuple[str, str, float | str]] = [
         r"left out, \d+, or (\S+) with --roadmap: as it is",
         PlanRequest(roadmap="x").rounds,
     ),
-    ("planner/problem/request.py", r"Tasks at once: (\S+) where left out", int(WorkersRequest().serial)),
     ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.rounds),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
     (

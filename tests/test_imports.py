@@ -16,7 +16,7 @@ PACKAGES = tuple(TESTS.parent / name for name in ("planner", "reproduce", "bench
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("base",),
     ("native", "problem"),
-    ("processes", "models", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
+    ("models", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
     ("kinematics",),
     ("constraints",),
     ("collision", "objective"),
@@ -62,9 +62,10 @@ DOORS = {
     "websockets": {"planner.serve.server", "planner.serve.connection", "planner.live.picture"},
     "msgpack": {"planner.serve.connection"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.view.figures")} | {"reproduce.figures"},
-    "ctypes": {"planner.native.loading", "planner.base.silenced", "planner.processes.with_parent"},
+    "ctypes": {"planner.native.loading", "planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
-    "distributed": {"planner.base.cluster"},
+    "joblib": {"planner.batch.parallel"},
+    "distributed": {"planner.batch.parallel"},
     "robot_descriptions": {"planner.models.files.descriptions"},
     "trimesh": {"planner.models.files.meshes"},
     "mujoco": {"planner.models.files.mjcf"},

@@ -11,9 +11,9 @@ import numpy as np
 from benchmarks.others import solver_runner
 from benchmarks.others.elsewhere import answer_of
 from benchmarks.others.exchange import exchanged
+from benchmarks.problems import Problem
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import PlannerError
-from planner.batch.problems import Problem
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.looks import recheck

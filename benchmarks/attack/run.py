@@ -52,9 +52,9 @@ from benchmarks.attack.claims import attack_claims
 from benchmarks.attack.reach import attack_reach
 from benchmarks.attack.report import Row, aims, fault, tables
 from benchmarks.attack.segments import attack_segments
+from benchmarks.problems import Problem, find_problems
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.batch.problems import Problem, find_problems
 from planner.collision import BACKENDS
 from planner.models.robot import Robot
 from planner.models.scene import Scene

@@ -19,11 +19,11 @@ from benchmarks.others.elsewhere import ROBOPLAN, answer_of
 from benchmarks.others.exchange import exchanged
 from benchmarks.others.ompl import OmplConnect
 from benchmarks.others.roboplan_law import roboplan_motion, timed_by_roboplan
+from benchmarks.processes import plan_request
 from benchmarks.roadmap.case import plain_check
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.progress import Progress
-from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.models.scene import Scene
 from planner.paths.measure import corners, joint_path_length

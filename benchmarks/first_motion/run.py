@@ -28,10 +28,10 @@ from typing import Annotated, Any
 from benchmarks import bench
 from benchmarks.first_motion.report import OMPL, OURS, WHOLE, Row, aims, fault, tables
 from benchmarks.others.elsewhere import environments
+from benchmarks.problems import find_problems
+from benchmarks.processes import plain_options
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.batch.options import plain_options
-from planner.batch.problems import find_problems
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, PlanRequest, RoadmapRequest
 from planner.trajectory.limits import MotionLimits

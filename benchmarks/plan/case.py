@@ -13,10 +13,10 @@ from benchmarks.others.ompl import OmplPaths
 from benchmarks.others.roboplan_law import roboplan_law
 from benchmarks.others.toppra_law import installed, toppra_duration
 from benchmarks.plan.agreement import agreement
+from benchmarks.processes import plan_request
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.progress import Progress
-from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision.edge_prover import EdgeProver
 from planner.models.robot import Robot

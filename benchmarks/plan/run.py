@@ -41,10 +41,10 @@ from typing import Annotated, Any, Literal
 from benchmarks import bench
 from benchmarks.plan.case import OURS
 from benchmarks.plan.report import Row, fault, place, tables
+from benchmarks.problems import Problem, find_problems
+from benchmarks.processes import plain_options
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.batch.options import plain_options
-from planner.batch.problems import Problem, find_problems
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, PlanRequest
 from planner.trajectory.limits import MotionLimits
@@ -97,7 +97,7 @@ def plan(
         options = {"method": method, "seconds": seconds, "python": python, "states": states}
         options |= {"request": plain_options(problem.asked(request)), "limits": bench.plain_limits(limits)}
         cases.append(bench.Case((row,), options))
-    return bench.run_bench(BENCH, out, cases, partial(_measure, time_limit=time_limit), workers, isolated=True)
+    return bench.run_bench(BENCH, out, cases, partial(_measure, time_limit=time_limit), workers)
 
 
 def _measure(options: dict[str, Any], progress: Progress, time_limit: float) -> Any:

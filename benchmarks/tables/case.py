@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks.looks import other_checker, path_contacts
+from benchmarks.processes import plan_request
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
-from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.construction.build import build_roadmap
 from planner.construction.connect_endpoints import attach

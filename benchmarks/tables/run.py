@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import bench
+from benchmarks.problems import find_problems
+from benchmarks.processes import plain_options
 from benchmarks.tables.case import KEPT
 from benchmarks.tables.published import GCS, GCS_TASKS, MBM
 from benchmarks.tables.report import Row, aims, fault
 from benchmarks.tables.report import tables as _tables
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.batch.options import plain_options
-from planner.batch.problems import find_problems
 from planner.models.scene import Scene
 from planner.problem.request import PlanRequest
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.metadata
 import platform
 from functools import cache
+from pathlib import Path
 
 __version__ = importlib.metadata.version("gabf-planner")
 # what a plan's numbers depend on; the C library gives the last bits of a sine
@@ -26,3 +28,13 @@ def _version(name: str) -> str:
         case "machine":
             return platform.machine()
     return importlib.metadata.version(name)
+
+
+@cache
+def software(*folders: Path) -> str:
+    """Versions, and a hash of the sources of this package and of more ``folders``: rows of other software are stale."""
+    digest = hashlib.sha256()
+    for folder in (Path(__file__).resolve().parents[1], *folders):
+        for path in sorted([*folder.rglob("*.py"), *folder.rglob("*.[ch]pp")]):
+            digest.update(f"{path.relative_to(folder)}\0".encode() + path.read_bytes() + b"\0")
+    return ", ".join([*(" ".join(item) for item in versions().items()), f"source {digest.hexdigest()[:8]}"])

@@ -1,1 +1,1 @@
-"""Many plans, or one sweep for many seeds: a row and a folder each, kept (``planner batch``, ``sweep --seeds``)."""
+"""Many plans: a row and a folder for each (``planner batch``)."""

@@ -27,8 +27,9 @@ def batch(
     option names and a line for each plan, or a folder of MoveIt's requests with their scenes. The names of options are
     those of 'planner plan'; what a plan does not say is taken from the options given here.
 
-    Each plan has a process of its own. Run again, the same command plans what is missing, has crashed or ran out of
-    time. Rows and folders are the same for every --jobs and --backend, but for the seconds.
+    Run again, the same command plans what is missing, has crashed or ran out of time. Rows and folders are the same for
+    any --jobs and --workers, but for the seconds. With --jobs 2 or more, or --workers, a plan that kills its process is
+    a row like any other.
 
     Writes batch.csv, and for each plan NAME/plan.json, NAME/roadmap.npz and NAME/row.json. Exit code 0: all solved; 4:
     some are not; 130: interrupted, what there is is kept.
@@ -36,7 +37,7 @@ def batch(
     Args:
         source: The plans: a .yaml or .csv file, or a folder.
         pages: Write the page of each plan too.
-        time_limit: Seconds after which a plan is killed and recorded as timed out; the budget is in nodes.
+        time_limit: Seconds after which a plan stops and is recorded as timed out; the budget is in nodes.
     """
     from planner.batch.outcomes import SOLVED
     from planner.batch.run import run_batch
@@ -45,4 +46,4 @@ def batch(
     say(result.report)
     if not result.complete:
         return 130
-    return 0 if all(row.outcome == SOLVED for row in result.rows) else 4
+    return 0 if all(row["outcome"] == SOLVED for row in result.rows) else 4

@@ -1,4 +1,4 @@
-"""What the commands share: when the process began, flags, --jobs and its like, and the option --request."""
+"""What the commands share: when the process began, flags, --jobs and --workers, and the option --request."""
 
 from __future__ import annotations
 

@@ -54,7 +54,6 @@ LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"
 Backend = Literal["fcl", "coal"]
 TimeLaw = Literal["shortcuts", "blended", "stop-at-corners"]
 DEFAULT_TIME_LAW: TimeLaw = "shortcuts"
-WorkersBackend = Literal["processes", "dask"]
 
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 DEFAULT_EFFORT = 12  # rounds
@@ -465,25 +464,24 @@ class TimingRequest(LimitsRequest):
 
 @dataclass(frozen=True)
 class WorkersRequest:
-    """Who does independent work at once. The results do not depend on it, but for their seconds."""
+    """The workers of independent tasks. The results do not depend on them, but for their seconds."""
 
-    jobs: int | None = None
-    """Tasks at once: 1 where left out, and with --backend dask as many as the cluster has threads."""
-    backend: WorkersBackend = "processes"
-    """Processes of this machine, or a Dask cluster."""
-    scheduler: str | None = None
-    """Address of the Dask cluster's scheduler, such as tcp://127.0.0.1:8786."""
+    jobs: int = 1
+    """Tasks at once, each in a process of this machine; 1 is one task after the other in this process."""
+    workers: str | None = None
+    """Instead of jobs, the workers of a Dask cluster: dask: and the address of its scheduler, as in
+    dask:tcp://127.0.0.1:8786."""
 
     def __post_init__(self) -> None:
-        if self.jobs is not None and not 1 <= self.jobs <= 10_000:
-            raise OptionError(f"{self.jobs} jobs are not usable: give a whole number from 1 to 10000.")
-        if (self.backend == "dask") != (self.scheduler is not None):
-            raise OptionError("a Dask cluster needs both --backend dask and --scheduler with its address.")
+        if not 1 <= self.jobs <= 10_000:
+            raise OptionError(f"jobs must be a whole number from 1 to 10000, got {self.jobs}.")
+        if self.workers is not None and not (self.workers.startswith("dask:") and self.jobs == 1):
+            raise OptionError(f"workers must be dask:ADDRESS without --jobs, got '{self.workers}'.")
 
     @property
     def serial(self) -> bool:
-        """Whether one task after the other is done, in this process where it can be."""
-        return self.backend == "processes" and self.jobs in (None, 1)
+        """Whether this process does one task after the other."""
+        return self.workers is None and self.jobs == 1
 
 
 SERIAL = WorkersRequest()

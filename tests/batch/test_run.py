@@ -1,11 +1,15 @@
-"""``planner batch``: what is asked for, rows that do not depend on the number of jobs, resuming, killed processes."""
+"""``planner batch``: the same rows for any workers, resuming, plans that crash, die, take too long or are stopped."""
 
 from __future__ import annotations
 
+import csv
 import json
 import os
-from collections.abc import Callable
+import signal
+import subprocess
+import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,19 +18,21 @@ import pytest
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.batch import run as module
-from planner.batch.outcomes import CRASHED, REFUSED, SOLVED, TIMED_OUT
-from planner.batch.results import Results, read_rows
-from planner.batch.run import Row, run_batch
+from planner.batch.outcomes import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT
+from planner.batch.run import BatchResult, run_batch
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, WorkersRequest
-from planner.processes.process import Ended, run_module
+from tests.batch.functions import kill_at_plan_two
+from tests.batch.test_parallel import TWO, dask, until, workers
 
+__all__ = ["dask", "workers"]  # fixtures
 PLAIN = PlanRequest(robot="planar_2r", scene="empty", nodes=40, collision="coal")
 PLANS = """plans:
   - {name: one}
   - {name: far/two, goal: "q:0.3,0.4", beta: 0.2}
   - {name: bad, goal: "q:3,9"}
 """
+LONG = "  - {name: long, nodes: 20000, robot: iiwa14, scene: paper}\n"
 
 
 @pytest.fixture
@@ -36,116 +42,121 @@ def source(tmp_path: Path) -> Path:
     return path
 
 
-def timeless(batch: Results[Row]) -> list[Row]:
-    return [replace(row, seconds=None) for row in batch.rows]
+def timeless(batch: BatchResult) -> list[dict[str, Any]]:
+    return [row | {"seconds": None} for row in batch.rows]
 
 
-def test_rows_and_folders_are_the_same_for_any_number_of_jobs(source: Path, tmp_path: Path) -> None:
-    one, three = (run_batch(source, tmp_path / str(jobs), PLAIN, WorkersRequest(jobs)) for jobs in (1, 3))
-    assert timeless(one) == timeless(three)
-    assert [row.outcome for row in one.rows] == [SOLVED, SOLVED, REFUSED]
-    assert "outside its limits" in one.rows[2].message
+def test_rows_and_folders_are_the_same_for_any_workers(source: Path, tmp_path: Path, workers: WorkersRequest) -> None:
+    here, there = (
+        run_batch(source, tmp_path / str(jobs), PLAIN, who) for jobs, who in ((1, module.SERIAL), (2, workers))
+    )
+    assert timeless(here) == timeless(there)
+    assert [row["outcome"] for row in here.rows] == [SOLVED, SOLVED, REFUSED]
+    assert "outside its limits" in here.rows[2]["message"]
     for name in ("one", "far/two"):
-        plans = [json.loads((tmp_path / jobs / name / "plan.json").read_text()) for jobs in "13"]
-        assert plans[0]["path"] == plans[1]["path"]
-    # against the planner itself, and as the file holds them
+        first, second = (json.loads((tmp_path / jobs / name / "plan.json").read_text()) for jobs in "12")
+        assert first["path"] == second["path"]
     direct = plan(replace(PLAIN, goal="q:0.3,0.4", beta=0.2))
     assert direct.cost is not None
-    assert (one.rows[1].cost, one.rows[1].roadmap_sha256) == (direct.cost.total, direct.roadmap.sha256)
-    assert read_rows(tmp_path / "1" / "batch.csv", Row, "planner batch") == list(one.rows)
+    assert (here.rows[1]["cost"], here.rows[1]["roadmap_sha256"]) == (direct.cost.total, direct.roadmap.sha256)
+    assert here.rows[1]["waypoints"] == len(direct.path)
+    with (tmp_path / "1" / "batch.csv").open(newline="") as file:
+        as_text = [{k: "" if v is None else str(v) for k, v in row.items()} for row in here.rows]
+        assert list(csv.DictReader(file)) == as_text
 
 
-def answers(monkeypatch: pytest.MonkeyPatch, *codes: int | None) -> list[str]:
-    """Processes that end with these codes, 0 with a solved row; returns the folders that were asked for."""
-    asked: list[str] = []
-    left = list(codes)
+def planned(source: Path, out: Path, monkeypatch: pytest.MonkeyPatch, *outcomes: str) -> list[str]:
+    """The folders of the plans that a batch plans now, which end with these outcomes."""
+    folders: list[str] = []
 
-    def run(name: str, arguments: list[str], progress: Progress, time_limit: float, tries: int) -> Ended:
-        asked.append(Path(arguments[1]).name)
-        code = left.pop(0)
-        if code == 0:
-            Path(arguments[0]).write_text(json.dumps({"outcome": SOLVED, "w_min": 0.1, "length_rad": 1.0}))
-        return Ended(code, 1.0, code is None, "words")
+    def answer(request: PlanRequest, progress: Progress, folder: Path, pages: bool) -> dict[str, Any]:
+        folders.append(folder.name)
+        return {"outcome": outcomes[len(folders) - 1], "w_min": 0.1, "length_rad": 1.0}
 
-    monkeypatch.setattr(module, "run_module", run)
-    return asked
-
-
-def test_what_is_there_is_kept_and_what_failed_is_planned_again(
-    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out = tmp_path / "out"
-    asked = answers(monkeypatch, 0, 1, None)
-    first = run_batch(source, out, PLAIN)
-    assert [row.outcome for row in first.rows] == [SOLVED, CRASHED, TIMED_OUT]
-    assert asked == ["one", "two", "bad"]
-    asked = answers(monkeypatch, 0, 0)
-    second = run_batch(source, out, PLAIN)
-    assert (asked, second.rows[0]) == (["two", "bad"], first.rows[0])
-    assert [row.outcome for row in second.rows] == [SOLVED] * 3
-    source.write_text(PLANS.replace("beta: 0.2", "beta: 0.3"))
-    asked = answers(monkeypatch, 0)
+    monkeypatch.setattr(module, "_plan", answer)
     run_batch(source, out, PLAIN)
-    assert asked == ["two"]
-    row = (out / "one" / "row.json").read_text()
-    changed = ({"w_min": None}, {"w_min": float("nan")}, {"message": "\ud800"})
-    rows = (json.dumps(json.loads(row) | change) for change in changed)
-    for damaged in ('{"name": ', "[" * 100_000, row.replace('"seconds": ', '"seconds": [], "seconds_": '), *rows):
-        (out / "one" / "row.json").write_text(damaged)
-        asked = answers(monkeypatch, 0)
-        run_batch(source, out, PLAIN)
-        assert asked == ["one"]
+    return folders
 
 
-def test_a_mesh_that_a_scene_names_is_part_of_what_is_asked(
+def test_only_missing_and_failed_plans_are_planned_again(
     source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mesh, scene = tmp_path / "part.obj", tmp_path / "cell.yaml"
-    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    scene.write_text("obstacles: [{name: part, type: mesh, file: part.obj}]\n")
-    source.write_text("plans: [{name: one, scene: cell.yaml}]")
-    for expected in (["one"], []):
-        asked = answers(monkeypatch, 0)
-        run_batch(source, tmp_path / "out", PLAIN)
-        assert asked == expected
-    mesh.write_text(mesh.read_text().replace("v 1 0 0", "v 1.5 0 0"))
-    asked = answers(monkeypatch, 0)
-    run_batch(source, tmp_path / "out", PLAIN)
-    assert asked == ["one"]
+    again = partial(planned, source, tmp_path / "out", monkeypatch)
+    assert again(SOLVED, CRASHED, TIMED_OUT) == ["one", "two", "bad"]
+    assert again(NO_PATH, REFUSED) == ["two", "bad"]
+    source.write_text(PLANS.replace("beta: 0.2", "beta: 0.3"))
+    assert again(SOLVED) == ["two"]
+    for damaged in ('{"name": ', "[]", "7", '{"name": "one"}'):
+        (tmp_path / "out" / "one" / "row.json").write_text(damaged)
+        assert again(SOLVED) == ["one"]
+    assert again() == []
+    monkeypatch.setattr(module, "software", lambda: "another planner")
+    assert again(SOLVED, SOLVED, SOLVED) == ["one", "two", "bad"]
 
 
-def test_a_process_that_the_system_kills_costs_no_other_row(
-    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Real processes: one kills itself at every try, beside two that plan."""
-    (tmp_path / "killed.py").write_text("import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
-    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
-
-    def run(name: str, arguments: list[str], *rest: Any, **more: Any) -> Ended:
-        return run_module("killed" if Path(arguments[1]).name == "bad" else name, arguments, *rest, **more)
-
-    monkeypatch.setattr(module, "run_module", run)
-    done = run_batch(source, tmp_path / "out", PLAIN, WorkersRequest(2))
-    assert [row.outcome for row in done.rows] == [SOLVED, SOLVED, CRASHED]
-    assert "code -9" in done.rows[2].message
+def test_a_plan_that_kills_its_process_is_a_row(source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = run_batch(source, tmp_path / "before", PLAIN)
+    monkeypatch.setattr(module, "_measure_row", kill_at_plan_two)
+    found = run_batch(source, tmp_path / "out", PLAIN, TWO)
+    assert found.complete
+    assert [row["outcome"] for row in found.rows] == [SOLVED, CRASHED, REFUSED]
+    assert "worker died" in found.rows[1]["message"]
+    assert timeless(found)[::2] == timeless(before)[::2]
+    monkeypatch.undo()
+    assert timeless(run_batch(source, tmp_path / "out", PLAIN, TWO)) == timeless(before)
 
 
-def test_an_interrupted_batch_goes_on(source: Path, tmp_path: Path) -> None:
-    done: list[int] = []
+def test_workers_that_somebody_kills_cost_nothing(source: Path, tmp_path: Path) -> None:
+    psutil = pytest.importorskip("psutil")
+    source.write_text(PLANS + LONG.replace("20000", "400"))
+    killed: list[int] = []
 
-    def progress_until(stop: Callable[[], bool]) -> Progress:
-        return Progress(lambda stage, k, of: done.append(k), stop)
+    def kill_workers_once() -> bool:
+        for process in psutil.process_iter(["ppid", "cmdline"]):
+            is_worker = "LokyProcess" in " ".join(process.info["cmdline"] or []) and process.info["ppid"] == os.getpid()
+            if is_worker and not killed and (tmp_path / "out" / "one" / "row.json").exists():
+                killed.append(process.pid)
+                process.kill()
+        return False
 
-    first = run_batch(source, tmp_path / "out", PLAIN, progress=progress_until(lambda: max(done, default=0) >= 1))
-    assert (first.complete, len(first.rows)) == (False, 1)
-    assert "goes on from here" in first.report
-    second = run_batch(source, tmp_path / "out", PLAIN, WorkersRequest(2))
-    assert second.complete
-    assert second.rows[0] == first.rows[0]
+    found = run_batch(source, tmp_path / "out", PLAIN, TWO, progress=Progress(stop=kill_workers_once))
+    assert killed
+    assert [row["outcome"] for row in found.rows] == [SOLVED, SOLVED, REFUSED, SOLVED]
 
 
-def test_jobs_and_time_limit_in_range(source: Path, tmp_path: Path) -> None:
-    with pytest.raises(OptionError, match="0 jobs"):
-        WorkersRequest(0)
+def test_an_error_of_python_is_a_crash(source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "plan", lambda request, progress: 1 / 0)
+    found = run_batch(source, tmp_path / "out", PLAIN)
+    assert {(row["outcome"], row["message"]) for row in found.rows} == {
+        (CRASHED, "ZeroDivisionError: division by zero")
+    }
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_plan_stops_at_its_time_limit(source: Path, tmp_path: Path, jobs: int) -> None:
+    source.write_text(PLANS + LONG)
+    found = run_batch(source, tmp_path / "out", PLAIN, WorkersRequest(jobs), time_limit=3.0)
+    assert [row["outcome"] for row in found.rows] == [SOLVED, SOLVED, REFUSED, TIMED_OUT]
+    assert 3.0 <= found.rows[3]["seconds"] < 10.0
+    assert [path.name for path in (tmp_path / "out" / "long").iterdir()] == ["row.json"]
     with pytest.raises(OptionError, match="time limit"):
         run_batch(source, tmp_path, PLAIN, time_limit=0)
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_ctrl_c_saves_the_rows_and_ends_the_workers(source: Path, tmp_path: Path, jobs: str) -> None:
+    psutil = pytest.importorskip("psutil")
+    one = "plans:\n  - {name: one, robot: planar_2r, scene: empty, nodes: 40}\n"
+    source.write_text(one + LONG)
+    words = [sys.executable, "-m", "planner", "batch", str(source), "--out", str(tmp_path / "out"), "--jobs", jobs]
+    command = subprocess.Popen(words, start_new_session=True)
+    until((tmp_path / "out" / "one" / "row.json").exists)
+    workers = psutil.Process(command.pid).children(recursive=True)
+    os.killpg(command.pid, signal.SIGINT)  # as a terminal does
+    assert command.wait(timeout=30) == 130
+    assert not psutil.wait_procs(workers, timeout=30)[1]
+    with (tmp_path / "out" / "batch.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["name"] for row in rows] == ["one"]
+    source.write_text(one)
+    assert str(run_batch(source, tmp_path / "out", PlanRequest()).rows[0]["seconds"]) == rows[0]["seconds"]

@@ -24,9 +24,9 @@ from benchmarks.attack.run import attack
 from benchmarks.attack.segments import attack_segments
 from benchmarks.attack.thin_obstacles import thin_case
 from benchmarks.attack.true_distance import true_distance
+from benchmarks.problems import find_problems
+from benchmarks.results import read_rows
 from planner.base.progress import QUIET
-from planner.batch.problems import find_problems
-from planner.batch.results import read_rows
 from planner.collision import BACKENDS, make_checker
 from planner.collision.bounds import ClearanceBound
 from planner.collision.coal import CoalChecker

@@ -13,8 +13,8 @@ from benchmarks.plan.agreement import crossing
 from benchmarks.plan.report import Row, aims, compare, fault
 from benchmarks.plan.run import BENCH
 from benchmarks.plan.run import plan as bench_plan
+from benchmarks.results import read_rows
 from planner.batch.outcomes import CRASHED, SOLVED, TIMED_OUT
-from planner.batch.results import read_rows
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.models.poses import pose
@@ -67,7 +67,7 @@ def test_another_limit_and_a_changed_problem_are_measured_anew(folder: Path, tmp
 
 def test_a_crash_is_a_row(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("benchmarks.bench.json.dumps", lambda value: "{")
-    monkeypatch.setattr("planner.processes.process.json.dumps", lambda value: "{")
+    monkeypatch.setattr("benchmarks.processes.json.dumps", lambda value: "{")
     (row,) = rows_of(folder, tmp_path / "out")
     assert row.outcome == CRASHED
     assert "JSONDecodeError" in row.message

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.results import ResultsFile, read_rows, to_csv
 from planner.base.errors import FileError
-from planner.batch.results import ResultsFile, read_rows, to_csv
 
 
 @dataclass(frozen=True)

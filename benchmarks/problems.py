@@ -1,0 +1,39 @@
+"""Planning problems in folders: a MoveIt scene and a motion plan request each, as ``planner batch`` reads them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from planner.base.errors import FileError
+from planner.batch.plans import Task, read_plans
+from planner.problem.request import PlanRequest
+
+
+@dataclass(frozen=True)
+class Problem:
+    """``request`` in ``scene``; ``kind`` is the name of the folder that holds the two."""
+
+    name: str
+    scene: str
+    request: Path
+
+    @property
+    def kind(self) -> str:
+        return self.name.rpartition("/")[0]
+
+    def asked(self, plain: PlanRequest) -> PlanRequest:
+        """``plain`` with this problem's scene and request."""
+        return replace(plain, scene=self.scene, motion_plan_request=self.request)
+
+    def content(self, plain: PlanRequest) -> str:
+        """Eight digits of a hash of the options and of all files that are read for them."""
+        return Task(self.name, self.asked(plain)).asked[:8]
+
+
+def find_problems(folder: Path) -> list[Problem]:
+    """The problems in ``folder``, sorted by name; see :func:`planner.batch.plans.read_plans`."""
+    if not folder.is_dir():
+        raise FileError(f"{folder} holds no problems: give a folder with them.")
+    tasks = read_plans(folder, PlanRequest())
+    return [Problem(task.name, str(task.request.scene), Path(str(task.request.motion_plan_request))) for task in tasks]

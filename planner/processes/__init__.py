@@ -1,1 +1,0 @@
-"""Cases in processes of their own, several at once: on this machine or on a Dask cluster."""

@@ -1,0 +1,94 @@
+"""The plans that YAML and CSV files and folders of MoveIt's problems ask for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from planner.base.errors import FileError
+from planner.batch.plans import read_plans
+from tests.batch.posts import PLAIN, write_problem
+
+
+def written(folder: Path, text: str, name: str = "batch.yaml") -> Path:
+    (folder / name).write_text(text)
+    return folder / name
+
+
+def test_a_csv_file_leaves_options_out_and_names_files_beside_it(tmp_path: Path) -> None:
+    written(tmp_path, "obstacles: []\n", "cell.yaml")
+    text = '\ufeffname,scene,goal,beta,min-manipulability,request\na,cell.yaml,"q:0.3,0.4",0.2,,\n,shelf,goal,,0.01,\n'
+    a, b = read_plans(written(tmp_path, text, "batch.csv"), PLAIN)
+    assert (a.name, a.request.scene, a.request.beta) == ("a", str(tmp_path / "cell.yaml"), 0.2)
+    assert (b.name, b.request.scene, b.request.beta, b.request.min_manipulability) == ("0002", "shelf", 0.5, 0.01)
+
+
+def test_goals_and_keeps_may_be_lists_as_in_scene_files(tmp_path: Path) -> None:
+    text = "plans: [{goal: [home, 'q:0,1'], keep: ['plane:0,0,1,0.1', 'plane:1,0,0,-1'], path-only: yes}]\n"
+    (task,) = read_plans(written(tmp_path, text.replace("yes", "true")), PLAIN.__class__())
+    assert (task.request.goal, task.request.keep) == ("home;q:0,1", "plane:0,0,1,0.1;plane:1,0,0,-1")
+    assert task.request.path_only
+
+
+def test_a_row_is_for_the_files_that_are_read(tmp_path: Path) -> None:
+    """With another scene, another mesh in it or another robot a plan is planned again."""
+    written(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "part.obj")
+    written(tmp_path, "obstacles: [{name: part, type: mesh, file: part.obj}]\n", "cell.yaml")
+    (task,) = read_plans(written(tmp_path, "plans: [{name: one, scene: cell.yaml}]"), PLAIN)
+    (other,) = read_plans(written(tmp_path, "plans: [{name: one, scene: cell.yaml, robot: ur5}]"), PLAIN)
+    hashes = {task.asked, other.asked}
+    written(tmp_path, "v 0 0 0\nv 1.5 0 0\nv 0 1 0\nf 1 2 3\n", "part.obj")
+    hashes.add(task.asked)
+    written(tmp_path, "obstacles: []\nname: other\n", "cell.yaml")
+    assert len(hashes | {task.asked}) == 4
+
+
+def test_problems_are_found_in_folders_and_flat(problems: Path, tmp_path: Path) -> None:
+    assert [task.name for task in read_plans(problems, PLAIN)] == ["far/0001", "posts/0001"]
+    assert [task.name for task in read_plans(problems / "posts", PLAIN)] == ["posts/0001"]
+    (tmp_path / "linked").symlink_to(problems / "posts", target_is_directory=True)
+    write_problem(tmp_path / "own", "_a", (0, 0), (1, 1))
+    (tmp_path / "own" / "scene_a.yaml").rename(tmp_path / "own" / "scene_a.scene")
+    (tmp_path / "own" / "request_b.yml").write_text("")
+    linked, a, b = read_plans(tmp_path, PLAIN)
+    assert (linked.name, a.name, b.name) == ("linked/0001", "own/_a", "own/_b")
+    assert (a.request.scene, b.request.scene) == (str(tmp_path / "own" / "scene_a.scene"), "own/scene_b.yaml")
+    assert a.request.motion_plan_request == tmp_path / "own" / "request_a.yaml"
+
+
+def test_folders_without_problems_or_with_two_of_one_name_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="holds no problems"):
+        read_plans(tmp_path, PLAIN)
+    write_problem(tmp_path, "0001", (0, 0), (1, 1))
+    (tmp_path / "request0001.yml").write_text("")
+    with pytest.raises(FileError, match=f"two plans called '{tmp_path.name}/0001'"):
+        read_plans(tmp_path, PLAIN)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("plans: []", "plans"),
+        ("plan: [{}]", "plan"),
+        ("plans: [{margn: 1}]", "plan '0001': option 'margn' not found .did you mean 'margin'"),
+        ("plans: [{nodes: 20, nodes: 30}]", "key 'nodes' stands twice"),
+        ("plans: [{beta: 2}]", "beta 2 is outside"),
+        ("plans: [{beta: yes}]", "option 'beta' cannot be true"),
+        ("plans: [{name: a, nodes: many}]", "plan 'a': option 'nodes'"),
+        ("plans: [{}, {keep: [1]}]", "plan '0002': option 'keep'"),
+        ("plans: [{name: a}, {name: a}]", "two plans called 'a'"),
+        *((f"plans: [{{name: {name}}}]", "its name must be") for name in ("../a", "/a", "a/../..", "''", ".")),
+    ],
+)
+def test_a_yaml_file_is_refused_by_plan_and_option(text: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=message):
+        read_plans(written(tmp_path, text), PLAIN)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "name,beta\n", "name,beta,beta\na,0.1,0.9\n", "name,goal\na,q:0,1\n", f"name\n{'x' * 140_000}\n"]
+)
+def test_a_table_whose_cells_have_no_column_is_refused(text: str, tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"batch\.csv must be a line of different option names and a line of as many"):
+        read_plans(written(tmp_path, text, "batch.csv"), PLAIN)
