@@ -46,7 +46,7 @@ class Picture:
         self._scene, self._robot = scene, robot
         joints = range(len(joint_matrices(robot, q[None])[0]) + 1)
         self._frames = [scene.add_frame(f"/robot/{joint}", show_axes=False) for joint in joints]
-        bodies = (*drawn_bodies(robot), *robot.carried)
+        bodies = (*drawn_bodies(robot)[0], *robot.carried)
         for k, body in enumerate(bodies):
             _draw(scene, f"/robot/{body.joint}/{k}", body.shape, body.placement, body.color)
         self._colours = obstacle_colours(world)

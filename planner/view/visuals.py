@@ -39,32 +39,35 @@ def draw_robot(
     Returns the links by path, and the bodies to look at.
     """
     carried = _smoothed(robot.carried)
-    visual = (*drawn_bodies(robot), *carried)
+    visual, colliding = ((*bodies, *carried) for bodies in drawn_bodies(robot))
     names = draw_bodies(canvas, "visual", visual, touching)
-    names |= draw_bodies(canvas, "collision", [*_smoothed(_own(robot)), *carried], touching)
+    names |= draw_bodies(canvas, "collision", colliding, touching)
     place_joints(canvas, robot, q)
     return names, visual
 
 
-def drawn_bodies(robot: Robot) -> tuple[Body, ...]:
-    """The visual bodies of ``robot`` with smoothed meshes, see :func:`planner.models.robot.load_visuals`.
+def drawn_bodies(robot: Robot) -> tuple[tuple[Body, ...], tuple[Body, ...]]:
+    """The visual bodies of ``robot``, see :func:`planner.models.robot.load_visuals`, and those that collide.
 
-    Without what the robot carries. They come from the cache where it has them.
+    With smoothed meshes, and without the bodies that the robot carries. They come from the cache where it has them.
     """
+    own = _own(robot)
     made_of = [_FORMAT, robot.source.xml, *robot.joints, *sorted(robot.fixed_joints.items()), robot.base]
     made_of += [_stamp(file) for file in mesh_files(robot.source, "visual")]
-    made_of += [part for body in _own(robot) for part in (body.placement, *body.shape.content())]
+    made_of += [part for body in own for part in (body.placement, *body.shape.content())]
 
     def make() -> dict[str, Any]:
         loaded = load_visuals(replace(robot, carried=()))
         if loaded is robot.bodies:
             raise _StandIns
-        return _arrays(_smoothed(loaded))
+        return _arrays(_smoothed([*loaded, *own]))
 
     try:
-        return _bodies(cached("visuals", made_of, make))
+        bodies = _bodies(cached("drawn", made_of, make))
     except _StandIns:
-        return tuple(_smoothed(robot.bodies))
+        bodies = tuple(_smoothed([*own, *own]))
+    visual = len(bodies) - len(own)
+    return bodies[:visual], bodies[visual:]
 
 
 def _own(robot: Robot) -> list[Body]:

@@ -25,7 +25,7 @@ from tests.worlds import joint_xml, load
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    return tmp_path / "planner" / "visuals"
+    return tmp_path / "planner" / "drawn"
 
 
 def contents(bodies: Iterable[Body]) -> list[list[object]]:
@@ -43,13 +43,14 @@ def test_a_second_look_reads_no_mesh(monkeypatch: pytest.MonkeyPatch, cache: Pat
     first = drawn_bodies(robot)
     assert len(list(cache.glob("*.npz"))) == 1
     monkeypatch.setattr(visuals, "load_visuals", lambda robot: pytest.fail("read again"))
-    assert contents(drawn_bodies(robot)) == contents(first)
+    assert contents(drawn_bodies(robot)[0]) == contents(first[0])
+    assert contents(drawn_bodies(robot)[1]) == contents(first[1])
 
 
 def test_another_base_is_another_robot_to_look_at(robot: Robot) -> None:
     drawn_bodies(robot)
     moved = Robot.load("planar_2r", base=np.diag([-1.0, -1.0, 1.0, 1.0]))
-    assert contents(drawn_bodies(moved)) == contents(load_visuals(moved))
+    assert contents(drawn_bodies(moved)[0]) == contents(load_visuals(moved))
 
 
 def test_another_mesh_in_the_same_file_is_seen(urdf_file: Callable[..., str], tmp_path: Path) -> None:
@@ -60,7 +61,7 @@ def test_another_mesh_in_the_same_file_is_seen(urdf_file: Callable[..., str], tm
     for size in (1.0, 2.0):
         file.write_bytes(mesh_file(Mesh(size * mesh.vertices, mesh.triangles)))
         os.utime(file, (1e9, 1e9))
-        (drawn,) = drawn_bodies(Robot.load(path))
+        (drawn,), _ = drawn_bodies(Robot.load(path))
         assert np.ptp(corners(drawn.shape)[0], axis=0) == pytest.approx(size * np.array([0.1, 0.2, 0.3]))
 
 
@@ -78,10 +79,10 @@ def test_contacts_are_red_and_a_carried_body_is_drawn_as_both_kinds() -> None:
 
 def test_stand_ins_for_meshes_are_not_kept(robot: Robot, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visuals, "load_visuals", lambda robot: robot.bodies)
-    assert [body.name for body in drawn_bodies(robot)] == [body.name for body in robot.bodies]
+    assert [body.name for body in drawn_bodies(robot)[0]] == [body.name for body in robot.bodies]
     assert not cache.exists()
 
 
 def test_a_carried_body_is_not_kept(robot: Robot) -> None:
     held = replace(robot.bodies[-1], name="cup")
-    assert contents(drawn_bodies(replace(robot, carried=(held,)))) == contents(drawn_bodies(robot))
+    assert contents(drawn_bodies(replace(robot, carried=(held,)))[0]) == contents(drawn_bodies(robot)[0])
