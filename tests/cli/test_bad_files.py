@@ -33,7 +33,7 @@ SCENES = {
     "vertices that are no list": (MOVEIT.replace("OBJECT", MESH.replace("VERTICES", "5")), "valid list"),
     "a huge index": (
         MOVEIT.replace("OBJECT", MESH.replace("VERTICES", CORNERS).replace("INDICES", f"[0, 1, {10**25}]")),
-        "vertex_indices.2",
+        "triangles.0.2",
     ),
     "a quaternion of zero": (
         MOVEIT.replace("OBJECT", "{id: a, pose: {orientation: [0, 0, 0, 0]}, primitives: [], primitive_poses: []}"),

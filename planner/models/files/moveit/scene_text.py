@@ -54,10 +54,10 @@ class _Lines:
         return {"position": self._numbers(), "orientation": self._numbers()}
 
     def _count(self) -> int:
-        line = self._next
-        if not line.isdecimal() or int(line) > len(self._lines):
+        line = self._take()
+        if not (line.isascii() and line.isdecimal()) or number(line) > len(self._lines):
             raise self._unexpected("how many follow", line)
-        return int(self._take())
+        return int(line)
 
     @property
     def _next(self) -> str:

@@ -146,7 +146,7 @@ def test_scene_text_of_both_ages(tmp_path: Path) -> None:
     [
         (OLD_TEXT, ""), (OLD_TEXT[40:], ""), ("box", "teapot"), ("0.2 0.3", "x"), ("0.2 0.3", "0.2"), ("1 2 3", "1 2"),
         ("1\nbox", "0\nbox"), ("1\nbox", "2\nbox"), ("Can", "Box0"), (".\n", ".\nmore\n"), ("1 2 3", "1 2 nan"),
-        ("* Box0", "Box0"), ("1\nbox", "1_0\nbox"),
+        ("* Box0", "Box0"), ("1\nbox", "１\nbox"), ("1\nbox", 5000 * "9" + "\nbox"), ("1\nbox", "1_0\nbox"),
     ],
 )  # fmt: skip
 def test_broken_scene_text(old: str, new: str, tmp_path: Path) -> None:
