@@ -37,26 +37,18 @@ def test_lists_and_things_are_as_good_as_texts():
 
 
 REFUSED = {
-    "turn:": "no number",
     "turn:0.1,0,0": "lacks numbers: give turn: angle or angle,qx,qy,qz,qw",
     "turn:0.1,0,0,0,2": "not of length 1",
     "turn:10": "degrees? 5 degrees are 0.0873",
-    "turn:nan": "no finite number",
     "turn:0.00001": "leave 0.0001 or more",
     "turn:-0.1": "a tolerance is negative",
-    "axis:z,0,0,1,0.1,5": "too many numbers",
     "axis:q,0,0,1,0.1": "axis 'q' is none of",
     "axis:z,0,0,0,0.1": "no length",
-    "axis:z,0,0,1,0.1 at 0,0,1": "goes with box, sphere and plane",
     "axis:z,0,0,1,4": "no two directions are further apart",
-    "plane:0,0,0,1": "no length",
-    "plane:0,0,1,1e9": "beyond 10000",
     "box:0,0,0,1,1,-1": "lies above",
     "box:0,0,0,1,1,1 at 1,2": "point has 2 numbers: give 3",
-    "sphere:0,0,0,-1": "negative",
     "joint:elbow,1,0": "not below",
     "cone:1,2": "give axis:, box:",
-    "upright": "give axis:, box:",
 }
 
 
