@@ -89,15 +89,6 @@ def test_the_first_piece_leads_from_where_the_robot_is() -> None:
     assert (found.safe, found.safe_until) == (False, 0.0)
 
 
-def test_a_point_at_0_s_is_where_the_robot_is() -> None:
-    points, times = np.vstack([HERE + 0.005, steps()]), np.array([0.0, *TIMES])
-    assert gate().check(points, times=times, state=STATE).safe
-    points[0] += 0.02
-    found = gate().check(points, times=times, state=STATE)
-    assert found.reason is not None
-    assert (found.reason.kind, found.reason.on, found.safe_until) == ("start", "start", 0.0)
-
-
 def test_the_way_to_a_point_at_0_s_is_proven() -> None:
     """Where that may be far from the robot, what stands between is seen, and said to be there."""
     away = HERE + np.array([0.6, 0.0])

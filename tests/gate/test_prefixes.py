@@ -44,12 +44,6 @@ def test_a_trajectory_that_cannot_be_left_before_a_wall_is_refused(run: Run, tmp
     assert "prefixes" not in json.loads(run("check", *given, "--json")[1])
 
 
-def test_one_that_can_be_left_is_told(run: Run, tmp_path: Path) -> None:
-    code, out, _ = run("check", *written(tmp_path, np.array([0.0, 0.0, 3.0])), "--prefixes")
-    assert "proven from every point" in " ".join(out.split())
-    assert code == run("check", *written(tmp_path, np.array([0.0, 0.0, 3.0])))[0]
-
-
 def test_our_own_motions_can_be_left_anywhere(run: Run, tmp_path: Path) -> None:
     world = ("--robot", "planar_2r", "--scene", "empty")
     plan = run("plan", *world, "--start", "q:0,1", "--goal", "q:1,1", "--nodes", "20", "--out", str(tmp_path))

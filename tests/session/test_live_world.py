@@ -11,7 +11,7 @@ from planner.models.scene import Scene
 from planner.models.shapes import Carried, Obstacle, Sphere
 from planner.problem.request import WorldRequest
 from planner.session.live_world import LiveWorld
-from tests.worlds import load, make_post, post_roadmap
+from tests.worlds import load, make_post
 
 FAR = Obstacle("far", Sphere(0.1), pose([0.0, 0.0, 3.0]))
 Q = np.array([0.5, 1.0])
@@ -23,13 +23,6 @@ def bare() -> LiveWorld:
 
 def names(world: LiveWorld) -> list[str]:
     return [obstacle.name for obstacle in world.scene.obstacles]
-
-
-def test_a_pose_may_be_given_in_parts() -> None:
-    world = bare().add(FAR)
-    turned = world.move("far", {"rpy": [0.0, 0.0, 0.3]}).move("far", {"position": [0.0, 0.1, 3.0]})
-    np.testing.assert_allclose(turned.scene.obstacles[1].placement, pose([0.0, 0.1, 3.0], rpy=[0, 0, 0.3]), atol=1e-12)
-    assert world.move("far", {"position": [0.0, 0.0, 3.0]}) is world, "no move is no change"
 
 
 def test_what_is_attached_moves_with_the_arm_and_is_put_down_where_it_is_held() -> None:
@@ -50,14 +43,3 @@ def test_what_the_scene_says_is_carried_is() -> None:
     assert not world.bare.carried
     with pytest.raises(SceneError, match="it is carried: detach it first"):
         world.remove("ball")
-
-
-def test_nodes_that_go_take_their_edges_along() -> None:
-    world = bare().with_roadmap(post_roadmap())
-    keep = np.ones(len(post_roadmap().nodes), bool)
-    gone = next(k for k in range(len(keep)) if k not in (*post_roadmap().starts, *post_roadmap().goals))
-    keep[gone] = False
-    fewer = world.without_nodes(keep)
-    touched = (post_roadmap().edges == gone).any(axis=1)
-    assert touched.any()
-    assert len(fewer.roadmap.edges) == len(fewer.proofs.known) == (~touched).sum()

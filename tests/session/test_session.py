@@ -179,7 +179,7 @@ BAD = {
     "nothing carried": (lambda s: s.detach("thing0", at=POST_START), "not carried"),
     "a beta": (lambda s: s.plan(POST_START, POST_GOAL, beta=2.0), "outside"),
     "a law": (lambda s: Session(s.robot, s.scene, law="prescribed-time"), "heal"),
-    "an option": (lambda s: Session("planar_2r", "empty", **{"nods": 3}), "did you mean 'nodes'"),
+    "an option": (lambda s: Session("planar_2r", "empty", nods=3), "did you mean 'nodes'"),  # type: ignore[call-arg]
     "no question": (lambda s: Session(s.robot, s.scene).replan(), "nothing was asked"),
 }
 
