@@ -7,13 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.base.polynomials import evaluate
 from planner.certificate import verify_proof as checker
 from planner.certificate.geometry import geometry_of, shapes_of
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, tool_joint
 from planner.models.scene import Scene
-from planner.trajectory.trajectory import Trajectory
 from tests.worlds import ROBOTS, load, random_q
 
 NO_PAIRS: frozenset[frozenset[str]] = frozenset()
@@ -69,18 +67,6 @@ def test_no_point_moves_faster_than_is_said(robot: str) -> None:
             speed = np.linalg.norm(there[1] - there[0], axis=1).max() / (2 * step)
             assert speed <= reach[item, joint] + 1e-8
             assert np.linalg.norm(there[0], axis=1).max() + radius <= size
-
-
-@pytest.mark.parametrize("columns", [1, 2, 3])
-def test_curves_are_those_of_a_trajectory(columns: int) -> None:
-    rng = np.random.default_rng(columns)
-    given = [rng.normal(size=(4, 3)) for _ in range(columns)]
-    motion = Trajectory.through(("a", "b", "c"), np.array([0.0, 0.3, 1.0, 1.2]), *given)
-    data = {"path": given[0], "clock": motion.nanoseconds, "knots": np.array(motion.columns)}
-    pieces = checker.curves(data)[3:]
-    for s in (0.0, 0.3, 1.0):
-        where = np.full(3, s)
-        np.testing.assert_allclose(evaluate(pieces, where), evaluate(motion.coefficients, where), atol=1e-12)
 
 
 @pytest.mark.parametrize("robot", ["panda", "iiwa14"])

@@ -88,21 +88,6 @@ def test_a_joint_that_slides_has_no_whole_turns(case: Case) -> None:
         verify_proof.require_sound(data | sliding, meta)
 
 
-def test_of_alternatives_one_that_is_not_judged_is_not_refused(case: Case) -> None:
-    for texts_ in (["xyz:9,9,9", "xyz:0,0,0 & axis:z,0,0,1,0.1"], ["xyz:0,0,0 & axis:z,0,0,1,0.1", "xyz:9,9,9"]):
-        assert "is not judged" in str(said_of(case, "there", states={"there": texts_}))
-
-
-def test_what_is_not_judged_is_named(case: Case) -> None:
-    goal = texts((1, 0, 0))[0]
-    assert f"Whether its goal is {goal + ' & axis:z,0,0,1,0.1'!r} is not judged" in str(
-        said_of(case, goal + " & axis:z,0,0,1,0.1")
-    )
-    case.plan["config"]["request"], case.plan["goal"] = "request.yaml", "number 1"
-    said = str(case.accepts(case.data, case.words, follow=False))
-    assert "Whether its ends are those of 'request.yaml' is not judged" in said
-
-
 def test_a_goal_that_nobody_asked_for_is_refused(case: Case) -> None:
     assert said_of(case, texts()[0]) is not None
     case.plan["goal"] = texts()[1]

@@ -23,16 +23,13 @@ def test_goals_become_one(words: list[str], expected: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "what"),
-    [(["plan", "--out="], "--out"), (["plan", "--out", "", "--view"], "--out"), (["batch", ""], "a word")],
+    ("words", "said"),
+    [
+        (["plan", "--out="], "--out is empty"),  # it would be the folder that the shell stands in
+        (["batch", ""], "a word is empty"),
+        (["plan", "--ik-solutions", "3", "--ik_solutions", "4"], "--ik-solutions is given twice"),
+    ],
 )
-def test_an_empty_word_is_refused(words: list[str], what: str) -> None:
-    """An empty folder would be the one that the shell stands in."""
-    with pytest.raises(OptionError, match=f"{what} is empty"):
+def test_empty_words_and_options_given_twice_are_refused(words: list[str], said: str) -> None:
+    with pytest.raises(OptionError, match=said):
         prepared(words)
-
-
-@pytest.mark.parametrize("second", ["--ik-solutions=4", "--ik_solutions"])
-def test_any_other_option_stands_once(second: str) -> None:
-    with pytest.raises(OptionError, match="--ik-solutions is given twice"):
-        prepared(["plan", "--ik-solutions", "3", second, "4"])

@@ -31,12 +31,6 @@ def test_what_is_exported_is_proven_by_check(run: Run, timed_plan: Path, tmp_pat
         assert times == grid
 
 
-@pytest.mark.parametrize("kind", ["csv", "ros-json"])
-def test_of_a_motion_without_events_none_are_told(run: Run, timed_plan: Path, tmp_path: Path, kind: str) -> None:
-    code, _, told = run("export", str(timed_plan), "--format", kind, "--out", str(tmp_path / "motion"))
-    assert (code, told) == (0, "")
-
-
 def test_a_motion_that_does_not_end_at_rest_is_told(run: Run, timed_plan: Path, tmp_path: Path) -> None:
     record = json.loads((timed_plan / "trajectory.json").read_text())
     record["points"] = record["points"][: len(record["points"]) // 2]
@@ -44,13 +38,6 @@ def test_a_motion_that_does_not_end_at_rest_is_told(run: Run, timed_plan: Path, 
     code, _, told = run("export", str(tmp_path / "half.json"), "--out", str(tmp_path / "sent.json"))
     assert code == 0
     assert "does not end at rest, which a ROS 2 joint trajectory controller refuses" in " ".join(told.split())
-
-
-def test_export_refuses_what_is_no_trajectory(run: Run, tmp_path: Path) -> None:
-    for words, code in ((("export", str(tmp_path)), 3), (("export", str(tmp_path), "--rate", "0"), 2)):
-        found, _, err = run(*words)
-        assert found == code
-        assert err.startswith("planner: error: ")
 
 
 def test_a_grid_that_is_too_coarse_to_be_proven_is_not_written(run: Run, tmp_path: Path) -> None:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import pytest
-
-from tests.command_line import Run, assert_refused, assert_total_covers
+from tests.command_line import Run, assert_total_covers
 from tests.documents import ROOT
 
 SEAM = str(ROOT / "scenes/examples/seam.yaml")
@@ -50,37 +48,3 @@ def test_what_is_followed_in_part_ends_with_4_and_a_reason(run: Run, tmp_path: P
     assert record["reason"]["kind"] == "cannot_follow"
     assert record["path"]
     assert "not to point 3" in text
-
-
-@pytest.mark.parametrize(
-    ("content", "code", "text"),
-    [
-        ("points: []", 3, "0 points"),
-        ("points: [{position: [.nan, 0, 0], axis: [0, 0, 1]}]", 3, "finite"),
-        ("points: [{position: [400, 0, 0], axis: [0, 0, 1]}, {position: [0, 0, 1], axis: [0, 0, 1]}]", 3, "mm?"),
-        ("{points: [{position: [0.4, 0, 0.3], axis: [0, 0, 1]}], tube: {position: 0}}", 3, "tube.position"),
-        ("- 1", 3, "mapping"),
-        ("points: [", 3, "YAML"),
-    ],
-)
-def test_bad_files_are_refused(content: str, code: int, text: str, run: Run, tmp_path: Path) -> None:
-    file, out = tmp_path / "path.yaml", tmp_path / "out"
-    file.write_text(content)
-    assert_refused(run("follow", str(file), "--robot", "panda", "--out", str(out)), code, text, out)
-
-
-@pytest.mark.parametrize(
-    ("options", "code", "text"),
-    [
-        (("--tool-speed", "0"), 2, "tool speed 0 m/s"),
-        (("--goal", "home"), 2, "leave --goal out"),
-        (("--tool-speed", "0.1", "--no-timing"), 2, "--tool-speed says nothing without a motion"),
-        (("--jerk", "100", "--no-timing"), 2, "with --no-timing there is no motion"),
-        (("--tool", "nowhere"), 3, "nowhere"),
-        (("--start", "q:1,2"), 3, "start"),
-    ],
-)
-def test_bad_options_are_refused(options: tuple[str, ...], code: int, text: str, run: Run, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    result = run("follow", SEAM, "--robot", "panda", "--scene", "table", *options, "--out", str(out))
-    assert_refused(result, code, text, out)

@@ -95,30 +95,3 @@ def test_an_interrupted_build_keeps_the_roadmap_there(
     assert f"What was in {file} is kept" in " ".join(out.split())
     assert file.read_bytes() == before
     assert (tmp_path / "r.interrupted.npz").is_file()
-
-
-def test_presses(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    left: list[str] = []
-    monkeypatch.setattr("planner.base.progress.leave", left.append)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it for what runs behind it
-    try:
-        _press(capfd, monkeypatch, left)
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def _press(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, left: list[str]) -> None:
-    with StopRequest() as stop:
-        with pytest.raises(KeyboardInterrupt):  # nobody has asked yet: as it was before
-            signal.raise_signal(signal.SIGINT)
-        assert not stop()
-        signal.raise_signal(signal.SIGINT)
-        assert stop()
-        assert capfd.readouterr().err.startswith("planner: stopping, saving what there is")
-        signal.raise_signal(signal.SIGINT)
-        assert "still saving" in capfd.readouterr().err
-        assert not left
-        monkeypatch.setattr("planner.base.progress.tell_at_once", lambda *_: None)
-        monkeypatch.setattr("planner.base.progress._SAVING", ("", "", ""))
-        signal.raise_signal(signal.SIGINT)
-        assert left == ["left without saving."]

@@ -9,11 +9,8 @@ from pathlib import Path
 import pytest
 
 from planner.base.resources import robots_folder
-from planner.collision import make_checker
-from planner.collision.checker import is_free
 from planner.models.robot import Robot
-from planner.models.scene import Scene
-from tests.command_line import Run, assert_refused
+from tests.command_line import Run
 from tests.worlds import joint_xml, link_xml
 
 ARM = str(robots_folder() / "examples" / "arm.urdf")
@@ -54,19 +51,6 @@ def test_pairs_that_stand_in_the_way_are_named(run: Run, tmp_path: Path, urdf_fi
     assert "\nhome: [0.1, 0.0]\n" in (tmp_path / "r.yaml").read_text()
 
 
-def test_where_no_file_says_where_home_is_it_is_free(run: Run, tmp_path: Path, urdf_file: Callable[..., str]) -> None:
-    made = tmp_path / "r.yaml"
-    code, text, error = run("robot-yaml", under_a_disc(urdf_file), *OF_DISC, str(made))
-    assert code == 0, error
-    text = " ".join(text.split())
-    assert "No file says where home is" in text
-    assert "home is free" in text
-    assert "'b' and 'disc' touch in" in text
-    robot = Robot.load(made)
-    assert is_free(make_checker(robot, Scene("none")), robot.home)
-    assert 0.015 < abs(robot.home[1]) < 0.025, "with room, and nearer to zero than the limit"
-
-
 def test_the_file_loads_is_the_same_again_and_is_not_overwritten(run: Run, made: Path, tmp_path: Path) -> None:
     own, plain = Robot.load(str(made)), Robot.load(ARM, tool="tip")
     assert (own.name, own.joints, own.tool) == (plain.name, plain.joints, "tip")
@@ -95,28 +79,3 @@ def test_a_plan_with_some_joints_and_what_its_roadmap_remembers(run: Run, made: 
     assert (code, "build one for this robot" in error) == (3, True)
     assert run("check", str(tmp_path / "out" / "plan.json"), *options)[0] == 0
     assert run("view", *options, "--state", "home", "--out", str(tmp_path / "state.html"))[0] == 0
-
-
-@pytest.mark.parametrize(
-    ("options", "code", "said"),
-    [
-        (("--joints", "a,,b"), 2, "name each once, with commas between"),
-        (("--joints", "a", "--group", "b"), 2, "give one of them"),
-        (("--group", "arm"), 3, "give --srdf, or use --joints"),
-        (("--joints", "nose"), 3, "joint 'nose' not found; joints are"),
-        (("--srdf", "missing.srdf"), 3, "SRDF missing.srdf not found"),
-    ],
-)
-def test_refused(run: Run, tmp_path: Path, options: tuple[str, ...], code: int, said: str) -> None:
-    for words in (
-        ("plan", "--robot", ARM, "--tool", "tip", "--scene", "empty", "--out", str(tmp_path / "o")),
-        ("robot-yaml", ARM, "--tool", "tip", "--out", str(tmp_path / "r.yaml")),
-    ):
-        assert_refused(run(*words, *options), code, said, tmp_path / words[-1])
-
-
-def test_where_no_robot_is_found_the_other_ways_are_named(run: Run) -> None:
-    code, _, error = run("view", "--robot", "ur99")
-    assert code == 3
-    assert "ur5" in error
-    assert "robot.yaml ('planner robot-yaml' writes one)" in error

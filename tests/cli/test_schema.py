@@ -19,9 +19,3 @@ def test_it_prints_a_schema_and_nothing_else(name: str, run: Run) -> None:
     schema = json.loads(out)
     jsonschema.Draft202012Validator.check_schema(schema)
     assert schema.get("properties") or schema["anyOf"]
-
-
-def test_another_file_is_a_wrong_option(run: Run) -> None:
-    code, out, err = run("schema", "roadmap")
-    assert (code, out) == (2, "")
-    assert "sweep" in err

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import http.client
 import json
-import shutil
 import signal
 import sys
 import webbrowser
@@ -18,7 +17,7 @@ from planner.collision.clearance import Clearance
 from planner.kinematics.forward import tool_positions
 from planner.models.scene import Scene
 from tests.browser import page_data
-from tests.command_line import Run, assert_refused, command
+from tests.command_line import Run, command
 from tests.worlds import load
 
 STATE = ("--robot", "planar_2r", "--scene", "empty")
@@ -64,21 +63,6 @@ def test_without_a_screen_the_place_is_printed(
     assert json.loads(out)["outcome"] == "solved"
 
 
-def test_a_state_without_a_file_is_opened_from_a_temporary_one(run: Run, opened: list[str]) -> None:
-    assert run("view", *STATE)[0] == 0
-    (address,) = opened
-    page = Path(address.removeprefix("file://"))
-    assert page_data(page)["message"] == "Free and within limits."
-    shutil.rmtree(page.parent)
-
-
-def test_plan_json_prints_the_record_and_nothing_else(run: Run, tmp_path: Path) -> None:
-    code, out, err = run("plan", *TASK, "--json", "--out", str(tmp_path))
-    assert code == 0, err
-    assert out == (tmp_path / "plan.json").read_text()
-    assert "Written:" in err
-
-
 # states without a plan
 
 
@@ -115,12 +99,6 @@ def test_states_of_every_form(run: Run, tmp_path: Path, post: tuple[str, ...]) -
     assert place("--state", "home") == pytest.approx(home.tolist(), abs=1e-5)
 
 
-def test_the_robots_home_where_the_scene_names_no_start(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "nothing.yaml").write_text("obstacles: []\n")
-    data = seen(run, tmp_path, "--robot", "planar_2r", "--scene", str(tmp_path / "nothing.yaml"))[1]
-    assert data["paths"][0]["waypoints"][0] == pytest.approx(load("planar_2r").home)
-
-
 def test_a_state_in_collision_and_out_of_limits(run: Run, tmp_path: Path, post: tuple[str, ...]) -> None:
     words, data = seen(run, tmp_path, *post, "--state", "q:0,0")
     assert "'link_2' and 'post' touch" in words
@@ -149,50 +127,6 @@ def test_a_clearance_that_rounds_to_nothing_says_what_it_means(run: Run, tmp_pat
     assert "Free and within limits" not in words
     assert "the clearance is less than 0.1 mm, which no proof can tell from contact" in words
     assert "less than 0.1 mm" in dict(data["paths"][0]["numbers"])["clearance"]
-    path.write_text(box.format(x=high + 0.001))
-    words, data = seen(run, tmp_path, "--robot", "planar_2r", "--scene", str(path), "--state", "q:0,0")
-    assert "Free and within limits." in words
-    assert dict(data["paths"][0]["numbers"])["clearance"] == "1.0 mm"
-
-
-def test_a_target_that_only_collisions_reach(run: Run, tmp_path: Path, post: tuple[str, ...]) -> None:
-    words, data = seen(run, tmp_path, *post, "--state", "xyz:0.8,0,0")
-    assert "'post' touch" in words
-    assert dict(data["paths"][0]["numbers"])["tool (m)"] == "0.800, 0.000, 0.000"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "text"),
-    [
-        (("--state", "nowhere"), 3, "'nowhere' is not among the scene's states"),
-        (("--state", "q:1,2"), 3, "2 joint values, iiwa14 has 7"),
-        (("--state", "q:one"), 2, "no number"),
-        (("--state", "xyz:3,0,0"), 3, "beyond the arm's reach"),
-        (("--robot", "r2d2"), 3, "robot 'r2d2' not found"),
-        (("--beta", "0.2"), 2, "are for --live"),
-        (("none.json",), 3, "none.html not found"),
-        ((".",), 3, "must hold a plan.html or a sweep.html, got 0"),
-        ((".", "--state", "home"), 2, "leave out RESULT"),
-        ((".", "--robot", "panda"), 2, "not both"),
-        (("--live", "--state", "home"), 2, "leave out RESULT and --live"),
-        ((".", "--live"), 3, "plan.json"),
-        (("--live", *STATE, "--out", "state.html"), 2, "ends in .yaml"),
-        (("--live", *STATE, "--beta", "2"), 2, "outside [0, 1]"),
-        (("--live", *STATE, "--start", "q:0,9", "--goal", "q:1,1"), 3, "outside its limits"),
-    ],
-)
-def test_refusals(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], code: int, text: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert_refused(run("view", *arguments), code, text, tmp_path / "empty-moved.yaml")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_place_that_cannot_be_written_is_refused_first(run: Run, tmp_path: Path) -> None:
-    code, out, err = run("view", "--out", str(tmp_path))
-    assert (code, out) == (3, "")
-    assert "is a folder: give the name of a file" in err
 
 
 # the live page
@@ -216,13 +150,3 @@ def test_a_live_page_is_served_until_a_signal(folder: Path, number: int) -> None
         finally:
             process.kill()
     assert not list(folder.glob("*.yaml"))
-
-
-def test_without_viser_a_sentence_says_how_to_install_it(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in [name for name in sys.modules if name.startswith("planner.live.")]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "viser", None)
-    code, out, err = run("view", "--live", *STATE)
-    assert (code, out) == (3, "")
-    assert "pip install 'gabf-planner[live]'" in err
-    assert err.count("\n") == 1

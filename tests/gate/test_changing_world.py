@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.gate.chunks import KINDS, clutter, random_chunk
-from planner.base.errors import SceneError, StateError
+from planner.base.errors import PlannerError
 from planner.collision import make_checker
 from planner.gate.gate import Gate
 from planner.gate.verdict import Verdict
@@ -86,13 +86,10 @@ def test_a_change_that_is_none_gets_a_sentence_and_changes_nothing() -> None:
         lambda: gate.add(Obstacle("ball", Sphere(0.1), np.eye(4))),
         lambda: gate.detach("ball", HERE),
         lambda: gate.attach("ball", "nowhere", HERE),
+        lambda: gate.attach("ball", gate.robot.tool, np.zeros(3)),
     ):
-        with pytest.raises(Exception, match=r"\.$"):
+        with pytest.raises(PlannerError, match=r"\.$"):
             change()
-    with pytest.raises(StateError, match="at has shape"):
-        gate.attach("ball", gate.robot.tool, np.zeros(3))
-    with pytest.raises(SceneError, match="not found"):
-        gate.move("box", np.eye(4))
     assert [item.name for item in gate.scene.obstacles] == ["ball"]
     assert gate.check(steps(), times=TIMES, state=STATE).safe
 
@@ -130,33 +127,6 @@ def test_what_may_be_met_before_the_stop_ends_is_not_safe() -> None:
     assert moving.reason is not None
     assert (moving.reason.kind, moving.reason.on) == ("reach", "motion")
     assert moving.safe_until == TIMES[0]
-
-
-def test_what_moves_by_itself_does_so_again_when_it_is_put_down() -> None:
-    gate, _ = beside_the_arm(9.0)
-    before = gate.check(steps(), times=TIMES, state=STATE)
-    gate.attach("child", gate.robot.tool, HERE)
-    gate.detach("child", HERE)
-    after = gate.check(steps(), times=TIMES, state=STATE)
-    assert before.reason is not None
-    assert after.reason is not None
-    assert (before.reason.kind, after.reason.kind) == ("reach", "reach")
-
-
-def test_poses_that_were_given_may_be_used_for_something_else() -> None:
-    """What is changed later in an array of the caller's changes neither world nor verdict."""
-    place, points, times = pose([0.0, 0.0, 3.0]), steps(), TIMES.copy()
-    gate = Gate(load("planar_2r"), Scene("x", (Obstacle("ball", Sphere(0.05), pose([0.0, 0.0, 2.0])),)))
-    gate.move("ball", place)
-    found = gate.check(points, times=times, state=STATE)
-    stop = found.stop
-    assert stop is not None
-    if place.flags.writeable:
-        place[:3, 3] = 0.0
-    points[:], times[:] = 0.0, [7.0, 8.0, 9.0]
-    assert gate.check(steps(), times=TIMES, state=STATE).safe
-    assert found.stop is not None
-    np.testing.assert_array_equal(found.stop.columns[0], stop.columns[0])
 
 
 def test_checks_go_on_while_the_world_changes() -> None:

@@ -52,12 +52,3 @@ def test_a_record_that_lacks_a_key_or_is_of_another_kind_is_refused(reason: NoPa
     for bad in [*spoilt, {**record, "kind": "touching"}]:
         with pytest.raises(pydantic.ValidationError):
             RECORD.validate_python(bad)
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [("obstacles", []), ("obstacles", [1]), ("gap", None), ("gap", {**NEAR.__dict__, "between": ["a"]})],
-)
-def test_what_separates_is_at_least_one_name_and_a_gap(key: str, value: object) -> None:
-    with pytest.raises(pydantic.ValidationError):
-        RECORD.validate_python({**written(REASONS[0]), key: value})

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 
-import pytest
-
 from planner.base.errors import Reason
 from planner.problem import reasons
 from planner.problem.reasons import (
@@ -17,13 +15,13 @@ from planner.problem.reasons import (
     FloorTooHigh,
     Gap,
     KeptTooNarrow,
+    NoPath,
     OutOfReach,
     Separated,
     Touching,
 )
 
 NEAR = Gap(0.12345, (0.0, 1.0), (0.1, 1.0), ("hand", "shelf"))
-UNSTOPPED = Gap(2.0, (0.0,), (2.0,), None)
 TOUCHING = Touching("goal", "hand", "shelf", enclosed=False)
 EVERY = [
     TOUCHING,
@@ -53,72 +51,8 @@ def test_every_reason_is_plain_data_under_a_kind_of_its_own() -> None:
     }
 
 
-@pytest.mark.parametrize(
-    ("reason", "names"),
-    [
-        (TOUCHING, {"hand", "shelf"}),
-        (Separated(("wall", "door"), NEAR), {"wall", "door"}),
-        (BudgetSpent(300, NEAR), {"hand", "shelf"}),
-        (BudgetSpent(300, UNSTOPPED), set()),
-        (FloorTooHigh(0.3, 0.2), set()),
-        (OutOfReach("goal", 0.25), set()),
-        (BlockedInTime("route", ("cart", "lorry")), {"cart", "lorry"}),
-        (CannotFollow(3, 0.25, "touching", between=("hand", "shelf")), {"hand", "shelf"}),
-        (CannotFollow(3, 0.25, "beyond_limit", between=("elbow",)), set()),
-    ],
-)
-def test_the_names_that_are_blamed(reason: Reason, names: set[str]) -> None:
-    assert reason.names == names
-
-
-def test_how_near_the_parts_came() -> None:
-    assert NEAR.sentence.endswith("within 0.123 rad of each other, where 'hand' and 'shelf' come too near")
-    assert UNSTOPPED.sentence.endswith("within 2 rad of each other")
-
-
-def test_one_obstacle_separates_and_two_do_so_together() -> None:
-    one, two = Separated(("wall",), NEAR).sentence, Separated(("wall", "door"), NEAR).sentence
-    assert "'wall' separates them (without it they are joined)" in one
-    assert one.endswith("come too near: move it, raise --nodes, or try another --seed.")
-    assert "'wall', 'door' together separate them (without them they are joined)" in two
-    assert "move one of them, raise" in two
-
-
-def test_a_spent_budget_names_its_nodes_and_blames_no_obstacle() -> None:
-    sentence = BudgetSpent(300, UNSTOPPED).sentence
-    assert "budget of 300 nodes: their parts of the roadmap came within 2 rad" in sentence
-    assert sentence.endswith("raise --nodes, or try another --seed.")
-
-
-def test_a_floor_that_is_too_high_names_one_that_is_not() -> None:
-    assert "--min-manipulability 0.2 or less, raise --nodes" in FloorTooHigh(0.3, 0.2).sentence
-    none = FloorTooHigh(0.3, 0.0).sentence
-    assert "floor of 0.3 " in none
-    assert none.endswith("leave --min-manipulability out.")
-
-
-@pytest.mark.parametrize(
-    ("place", "end"), [("start", "choose another start."), ("goal", "choose another goal."), ("route", "--seed.")]
-)
-def test_what_moves_in_the_way_is_named_with_a_remedy(place: str, end: str) -> None:
-    sentence = BlockedInTime(place, ("cart", "lorry")).sentence
-    assert "not in time" in sentence
-    assert "'cart', 'lorry'" in sentence
-    assert sentence.endswith(end)
-
-
-@pytest.mark.parametrize(
-    ("reason", "part"),
-    [
-        (CannotFollow(3, 0.25, "out_of_reach", 0.1), "no nearer than 0.1 m"),
-        (CannotFollow(3, 0.25, "turned", 0.2), "turned away by 0.2 rad"),
-        (CannotFollow(3, 0.25, "beyond_limit", between=("elbow",)), "limits of elbow"),
-        (CannotFollow(3, 0.25, "touching", between=("hand", "shelf")), "'hand' and 'shelf' come too near"),
-        (CannotFollow(3, 0.25, "below_floor", reachable=0.02), "highest found that it keeps to is 0.02"),
-        (CannotFollow(3, 0.25, "jump", 1.5), "1.5 rad apart"),
-    ],
-)
-def test_why_a_tool_path_is_not_followed(reason: CannotFollow, part: str) -> None:
-    assert reason.sentence.startswith("The tool path can be followed over 25.0 %, not to point 3: ")
-    assert part in reason.sentence
-    assert reason.sentence.endswith(".")
+def test_every_reason_for_no_path_is_a_sentence_that_names_what_is_blamed() -> None:
+    for reason in (each for each in EVERY if isinstance(each, NoPath)):
+        assert all(name in reason.sentence for name in reason.names)
+    assert EVERY[0].names == {"hand", "shelf"}
+    assert Separated(("wall", "door"), NEAR).names == {"wall", "door"}

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from planner import gabf
-from planner.models.poses import pose
 from planner.models.scene import Scene
-from planner.models.shapes import Obstacle, Sphere
 from planner.problem.request import IkSolutions, PlanRequest, WorldRequest
 from planner.problem.targets import Joints
 from planner.sampling.growth_settings import GrowthSettings
-from planner.session.answer import Moment, Planning, adopted, answered
+from planner.session.answer import Moment, Planning, answered
 from planner.session.live_world import LiveWorld
 from planner.setup.open import Query, resolve_query
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
@@ -56,25 +52,3 @@ def test_later_queries_add_little_and_heal_the_field_of_before() -> None:
     assert same.edges.proven == 0
     np.testing.assert_array_equal(same.path, answer.path)
     assert len(again.live.roadmap.nodes) == n + guests
-
-
-def test_guests_do_not_pile_up() -> None:
-    live, rng = bare().with_roadmap(post_roadmap()), np.random.default_rng(0)
-    moment = Moment(live, np.full(len(post_roadmap().nodes), np.inf))
-    most = 0
-    for _ in range(8):
-        q = POST_START + rng.uniform(-0.05, 0.05, 2)
-        moment, answer = answered(moment, query(live, q), PLANNING)
-        assert answer.solved
-        most = max(most, len(moment.live.roadmap.nodes))
-    assert live.lasting < most < int(1.5 * live.lasting) + 12
-
-
-def test_a_kept_roadmap_is_adopted_as_far_as_it_holds() -> None:
-    whole = adopted(bare(), post_roadmap())
-    assert len(whole.roadmap.edges) == len(post_roadmap().edges)
-    ball = Obstacle("ball", Sphere(0.08), pose([-0.5, 0.5, 0]))
-    scene = replace(make_post().world.scene, obstacles=(*make_post().world.scene.obstacles, ball))
-    less = adopted(bare(scene), post_roadmap())
-    assert 0 < len(less.roadmap.edges) < len(post_roadmap().edges)
-    assert less.proofs.free.all()

@@ -10,7 +10,6 @@ from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
 from planner.models.poses import pose
 from planner.models.robot import with_carried
-from planner.models.scene import Scene
 from planner.models.shapes import Box, Capsule, Carried, Sphere
 from planner.session.edge_proofs import ARM, EdgeProofs, clauses_of, displacement
 from tests.worlds import load, post_roadmap, scene_of
@@ -24,28 +23,6 @@ def world_of(*items, carried=()) -> World:
     return make_checker(robot, scene_of(*items)).world
 
 
-def known(*rows: list[float]) -> EdgeProofs:
-    """Edges against two obstacles, and of the arm with itself."""
-    clauses = ((ARM, "a"), (ARM, "b"), (ARM, ARM))
-    table = np.array(rows, dtype=float)
-    return EdgeProofs(clauses, table, np.zeros(len(table), bool), np.zeros(table.shape, bool))
-
-
-def test_an_edge_is_free_blocked_or_open() -> None:
-    proofs = known([0.1, 0.2, 0.3], [0.1, np.nan, 0.3], [0.1, np.nan, -np.inf])
-    assert proofs.free.tolist() == [True, False, False]
-    assert proofs.open.tolist() == [False, True, False]
-    assert proofs.blocked.tolist() == [False, False, True]
-    np.testing.assert_array_equal(proofs.clearance, [0.1, np.nan, -np.inf])
-
-
-def test_a_move_spends_clearance_of_its_own_clauses() -> None:
-    proofs = known([0.1, 0.2, 0.3], [0.04, 0.2, 0.3]).moved("a", 0.05)
-    np.testing.assert_allclose(proofs.known[0], [0.05, 0.2, 0.3], atol=1e-8)
-    assert proofs.open.tolist() == [False, True]
-    np.testing.assert_array_equal(proofs.known[1, 1:], [0.2, 0.3])
-
-
 def test_clauses_come_and_go_with_their_parts() -> None:
     world = world_of(POST)
     proofs = EdgeProofs.of(world, np.array([0.1, 0.2])).confirmed(np.array([0]))
@@ -57,14 +34,6 @@ def test_clauses_come_and_go_with_their_parts() -> None:
     np.testing.assert_array_equal(back.seen, proofs.seen)
     renewed = proofs.in_world(world, other="thing0")
     assert renewed.open.all(), "what is something else now is not known"
-
-
-def test_what_a_second_check_refuses_is_blocked_and_unseen() -> None:
-    proofs = known([0.1, 0.2, 0.3], [0.1, 0.2, 0.3]).confirmed(np.array([0, 1])).refused(1)
-    assert proofs.blocked.tolist() == proofs.lost.tolist() == [False, True]
-    assert proofs.seen.all(axis=1).tolist() == [True, False]
-    both = proofs.rows(np.array([1])).followed_by(proofs.rows(np.array([0])))
-    assert both.blocked.tolist() == [True, False]
 
 
 def test_only_what_is_open_is_proven_and_the_result_is_that_of_proving_all() -> None:
@@ -116,8 +85,3 @@ def test_no_point_moves_farther_than_the_displacement(shape) -> None:
         assert moved <= most
         assert most <= moved + 0.35
     assert displacement(shape, pose(), pose()) == 0.0
-
-
-def test_a_scene_without_anything_has_the_arms_own_clauses() -> None:
-    clauses, _ = clauses_of(make_checker(ROBOT, Scene("none")).world)
-    assert set(clauses) <= {(ARM, ARM)}

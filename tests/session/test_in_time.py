@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
-from planner.base.errors import SceneError
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
 from planner.collision.moving_prover import moving_world
@@ -129,15 +127,3 @@ def test_a_check_of_a_trajectory_sees_what_moves() -> None:
     report = check(early)
     assert not report.ok
     assert "cart" in verdict_sentence(report)
-
-
-def test_names_and_moves_of_what_moves() -> None:
-    session = fresh(CART)
-    with pytest.raises(SceneError, match="taken"):
-        session.add(CART)
-    with pytest.raises(SceneError, match="known motion"):
-        session.move("cart", position=[0, 0, 1])
-    with pytest.raises(SceneError, match="speed_limit"):
-        session.add(Obstacle("x", Sphere(0.1), pose([3, 0, 0]), speed_limit=-1.0))
-    session.remove("cart")
-    assert session.scene.moving == ()

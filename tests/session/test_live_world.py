@@ -8,11 +8,10 @@ import pytest
 from planner.base.errors import SceneError
 from planner.models.poses import pose
 from planner.models.scene import Scene
-from planner.models.shapes import Box, Carried, Obstacle, Sphere
+from planner.models.shapes import Carried, Obstacle, Sphere
 from planner.problem.request import WorldRequest
-from planner.roadmap.storage import same_world
 from planner.session.live_world import LiveWorld
-from tests.worlds import load, make_post, post_roadmap
+from tests.worlds import load, make_post
 
 FAR = Obstacle("far", Sphere(0.1), pose([0.0, 0.0, 3.0]))
 Q = np.array([0.5, 1.0])
@@ -26,23 +25,6 @@ def names(world: LiveWorld) -> list[str]:
     return [obstacle.name for obstacle in world.scene.obstacles]
 
 
-def test_a_change_leaves_the_world_before_it_as_it_was() -> None:
-    before = bare().with_roadmap(post_roadmap())
-    added = before.add(FAR)
-    assert (names(before), names(added)) == (["thing0"], ["thing0", "far"])
-    assert before.proofs.free.all()
-    assert added.proofs.open.all()
-    assert names(added.remove("far")) == ["thing0"]
-    assert same_world(added.remove("far").held(np.ones(len(post_roadmap().edges), bool)), before.checker)
-
-
-def test_a_pose_may_be_given_in_parts() -> None:
-    world = bare().add(FAR)
-    turned = world.move("far", {"rpy": [0.0, 0.0, 0.3]}).move("far", {"position": [0.0, 0.1, 3.0]})
-    np.testing.assert_allclose(turned.scene.obstacles[1].placement, pose([0.0, 0.1, 3.0], rpy=[0, 0, 0.3]), atol=1e-12)
-    assert world.move("far", {"position": [0.0, 0.0, 3.0]}) is world, "no move is no change"
-
-
 def test_what_is_attached_moves_with_the_arm_and_is_put_down_where_it_is_held() -> None:
     world = bare().add(FAR)
     held = world.attach("far", "link_2", (), Q)
@@ -54,25 +36,6 @@ def test_what_is_attached_moves_with_the_arm_and_is_put_down_where_it_is_held() 
     np.testing.assert_allclose(turned, turn @ FAR.placement, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda w: w.add(Obstacle("thing0", Sphere(0.1), pose())), "the name 'thing0', which is taken"),
-        (lambda w: w.add(Obstacle("link_1", Sphere(0.1), pose())), "taken"),
-        (lambda w: w.add(Obstacle("a", Sphere(1e-9), pose([0, 0, 3]))), "unusable size"),
-        (lambda w: w.add(Obstacle("a", Box((0.2, 0.2, 0.2)), pose())), "choose another place"),
-        (lambda w: w.move("nothing", {"position": [0, 0, 0]}), "obstacle 'nothing' not found; obstacles are thing0"),
-        (lambda w: w.move("thing0", {"place": [0, 0, 0]}), "unknown key 'place'"),
-        (lambda w: w.remove("nothing"), "not found"),
-        (lambda w: w.attach("thing0", "link_2", ("nose",), Q), "link 'nose' cannot touch 'thing0'"),
-        (lambda w: w.detach("thing0", Q), "'thing0' is not carried; the arm carries none"),
-    ],
-)
-def test_a_change_that_cannot_be_is_a_sentence(change, words: str) -> None:
-    with pytest.raises(SceneError, match=words):
-        change(bare())
-
-
 def test_what_the_scene_says_is_carried_is() -> None:
     ball = Carried("link_2", "ball", Sphere(0.05), pose([0.45, 0, 0]), ("link_2",))
     world = LiveWorld.of(WorldRequest(load("planar_2r"), Scene("made", (), carried=(ball,))))
@@ -80,14 +43,3 @@ def test_what_the_scene_says_is_carried_is() -> None:
     assert not world.bare.carried
     with pytest.raises(SceneError, match="it is carried: detach it first"):
         world.remove("ball")
-
-
-def test_nodes_that_go_take_their_edges_along() -> None:
-    world = bare().with_roadmap(post_roadmap())
-    keep = np.ones(len(post_roadmap().nodes), bool)
-    gone = next(k for k in range(len(keep)) if k not in (*post_roadmap().starts, *post_roadmap().goals))
-    keep[gone] = False
-    fewer = world.without_nodes(keep)
-    touched = (post_roadmap().edges == gone).any(axis=1)
-    assert touched.any()
-    assert len(fewer.roadmap.edges) == len(fewer.proofs.known) == (~touched).sum()

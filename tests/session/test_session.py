@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import planner
-from planner.base.errors import OptionError, PlannerError, SceneError, StateError
+from planner.base.errors import PlannerError, SceneError, StateError
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.models.poses import pose
@@ -118,16 +118,6 @@ def test_a_short_move_spends_clearance_only() -> None:
     assert change.edges.removed == change.edges.proven == 0
 
 
-def test_only_edges_on_preferred_routes_are_proven_again() -> None:
-    session = fresh()
-    session.plan(POST_START, POST_GOAL)
-    change = session.add(Obstacle("far", Sphere(0.1), pose([0.0, 0.0, 3.0])))
-    answer = session.replan()
-    assert change.edges.opened == len(live(session).roadmap.edges)
-    assert answer.solved
-    assert answer.edges.proven == len(answer.path) - 1
-
-
 def test_walls_part_start_and_goal_and_nothing_is_lost_when_they_go() -> None:
     session = fresh()
     first = session.plan(POST_START, POST_GOAL)
@@ -147,23 +137,6 @@ def test_walls_part_start_and_goal_and_nothing_is_lost_when_they_go() -> None:
     assert first.cost is not None
     assert again.cost.total <= first.cost.total * (1 + 1e-12)
     assert len(live(session).roadmap.nodes) == nodes
-
-
-def test_growth_joins_what_has_come_apart() -> None:
-    session = fresh()
-    session.plan(POST_START, POST_GOAL)
-    now = live(session)
-    # as if proofs had failed on every edge: only growth can help
-    object.__setattr__(
-        session._now,
-        "live",
-        now.with_roadmap(
-            now.roadmap.part(np.ones(len(now.roadmap.nodes), dtype=bool), np.zeros(len(now.roadmap.edges), dtype=bool))
-        ),
-    )
-    answer = session.replan()
-    assert answer.solved
-    require_true(session)
 
 
 def test_carried_things_count_as_the_arm_and_are_put_down_again() -> None:
@@ -196,21 +169,19 @@ def test_the_same_calls_give_the_same_answers() -> None:
 
 BAD = {
     "an unknown name": (lambda s: s.move("nothing", position=[0, 0, 1]), "obstacles are thing0"),
-    "nothing to remove": (lambda s: s.remove("nothing"), "not found"),
     "a NaN": (lambda s: s.move("thing0", position=[np.nan, 0, 0]), "position"),
-    "too few numbers": (lambda s: s.move("thing0", position=[1.0, 0]), "position"),
-    "a NaN placement": (lambda s: s.add(Obstacle("x", Sphere(0.1), np.full((4, 4), np.nan))), "placement"),
     "no size": (lambda s: s.add(Obstacle("x", Sphere(1e-9), pose())), "size"),
-    "a name that is taken": (lambda s: s.add(Obstacle("thing0", Sphere(0.1), pose([3, 0, 0]))), "taken"),
-    "a link's name": (lambda s: s.add(Obstacle("link_1", Sphere(0.1), pose([3, 0, 0]))), "taken"),
-    "into the base": (lambda s: s.add(Obstacle("x", Sphere(0.3), pose())), "choose another place"),
+    "a name that is taken": (lambda s: s.add(Obstacle("link_1", Sphere(0.1), pose([3, 0, 0]))), "taken"),
     "into the arm": (lambda s: s.add(Obstacle("x", Sphere(0.05), pose([0.27, -0.42, 0]))), "choose another place"),
     "an unknown frame": (lambda s: s.attach("thing0", "hand", at=POST_START), "frames are"),
     "an unknown link": (lambda s: s.attach("thing0", "link_2", ["hand"], at=POST_START), "links with shapes are"),
+    "nowhere": (lambda s: Session(s.robot, Scene("none", (BALL,))).attach("ball", "link_2"), "at="),
     "nothing carried": (lambda s: s.detach("thing0", at=POST_START), "not carried"),
     "a beta": (lambda s: s.plan(POST_START, POST_GOAL, beta=2.0), "outside"),
-    "a start": (lambda s: s.plan([0.0], POST_GOAL), "joint values"),
-}  # fmt: skip
+    "a law": (lambda s: Session(s.robot, s.scene, law="prescribed-time"), "heal"),
+    "an option": (lambda s: Session("planar_2r", "empty", nods=3), "did you mean 'nodes'"),  # type: ignore[call-arg]
+    "no question": (lambda s: Session(s.robot, s.scene).replan(), "nothing was asked"),
+}
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -241,19 +212,6 @@ def test_a_second_caller_is_refused() -> None:
         thread.join()
     assert "busy" in errors[0]
     session.add(BALL)
-
-
-def test_questions_that_cannot_be_answered() -> None:
-    session = Session(load("planar_2r"), Scene("none"))
-    with pytest.raises(PlannerError, match="plan first"):
-        _ = session.roadmap
-    with pytest.raises(PlannerError, match="nothing was asked"):
-        session.replan()
-    session.add(BALL)
-    with pytest.raises(StateError, match="at="):
-        session.attach("ball", "link_2")
-    with pytest.raises(OptionError, match="heal"):
-        Session(load("planar_2r"), Scene("none"), law="prescribed-time")
 
 
 def test_nothing_grows_over_many_changes_and_queries() -> None:
@@ -424,8 +382,6 @@ def test_a_floor_that_no_path_keeps_to_is_named_with_one_that_is() -> None:
 
 
 def test_a_session_takes_the_options_of_a_plan_and_no_others() -> None:
-    with pytest.raises(PlannerError, match=r"a session knows no option 'nods' \(did you mean 'nodes'\?\): options are"):
-        Session("planar_2r", "empty", nods=3)  # type: ignore[call-arg]
     with pytest.raises(PlannerError, match="metric is a part of the objective"):
         Session("planar_2r", "empty", objective=planner.Objective(), metric="joint")
     made = Session("planar_2r", "empty", nodes=10, objective=planner.Objective(0.2, "inverse"))

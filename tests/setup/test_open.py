@@ -10,7 +10,6 @@ import pytest
 from planner.base.errors import OptionError
 from planner.kinematics.forward import tool_positions
 from planner.models.poses import pose
-from planner.models.robot import Robot
 from planner.problem.request import WorldRequest
 from planner.setup.open import open_world
 
@@ -38,8 +37,3 @@ def test_base_goes_before_the_scene(tmp_path: Path) -> None:
 def test_a_base_that_is_no_placement_is_refused(text: str) -> None:
     with pytest.raises(OptionError, match="base"):
         WorldRequest("ur5", "empty", base=text)
-
-
-def test_a_robot_that_is_given_as_such_stands_as_it_is() -> None:
-    with pytest.raises(OptionError, match="'base' is for a robot given by name"):
-        open_world(WorldRequest(Robot.load("ur5"), "empty", base="0,0,1"))

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.base.errors import PlannerError, StateError, metric
+from planner.base.errors import PlannerError, StateError
 from planner.base.notes import LOGGER
 from planner.collision import make_checker
 from planner.collision.checker import is_free
@@ -12,7 +12,6 @@ from planner.kinematics.forward import tool_pose, tool_positions
 from planner.kinematics.inverse import TOLERANCE
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
-from planner.models.scene import Scene
 from planner.models.shapes import Box, Sphere
 from planner.problem.reasons import BeyondLimit, OutOfReach, Touching
 from planner.problem.request import IkSolutions
@@ -82,11 +81,6 @@ def test_the_same_target_gives_the_same_configuration(paper):
     assert not one.flags.writeable
 
 
-def test_joints_are_taken_as_they_are(paper):
-    q = load("iiwa14").home
-    np.testing.assert_array_equal(resolve(Joints(tuple(q)), paper, {}, "start"), q[None])
-
-
 def test_a_limit_that_was_printed_and_read_back_is_kept():
     robot = load("planar_2r")
     q = (float(f"{robot.upper[0]:.10f}"), 0.5)
@@ -108,20 +102,6 @@ def test_a_start_in_another_turn_is_told_where_the_plan_begins(caplog):
     assert other_turns(parse_target("here"), checker, named) == other_turns(turned, checker, {})
 
 
-def test_continuous_joints_may_be_any_angle():
-    robot, checker = load("kinova"), checker_of("kinova")
-    turned = robot.home + np.where(robot.continuous, 2 * np.pi, 0.0)
-    np.testing.assert_allclose(resolve(Joints(tuple(turned)), checker, {}, "start")[0], robot.home, atol=1e-12)
-
-
-def test_names_come_from_the_scene(paper):
-    states = {"here": "q:" + ",".join(map(str, load("iiwa14").home)), "there": "xyz:0.5,0.1,0.8"}
-    np.testing.assert_allclose(resolve(parse_target("here"), paper, states, "start")[0], load("iiwa14").home)
-    np.testing.assert_array_equal(
-        resolve(parse_target("there"), paper, states, "goal"), resolve(Position((0.5, 0.1, 0.8)), paper, {}, "goal")
-    )
-
-
 def test_a_state_may_be_the_name_of_others(paper):
     """``start: home`` above all: the robot's own, where the scene has none of that name."""
     q = ",".join(map(str, load("iiwa14").home + 0.1))
@@ -139,14 +119,6 @@ def test_a_state_may_be_the_name_of_others(paper):
         resolve(parse_target("start"), paper, {"start": "nowhere"}, "start")
 
 
-def test_the_papers_ends_are_reached(paper):
-    states = Scene.load("paper").states_of("iiwa14")
-    for name, place in (("start", (0.92, -0.10, 0.42)), ("goal", (-0.52, -0.04, 1.13))):
-        (q,) = resolve(parse_target(name), paper, states, name)
-        np.testing.assert_allclose(tool_positions(load("iiwa14"), q)[0], place, atol=2e-6)
-        assert is_free(paper, q)
-
-
 # refusals; scenes of their own, so that they do not hang on the built-in ones
 
 WALL = [(Box((0.2, 2, 2)), pose([0.5, 0, 0.5]))]
@@ -158,85 +130,37 @@ def walled():
 
 
 STATES = {"here": "q:0,0,0,0,0,0,0", "round": "and", "and": "round"}
-FORMS = ["a name from the scene", "q:...", "xyz:x,y,z", "pose:x,y,z,qx,qy,qz,qw"]
 SEVEN = (0.0,) * 7
-REFUSED = {
-    "unknown name": (parse_target("goal"), ["start 'goal'", "states for iiwa14", "here, round, and, home", *FORMS]),
-    "a circle": (parse_target("round"), ["state 'round'", "leads back to itself, by round, and", "give numbers"]),
-    "too few joints": (Joints((0.0,) * 6), ["start has 6 joint values", "iiwa14 has 7 planned joints", "iiwa14_joint"]),
-    "too many joints": (Joints((0.0,) * 8), ["start has 8 joint values"]),
-    "NaN": (Joints((float("nan"), *SEVEN[1:])), ["start holds a value that is not finite", "plain numbers"]),
-    "infinite position": (Position((float("inf"), 0, 0)), ["not finite"]),
-    "NaN pose": (Pose((0, 0, 0), (0, 0, float("nan"), 1)), ["not finite"]),
-    "above a limit": (
-        Joints((0, 0, 0, 0, 0, 0, 3.2)),
-        ["start puts joint", "joint_7'", "at 3.2", "limits [-3.05433, 3.05433]", "by 0.146 rad", "bring it inside"],
-    ),
-    "below a limit": (Joints((0, -2.2, 0, 0, 0, 0, 0)), ["joint_2'", "at -2.2", "by 0.106 rad"]),
-    "in collision": (
-        Joints((0, 1.0, 0, 0, 0, 0, 0)),
-        ["start is in collision", "'iiwa14_link_", "and 'thing0' touch", "move it or the obstacle"],
-    ),
-    "zero quaternion": (Pose((0.5, 0, 0.5), (0, 0, 0, 0)), ["start", "zero length", "unit quaternion qx,qy,qz,qw"]),
-    "out of reach": (
-        Position((0, 1.5, 0.36)),
-        ["start (0, 1.5, 0.36) cannot be reached by frame 'flange'", "0.554 m beyond the arm's reach", "nearer"],
-    ),
-    "limits forbid it": (
-        Position((0, 0, 0.4)),
-        ["start (0, 0, 0.4) cannot be reached", "joint limits or orientation forbid it"],
-    ),
-    "only in collision": (
-        Position((0.5, 0, 0.5)),
-        ["start is reached by", "configurations, all in collision", "'thing0' touch", "move it or the obstacle"],
-    ),
+REFUSED: dict[str, tuple] = {  # a target, a part of the sentence, the kind of the reason
+    "unknown name": (parse_target("goal"), "here, round, and, home", None),
+    "a circle": (parse_target("round"), "leads back to itself, by round, and", None),
+    "too few joints": (Joints((0.0,) * 6), "start has 6 joint values, iiwa14 has 7 planned joints", None),
+    "NaN": (Joints((float("nan"), *SEVEN[1:])), "start holds a value that is not finite", None),
+    "infinite position": (Position((float("inf"), 0, 0)), "not finite", None),
+    "above a limit": (Joints((0, 0, 0, 0, 0, 0, 3.2)), "by 0.146 rad", BeyondLimit),
+    "below a limit": (Joints((0, -2.2, 0, 0, 0, 0, 0)), "by 0.106 rad", BeyondLimit),
+    "in collision": (Joints((0, 1.0, 0, 0, 0, 0, 0)), "and 'thing0' touch", Touching),
+    "zero quaternion": (Pose((0.5, 0, 0.5), (0, 0, 0, 0)), "zero length", None),
+    "out of reach": (Position((0, 1.5, 0.36)), "0.554 m beyond the arm's reach", OutOfReach),
+    "limits forbid it": (Position((0, 0, 0.4)), "joint limits or orientation forbid it", OutOfReach),
+    "only in collision": (Position((0.5, 0, 0.5)), "configurations, all in collision", Touching),
 }
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_refused(walled, case):
-    target, parts = REFUSED[case]
+    target, part, kind = REFUSED[case]
     with pytest.raises(StateError) as caught:
         resolve(target, walled, STATES, "start")
-    message = str(caught.value)
-    assert [part for part in parts if part not in message] == [], message
+    message, reason = str(caught.value), caught.value.reason
+    assert part in message
     assert message.endswith(".")
     assert "\n" not in message
     assert caught.value.exit_code == 3
-
-
-REASONS = {
-    "above a limit": BeyondLimit,
-    "in collision": Touching,
-    "only in collision": Touching,
-    "out of reach": OutOfReach,
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_the_reason_is_data_too(walled, case):
-    target, _ = REFUSED[case]
-    with pytest.raises(StateError) as caught:
-        resolve(target, walled, STATES, "start")
-    reason, robot = caught.value.reason, walled.robot
-    assert isinstance(reason, REASONS.get(case, BeyondLimit | OutOfReach | None))
-    match reason:
-        case Touching(role, first, second, enclosed):
-            assert (role, second, enclosed) == ("start", "thing0", False)
-            assert f"'{first}' and 'thing0'" in str(caught.value)
-        case BeyondLimit(role, joint, value, lower, upper):
-            k = robot.joints.index(joint)
-            assert (role, value, lower, upper) == ("start", target.values[k], robot.lower[k], robot.upper[k])
-        case OutOfReach(role, distance):
-            assert role == "start"
-            assert f"stays {metric(distance, 'm')} away" in str(caught.value)
-            if case == "out of reach":  # a metre and a half from the shoulder's height: the rest is the arm's length
-                assert distance >= 0.553
-
-
-def test_an_orientation_out_of_reach_tells_the_angle():
-    with pytest.raises(StateError, match=r"stays 0\.\d+ m and 0\.\d+ rad away"):
-        resolve(Pose((0.5, 0.3, 0), (0.5, 0, 0, 1)), checker_of("planar_2r"), {}, "goal")
+    assert reason is None if kind is None else isinstance(reason, kind)
+    if isinstance(reason, BeyondLimit):
+        k = walled.robot.joints.index(reason.joint)
+        assert (reason.value, reason.upper) == (target.values[k], walled.robot.upper[k])
 
 
 def test_a_pose_that_few_axes_miss_is_refused_with_the_tolerance_that_reaches_it(urdf_file):
@@ -256,13 +180,6 @@ def test_a_pose_that_few_axes_miss_is_refused_with_the_tolerance_that_reaches_it
     along_z = near.homogeneous @ pose([0, 0, -0.05])
     (first, *_) = solutions(robot, near.homogeneous, q[None] + 0.1, 4, TOLERANCE)
     assert along(robot, first, along_z[None], TOLERANCE) is not None, "as tasks ask for grasps and lines"
-
-
-def test_a_margin_is_named_in_the_refusal():
-    robot = load("planar_2r")
-    checker = make_checker(robot, scene_of((Sphere(0.1), pose([1.01, 0, 0]))), margin=0.05)
-    with pytest.raises(StateError, match=r"are closer than the margin of 0\.05 m"):
-        resolve(Joints((0.0, 0.0)), checker, {}, "goal")
 
 
 @pytest.mark.parametrize("name", ROBOTS)
