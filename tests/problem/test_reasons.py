@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+from typing import Literal, get_type_hints
 
+import pydantic
 import pytest
 
 from planner.base.errors import Reason
+from planner.planning.record import PlanRecord
 from planner.problem import reasons
 from planner.problem.reasons import (
     BeyondLimit,
@@ -17,6 +20,7 @@ from planner.problem.reasons import (
     FloorTooHigh,
     Gap,
     KeptTooNarrow,
+    NoPath,
     OutOfReach,
     Separated,
     Touching,
@@ -51,6 +55,19 @@ def test_every_reason_is_plain_data_under_a_kind_of_its_own() -> None:
         "goal_side": [0.1, 1.0],
         "between": ["hand", "shelf"],
     }
+
+
+def test_what_is_written_of_a_reason_for_no_path_reads_as_the_same_reason() -> None:
+    annotation = pydantic.TypeAdapter(get_type_hints(PlanRecord, include_extras=True)["reason"])
+    for reason in (each for each in EVERY if isinstance(each, NoPath)):
+        written = json.loads(json.dumps(reason.to_dict()))
+        assert annotation.validate_python(written) == reason
+        needed = written.keys() - {"distance", "between", "reachable", "cone", "leg"}
+        spoilt = [{key: value for key, value in written.items() if key != left_out} for left_out in needed]
+        lists = [key for key in ("obstacles", "conditions") if key in written]
+        for bad in [*spoilt, {**written, "kind": "touching"}, *({**written, key: []} for key in lists)]:
+            with pytest.raises(pydantic.ValidationError):
+                annotation.validate_python(bad)
 
 
 @pytest.mark.parametrize(
@@ -100,7 +117,7 @@ def test_a_floor_that_is_too_high_names_one_that_is_not() -> None:
 @pytest.mark.parametrize(
     ("place", "end"), [("start", "choose another start."), ("goal", "choose another goal."), ("route", "--seed.")]
 )
-def test_what_moves_in_the_way_is_named_with_a_remedy(place: str, end: str) -> None:
+def test_what_moves_in_the_way_is_named_with_a_remedy(place: Literal["start", "goal", "route"], end: str) -> None:
     sentence = BlockedInTime(place, ("cart", "lorry")).sentence
     assert "not in time" in sentence
     assert "'cart', 'lorry'" in sentence
