@@ -254,5 +254,3 @@ class PlanRecord(RunRecord):
     """of ``planner follow`` only"""
     legs: list[LegRecord] | None = None
     """lines of the tool from the start and to the goal, where --approach or --retreat ask for them"""
-    files: dict[str, str] | None = None
-    """SHA-256 of the files written beside this one"""

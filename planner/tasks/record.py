@@ -150,5 +150,3 @@ class TaskPlanRecord(RunRecord):
     modes: ModesRecord | None
     gabf: FieldRecord | None
     timings_s: dict[str, float]
-    files: dict[str, str] | None = None
-    """SHA-256 of the files written beside this one"""

@@ -58,8 +58,6 @@ class SweepRecord(RunRecord):
     solves: int
     max_error_vs_oracle: float | None
     timings_s: dict[str, float]
-    files: dict[str, str] | None = None
-    """SHA-256 of the files written beside this one"""
 
 
 _NUMBERS = [field.name for field in fields(IntervalRecord) if not field.name.startswith("path")]

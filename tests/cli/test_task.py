@@ -43,7 +43,6 @@ def test_it_writes_segments_and_events(tidy: Path) -> None:
     assert [event["kind"] for event in record["events"]] == ["gripper", "attach", "detach", "gripper"]
     assert record["gabf"]["max_error_vs_oracle"] == 0.0
     assert record["cost"]["total"] > 0
-    assert set(record["files"]) == {"plan.html", "roadmap.npz", "trajectory.json"}
     assert_total_covers(record["timings_s"], set(record["timings_s"]) - {"total"})
     assert {"import", "files", "record", "page"} <= set(record["timings_s"])
 

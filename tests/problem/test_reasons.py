@@ -108,7 +108,7 @@ def test_a_spent_budget_names_its_nodes_and_blames_no_obstacle() -> None:
 
 
 def test_a_floor_that_is_too_high_names_one_that_is_not() -> None:
-    assert "--min-manipulability 0.2, raise --nodes" in FloorTooHigh(0.3, 0.2).sentence
+    assert "--min-manipulability 0.2 or less, raise --nodes" in FloorTooHigh(0.3, 0.2).sentence
     none = FloorTooHigh(0.3, 0.0).sentence
     assert "floor of 0.3 " in none
     assert none.endswith("leave --min-manipulability out.")
