@@ -5,7 +5,7 @@ A message is one sentence built from the data: what is wrong, where, and the rem
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from numbers import Real
 from typing import Any, ClassVar
 
@@ -14,13 +14,15 @@ _LONGEST_NAME, _MOST_NAMES = 200, 50  # characters, names: a sentence stays one
 
 @dataclass(frozen=True)
 class Reason:
-    """Base of all reasons; ``kind`` is what ``plan.json`` calls it."""
+    """Base of all reasons: a class is what ``plan.json`` holds of it, and its attributes' docstrings the schema."""
 
-    kind: ClassVar[str]
+    __pydantic_config__: ClassVar = {"extra": "allow", "allow_inf_nan": False, "use_attribute_docstrings": True}
+
+    kind: str = field(kw_only=True)
 
     def to_dict(self) -> dict[str, Any]:
-        """The kind, then the fields as plain data."""
-        return {"kind": self.kind, **asdict(self)}
+        """The kind, then the other fields as plain data."""
+        return asdict(self)
 
     @property
     def names(self) -> frozenset[str]:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import tyro
 
@@ -12,12 +10,6 @@ from planner.base.errors import FileError
 from planner.cli.common import Debug
 from planner.cli.terminal import say
 from planner.problem.request import names_text, require_one_choice
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from planner.collision.checker import CollisionChecker
-    from planner.models.robot import Robot
 
 
 def robot_yaml(
@@ -58,10 +50,13 @@ def robot_yaml(
     require_writable_file(out)
     from planner.collision.coal import CoalChecker
     from planner.collision.self_pairs import generate_disabled_pairs
+    from planner.collision.world import World
     from planner.models.files.robot_files import JointChoice, read_robot
     from planner.models.model_checks import require_bodies
     from planner.models.robot import assemble
+    from planner.models.scene import Scene
     from planner.setup.robot_yaml import robot_yaml as text_of
+    from planner.setup.trial import try_robot, with_free_home
 
     files = read_robot(robot, srdf)
     names = None if joints is None else tuple(names_text(joints).split(","))
@@ -69,47 +64,16 @@ def robot_yaml(
     require_bodies(arm)
     listed = arm.disabled_pairs or frozenset()
     never_apart = generate_disabled_pairs(arm, CoalChecker) - listed
-    checker = _tried_as(arm, never_apart | listed, {*files.home} & {*arm.joints})
+    checker = CoalChecker(World.of(arm, Scene("none"), never_apart | listed))
+    if not {*files.home} & {*arm.joints}:
+        checker = with_free_home(checker)
+    home = checker.robot.home
     make_folder(out.parent)
     write_whole(out, text_of(files, checker.robot, never_apart, out.parent).encode())
-    for sentence in _outlook(arm, checker):
+    if (home != arm.home).any():
+        values = ",".join(f"{value:g}" for value in home.tolist())
+        say(f"No file says where home is, and links touch with the joints at zero: home is q:{values} instead.")
+    for sentence in try_robot(checker):
         say(sentence)
     say(f"Written: {out}, with {len(never_apart)} pairs of links that need no check. Plan with --robot {out}")
     return 0
-
-
-def _tried_as(arm: Robot, unchecked: frozenset[frozenset[str]], said: set[str]) -> CollisionChecker:
-    """A checker of the robot alone, with a home where nothing touches unless its files have ``said`` where that is."""
-    from planner.base.arrays import frozen
-    from planner.collision.coal import CoalChecker
-    from planner.collision.world import World
-    from planner.models.scene import Scene
-    from planner.setup.trial import free_home
-
-    checker = CoalChecker(World.of(arm, Scene("none"), unchecked))
-    home = None if said else free_home(checker)
-    if home is None or (home == arm.home).all():
-        return checker
-    return CoalChecker(replace(checker.world, robot=replace(arm, home=frozen(home))), checker)
-
-
-def _outlook(arm: Robot, checker: CollisionChecker) -> Iterator[str]:
-    """How usable the robot is with what has been written, and what stands in the way."""
-    from planner.setup.trial import try_robot
-
-    home = checker.robot.home
-    if (home != arm.home).any():
-        values = ",".join(f"{value:g}" for value in home.tolist())
-        yield f"No file says where home is, and links touch with the joints at zero: home is q:{values} instead."
-    found = try_robot(checker)
-    yield (
-        f"Tried without obstacles: home is {'in collision' if found.home else 'free'}, {found.reached} of "
-        f"{found.targets} tool positions are reached, {100 * found.free:.0f} % of random configurations are free."
-    )
-    for pair in found.in_the_way:
-        where = [f"in {100 * found.often[pair]:.0f} % of random configurations"] if pair in found.often else []
-        where = ["at home", *where] if pair in found.home else where
-        yield (
-            f"'{pair[0]}' and '{pair[1]}' touch {' and '.join(where)}: if the real ones do not, give the URDF simpler "
-            f'collision geometry there, or add ["{pair[0]}", "{pair[1]}"] to disabled_pairs of the file.'
-        )

@@ -1,4 +1,4 @@
-"""A chunk of joint targets as it is given, and a sentence on what cannot be read of it."""
+"""A chunk of joint targets as a caller gives it, read into one row of numbers."""
 
 from __future__ import annotations
 
@@ -29,32 +29,8 @@ class Given:
     state: int
     row: Floats
 
-    @staticmethod
-    def of(
-        dof: int,
-        positions: Rows,
-        velocities: Rows | None,
-        accelerations: Rows | None,
-        times: Row,
-        state: RobotState | None,
-    ) -> Given | None:
-        """What can be read at once, whatever the numbers are; None for the rest, which :func:`read` looks at."""
-        columns = [column for column in (positions, velocities, accelerations) if column is not None]
-        try:
-            arrays = [np.asarray(array) for array in (times, *(() if state is None else state), *columns)]
-        except (TypeError, ValueError):
-            return None
-        points, known = arrays[0].size, len(arrays) - 1 - len(columns)
-        shapes = [array.shape for array in arrays]
-        if shapes != [(points,), *known * [(dof,)], *len(columns) * [(points, dof)]]:
-            return None
-        if not points or known not in (0, 2, 3) or (velocities is None and accelerations is not None):
-            return None
-        row = np.concatenate(arrays, axis=None)
-        return Given(points, len(columns), known, row) if row.dtype == np.float64 else None
 
-
-def read(
+def read_chunk(
     robot: Robot,
     positions: Rows,
     velocities: Rows | None,
@@ -62,7 +38,7 @@ def read(
     times: Row,
     state: RobotState | None,
 ) -> Given:
-    """What :meth:`Given.of` cannot read, with a sentence about what is wrong.
+    """The chunk as numbers.
 
     Raises :class:`ArrayError` for other shapes, what is no finite number, times that do not increase from 0 on, and no
     points; :class:`StateError` for such a state, one outside the limits on positions, or one that a wheel may leave

@@ -14,7 +14,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, choices
 from planner.constraints.keeps import Keeps
-from planner.gate.chunk import Given, read
+from planner.gate.chunk import Given, read_chunk
 from planner.gate.guard import Guard
 from planner.gate.rules import JUDGED, RUNGS
 from planner.gate.verdict import WHERE, Unsafe, Verdict
@@ -37,13 +37,10 @@ _STOP = WHERE.index("stop")
 
 
 def judge(guard: Guard, asked: tuple[Any, ...], stop: bool) -> Verdict:
-    """The verdict on what :meth:`Given.of` reads, with or without stops; raises what :func:`read` does."""
-    given = Given.of(guard.native.dof, *asked)
-    judged = None if given is None else Judged.of(guard, given, stop)
-    if judged is None or not judged.found.usable:
-        judged = Judged.of(guard, read(guard.checker.robot, *asked), stop)
-        if not judged.found.usable:
-            raise ArrayError("the chunk cannot be judged: give fewer or smaller numbers.")
+    """The verdict on what :func:`read_chunk` reads, with or without stops; raises what that does."""
+    judged = Judged.of(guard, read_chunk(guard.checker.robot, *asked), stop)
+    if not judged.found.usable:
+        raise ArrayError("the chunk cannot be judged: give fewer or smaller numbers.")
     return judged.verdict()
 
 

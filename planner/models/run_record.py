@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from planner.base.formats import FORMAT_VERSION
 from planner.base.versions import versions
@@ -11,6 +14,24 @@ from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.outcome import Outcome
 from planner.problem.request import Growth
+from planner.problem.run_schema import Record
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunRecord(Record):
+    """How a run ended, what it was asked for, and with which software."""
+
+    format_version: int
+    outcome: Annotated[str, Field(description="solved, no_path, too_singular, partly_followed or interrupted")]
+    message: Annotated[str, Field(description="the outcome as a sentence, with its reason and the remedy")]
+    robot: str
+    scene: str
+    seed: int
+    config: Annotated[dict[str, Any], Field(description="every option")]
+    versions: dict[str, str]
+    joints: Annotated[list[str], Field(description="the planned ones, in the order of the columns of a path")]
+    tool: str
+    notes: Annotated[list[str], Field(description="what was noticed about the model and the start")]
 
 
 def run_record(request: Growth, outcome: Outcome, robot: Robot, scene: Scene) -> dict[str, Any]:

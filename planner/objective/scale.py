@@ -29,8 +29,10 @@ class CostScale:
 
     w_low: float
     w_high: float
-    joint_length: float  # rad
-    tool_length: float  # m
+    joint_length: float
+    """rad"""
+    tool_length: float
+    """m"""
     zeta: float
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,6 @@ from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
-from planner.problem.reason_schema import NO_DEVIATION, DeviationRecord
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.problem.targets import parse_target
@@ -39,7 +38,7 @@ from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of
 from planner.tool_paths.timing import ToolSpeedRecord, joined_motion, time_tool_path
 from planner.tool_paths.tool_path import ToolPath
-from planner.tool_paths.tube import Tube
+from planner.tool_paths.tube import NO_DEVIATION, Deviation, Tube
 from planner.tool_paths.why_not import why_not
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.trajectory import Trajectory
@@ -151,7 +150,7 @@ class Follower:
 
     def _timed(
         self, found: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
-    ) -> tuple[Trajectory, ToolSpeedRecord | None, DeviationRecord]:
+    ) -> tuple[Trajectory, ToolSpeedRecord | None, Deviation]:
         """The motion along the path, after the free one to it where there is one; with a rest between them.
 
         And how fast the tool goes along the path, and how far it is off.
@@ -207,7 +206,7 @@ class Follower:
         solved: Plan,
         along: Floats,
         speed: ToolSpeedRecord | None = None,
-        of_motion: DeviationRecord = NO_DEVIATION,
+        of_motion: Deviation = NO_DEVIATION,
     ) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
         outcome, reason = solved.outcome, solved.reason
@@ -225,7 +224,7 @@ class Follower:
             followed=found.share,
             points=int(self.path.given.max()),
             largest_deviation=off.or_more(of_motion),
-            tube=DeviationRecord(**asdict(self.path.tube)),
+            tube=self.path.tube,
             proven=bool(len(solved.path)) and (solved.trajectory is None or solved.trajectory.proven),
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
             speed=speed,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from planner.planning.followed import leg_line
 from planner.planning.motion import timed
 from planner.planning.record import LegRecord
 from planner.planning.result import Plan
-from planner.problem.reason_schema import DeviationRecord
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
@@ -60,7 +59,7 @@ class Leg:
             leg=name,
             length=float(self.places[-1]),
             largest_deviation=off,
-            tube=DeviationRecord(**asdict(tube.path.tube)),
+            tube=tube.path.tube,
         )
 
 

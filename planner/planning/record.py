@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
+from pydantic import Field
+
+from planner.models.run_record import RunRecord
 from planner.planning.network import PathCost
-from planner.problem.reason_schema import DeviationRecord, ReasonRecord
-from planner.problem.run_schema import Nodes, Record, RoadmapRecord, RunRecord
+from planner.problem.reasons import NoPath
+from planner.problem.run_schema import Nodes, Record
+from planner.roadmap.record_text import RoadmapRecord
 from planner.tool_paths.timing import ToolSpeedRecord
+from planner.tool_paths.tool_path import TubeSize
+from planner.tool_paths.tube import Deviation
 from planner.trajectory.clearance import Nearest
 
 
@@ -194,9 +200,9 @@ class ToolPathRecord(Record):
     """share of its length"""
     points: int
     """in its file"""
-    largest_deviation: DeviationRecord
+    largest_deviation: Deviation
     """of the path, and of the motion where there is one, which rounds the path's corners"""
-    tube: DeviationRecord
+    tube: TubeSize
     proven: bool
     """what is followed stays in the tube throughout, as does the motion where there is one"""
     first_unreachable: int | None
@@ -212,16 +218,16 @@ class LegRecord(Record):
     """retreat or approach"""
     length: float
     """m"""
-    largest_deviation: DeviationRecord
+    largest_deviation: Deviation
     """of the path, and of the motion where there is one, which rounds the path's corners"""
-    tube: DeviationRecord
+    tube: TubeSize
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanRecord(RunRecord):
     """What ``planner plan`` writes as plan.json; units rad, m and s."""
 
-    reason: ReasonRecord | None
+    reason: Annotated[NoPath, Field(discriminator="kind")] | None
     """why there is no path"""
     path: list[list[float]]
     """joint waypoints, rad (m where a joint slides), start first"""
@@ -248,5 +254,3 @@ class PlanRecord(RunRecord):
     """of ``planner follow`` only"""
     legs: list[LegRecord] | None = None
     """lines of the tool from the start and to the goal, where --approach or --retreat ask for them"""
-    files: dict[str, str] | None = None
-    """SHA-256 of the files written beside this one"""

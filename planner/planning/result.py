@@ -53,7 +53,6 @@ from planner.planning.summary import CONDITIONING, summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import NoPath
 from planner.problem.request import CostField, PlanRequest
-from planner.problem.run_schema import RoadmapRecord
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.trajectory.clearance import nearest_in_motion, nearest_on_path
@@ -337,10 +336,9 @@ def record_of(plan: Plan) -> PlanRecord:
     """What there is to be written of a plan."""
     begun: dict[str, Any] = run_record(plan.request, plan.outcome, plan.robot, plan.scene)
     begun |= {"message": plan.message, "notes": list(plan.notes)}
-    reason: Any = None if plan.reason is None else plan.reason.to_dict()
     return PlanRecord(
         **begun,
-        reason=reason,
+        reason=plan.reason,
         path=plan.path.tolist(),
         path_nodes=plan.path_nodes.tolist(),
         goal=plan.goal,
@@ -353,7 +351,7 @@ def record_of(plan: Plan) -> PlanRecord:
         trajectory=motion_record(plan.trajectory, plan.robot),
         kept=_kept(plan),
         in_time=_in_time(plan),
-        roadmap=RoadmapRecord(**plan.roadmap.record(plan.edges_removed)),
+        roadmap=plan.roadmap.record(plan.edges_removed),
         gabf=field_record(plan.request, plan.cost_to_go, plan.certificate, plan.max_error_vs_oracle),
         timings_s=rounded(plan.timings),
         tool_path=None if plan.tool_path is None else plan.tool_path.record,

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from planner.base.errors import Reason, choices
 from planner.problem.conditions import parse_condition
+from planner.problem.run_schema import Record
+
+_Names = Annotated[tuple[str, ...], Field(min_length=1)]
 
 
 @dataclass(frozen=True)
@@ -15,11 +21,11 @@ class Touching(Reason):
     ``enclosed``: one lies wholly inside the other.
     """
 
+    kind: Literal["touching"] = field(default="touching", kw_only=True)
     role: str
     first: str
     second: str
     enclosed: bool
-    kind = "touching"
 
     @property
     def names(self) -> frozenset[str]:
@@ -30,45 +36,45 @@ class Touching(Reason):
 class BeyondLimit(Reason):
     """``role`` puts a joint at ``value``, outside [``lower``, ``upper``]: rad, or m where it slides."""
 
+    kind: Literal["beyond_limit"] = field(default="beyond_limit", kw_only=True)
     role: str
     joint: str
     value: float
     lower: float
     upper: float
-    kind = "beyond_limit"
 
 
 @dataclass(frozen=True)
 class BreaksKept(Reason):
     """``role`` lies outside what is to be kept, the ``condition`` in its text, by so much: rad, or m."""
 
+    kind: Literal["breaks_kept"] = field(default="breaks_kept", kw_only=True)
     role: str
     condition: str
     by: float
-    kind = "breaks_kept"
 
 
 @dataclass(frozen=True)
 class OutOfReach(Reason):
     """No configuration brings the tool to ``role``: the nearest found stays ``distance`` (m) away."""
 
+    kind: Literal["out_of_reach"] = field(default="out_of_reach", kw_only=True)
     role: str
     distance: float
-    kind = "out_of_reach"
 
 
 @dataclass(frozen=True)
-class Gap:
-    """How near the parts of a roadmap came that hold start and goal: the shortest straight motion between them.
-
-    ``joint_distance`` (rad) from the configuration ``start_side`` to ``goal_side``, and the two things ``between`` that
-    stop it; None where none was found, as where manipulability forbids it.
-    """
+class Gap(Record):
+    """The shortest straight motion between the part of a roadmap that holds the start and that of the goal."""
 
     joint_distance: float
+    """rad"""
     start_side: tuple[float, ...]
+    """its configuration on the start's side"""
     goal_side: tuple[float, ...]
+    """its configuration on the goal's side"""
     between: tuple[str, str] | None
+    """the two things that come too near along it; null where none was found"""
 
     @property
     def sentence(self) -> str:
@@ -78,11 +84,11 @@ class Gap:
 
 @dataclass(frozen=True)
 class Separated(Reason):
-    """Without ``obstacles`` start and goal would be joined; no smaller set was found that does as much."""
+    """Obstacles without which start and goal are joined; no smaller set was found, which does not exclude one."""
 
-    obstacles: tuple[str, ...]
+    kind: Literal["separated"] = field(default="separated", kw_only=True)
+    obstacles: _Names
     gap: Gap
-    kind = "separated"
 
     @property
     def names(self) -> frozenset[str]:
@@ -90,7 +96,6 @@ class Separated(Reason):
 
     @property
     def sentence(self) -> str:
-        """What the user reads."""
         named = choices(f"'{name}'" for name in self.obstacles)
         one = len(self.obstacles) == 1
         return (
@@ -102,11 +107,12 @@ class Separated(Reason):
 
 @dataclass(frozen=True)
 class BudgetSpent(Reason):
-    """``nodes`` and a bounded search did not join start and goal, and no obstacle was found that separates them."""
+    """A bounded search did not join start and goal, and no obstacle was found that separates them."""
 
+    kind: Literal["budget_spent"] = field(default="budget_spent", kw_only=True)
     nodes: int
+    """in the roadmap"""
     gap: Gap
-    kind = "budget_spent"
 
     @property
     def names(self) -> frozenset[str]:
@@ -114,7 +120,6 @@ class BudgetSpent(Reason):
 
     @property
     def sentence(self) -> str:
-        """What the user reads."""
         return (
             f"Start and goal were not connected within the budget of {self.nodes} nodes: {self.gap.sentence}; no "
             "obstacle was found without which they are joined: raise --nodes, or try another --seed."
@@ -123,15 +128,15 @@ class BudgetSpent(Reason):
 
 @dataclass(frozen=True)
 class FloorTooHigh(Reason):
-    """No path keeps to the floor ``asked`` (w); ``reachable`` is the highest floor found that a path keeps to."""
+    """No path keeps to the manipulability floor."""
 
+    kind: Literal["floor_too_high"] = field(default="floor_too_high", kw_only=True)
     asked: float
     reachable: float
-    kind = "floor_too_high"
+    """the highest floor found that a path keeps to; 0: all pass through w = 0 or near it"""
 
     @property
     def sentence(self) -> str:
-        """What the user reads."""
         head = f"No path above the manipulability floor of {self.asked:g} was found within the budget: "
         if self.reachable <= 0:
             return head + "all paths that were found pass through w = 0 or near it: leave --min-manipulability out."
@@ -143,15 +148,15 @@ class FloorTooHigh(Reason):
 
 @dataclass(frozen=True)
 class KeptTooNarrow(Reason):
-    """Start and goal are joined where nothing is kept, but by no path that was found to keep the ``conditions``."""
+    """Start and goal are joined, but not by a path that keeps the conditions."""
 
-    conditions: tuple[str, ...]
+    kind: Literal["kept_too_narrow"] = field(default="kept_too_narrow", kw_only=True)
+    conditions: _Names
+    """as --keep takes them"""
     gap: Gap
-    kind = "kept_too_narrow"
 
     @property
     def sentence(self) -> str:
-        """What the user reads."""
         kept = choices(f"'{text}'" for text in self.conditions)
         return (
             f"No path that keeps {kept} was found within the budget; without that start and goal are joined, and with "
@@ -161,15 +166,12 @@ class KeptTooNarrow(Reason):
 
 @dataclass(frozen=True)
 class BlockedInTime(Reason):
-    """Start and goal are joined, but no motion in time keeps clear of ``obstacles``, which move along known motions.
+    """Start and goal are joined, but no motion in time keeps clear of obstacles that move along known motions."""
 
-    ``place``: "start", where the arm is not clear of them at time 0; "goal", where it cannot stay for good; "route",
-    where without them there is a motion, as far as that was found. None of them can be put back.
-    """
-
-    place: str
-    obstacles: tuple[str, ...]
-    kind = "blocked_in_time"
+    kind: Literal["blocked_in_time"] = field(default="blocked_in_time", kw_only=True)
+    place: Literal["start", "goal", "route"]
+    """start: not clear at time 0; goal: it cannot be stayed at; route: no motion leads past"""
+    obstacles: _Names
 
     @property
     def names(self) -> frozenset[str]:
@@ -177,7 +179,6 @@ class BlockedInTime(Reason):
 
     @property
     def sentence(self) -> str:
-        """What the user reads."""
         named, head = choices(f"'{name}'" for name in self.obstacles), "Start and goal are joined, but not in time: "
         if self.place == "start":
             return head + f"at time 0 {named} cannot be proven clear of the arm at the start: choose another start."
@@ -192,26 +193,25 @@ class BlockedInTime(Reason):
 
 @dataclass(frozen=True)
 class CannotFollow(Reason):
-    """A tool path cannot be followed to ``point`` (from 1), but for a share ``followed`` of its length; ``cause`` why.
+    """A tool path cannot be followed to one of its points."""
 
-    "out_of_reach": inverse kinematics came no nearer than ``distance`` (m); "turned": it misses the orientation by
-    ``distance`` (rad); "beyond_limit": only beyond the limits of joints, the ``between``; "touching": all solutions
-    touch, most of them the two things ``between``; "strays": all break what is to be kept, the condition ``between``
-    by ``distance`` (m, rad) at least; "below_floor": the floor is too high, ``reachable`` the highest
-    found with which it goes on; "jump": the solutions there are on other branches, ``distance`` (rad) away at least.
-    ``cone``: the narrowest about the axis (rad) that was found to let it there; 0 where a free turn will do.
-    ``leg``: "approach" or "retreat", where it is one of a plan's, point 1 its start or goal.
-    """
-
+    kind: Literal["cannot_follow"] = field(default="cannot_follow", kw_only=True)
     point: int
+    """of the file, from 1"""
     followed: float
-    cause: str
+    """share of the path's length"""
+    cause: Literal["out_of_reach", "turned", "beyond_limit", "touching", "strays", "below_floor", "jump"]
+    """jump: all solutions there are on other branches"""
     distance: float = 0.0
+    """m by which the tool misses the point, for turned and jump rad, for strays as what is kept"""
     between: tuple[str, ...] = ()
+    """the two things that touch, joints whose limits would have to be left, or the condition that would be broken"""
     reachable: float = 0.0
-    leg: str = ""
+    """the highest floor found with which it goes on, where the floor is too high"""
+    leg: Literal["", "approach", "retreat"] = ""
+    """which leg of a plan it is, point 1 the plan's goal or start"""
     cone: float | None = None
-    kind = "cannot_follow"
+    """rad: the narrowest about the tool's axis with which it was found to go on; 0: a free turn about it will do"""
 
     @property
     def _remedy(self) -> str:
@@ -229,7 +229,6 @@ class CannotFollow(Reason):
 
     @property
     def sentence(self) -> str:
-        """What the user reads."""
         head = f"The tool path can be followed over {100 * self.followed:.1f} %, not to point {self.point}: "
         if self.leg:
             head = f"The {self.leg} goes over {100 * self.followed:.1f} % of its length, seen from its end: "

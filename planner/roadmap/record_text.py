@@ -1,8 +1,30 @@
-"""A roadmap's record, :meth:`planner.roadmap.roadmap.Roadmap.record`, in words."""
+"""A roadmap's record, and the same in words."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
+
+from planner.objective.scale import CostScale
+from planner.problem.run_schema import Record
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RoadmapRecord(Record):
+    """Size, proofs and hash of the roadmap."""
+
+    nodes: int
+    nodes_checked: dict[str, int]
+    """how many nodes each collision library has found free"""
+    edges: int
+    """counted undirected"""
+    components: int
+    edges_certified: int
+    """edges that are proven free"""
+    edges_removed: int
+    """edges that failed the second check"""
+    sha256: str
+    scale: CostScale
 
 
 def roadmap_text(roadmap: dict[str, Any]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -23,7 +23,7 @@ from planner.kinematics.forward import Chain
 from planner.models.robot import Robot
 from planner.models.shapes import Body
 from planner.objective.scale import COSTS, CostScale
-from planner.roadmap.record_text import roadmap_text
+from planner.roadmap.record_text import RoadmapRecord, roadmap_text
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Roadmap:
         w, length, origin = self.manipulability, self.joint_length, self.origin
         edges = f"mean {length.mean():.3f} rad, longest {length.max():.3f} rad" if len(length) else "none"
         rows = [
-            ("size", roadmap_text(self.record())),
+            ("size", roadmap_text(self.record().to_dict())),
             ("starts, goals", f"{len(self.starts)}, {len(self.goals)}"),
             ("manipulability w", f"{w.min():.3g} to {w.max():.3g} at its nodes"),
             ("edges", edges),
@@ -129,18 +129,18 @@ class Roadmap:
         ]
         return html_table(f"Roadmap of {origin.robot} in {origin.scene}", rows)
 
-    def record(self, edges_removed: int = 0) -> dict[str, Any]:
-        """Size, proofs and hash as plain data, and how many edges failed when they were proven again."""
-        return {
-            "nodes": len(self.nodes),
-            "nodes_checked": self.nodes_checked,
-            "edges": len(self.edges),
-            "components": self.component_count,
-            "edges_certified": int(self.proven.sum()),
-            "edges_removed": edges_removed,
-            "sha256": self.sha256,
-            "scale": asdict(self.scale),
-        }
+    def record(self, edges_removed: int = 0) -> RoadmapRecord:
+        """Size, proofs and hash, and how many edges failed when they were proven again."""
+        return RoadmapRecord(
+            nodes=len(self.nodes),
+            nodes_checked=self.nodes_checked,
+            edges=len(self.edges),
+            components=self.component_count,
+            edges_certified=int(self.proven.sum()),
+            edges_removed=edges_removed,
+            sha256=self.sha256,
+            scale=self.scale,
+        )
 
     @property
     def nodes_checked(self) -> dict[str, int]:

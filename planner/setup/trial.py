@@ -1,74 +1,69 @@
-"""A robot tried before a user does: home, random configurations, targets, and which pairs of links stand in the way."""
+"""Self-test of a robot description: home, random configurations, tool positions, and links that touch."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import StateError
 from planner.collision.checker import APART, CollisionChecker
 from planner.kinematics.forward import joint_placements, tool_positions
+from planner.models.robot import Robot
 from planner.problem.targets import Position
 from planner.setup.resolve import resolve
 
 _SAMPLES, _TARGETS = 200, 8
 _STEPS = 17  # configurations on the way from home
-OFTEN = 0.5  # share of random configurations from which on a pair that touches is named
+_OFTEN = 0.5  # share of random configurations from which on a pair that touches is named
 
 
-@dataclass(frozen=True)
-class Trial:
-    """What came of it: pairs of links that touch at home, and in how many random configurations pairs touch often.
+def try_robot(checker: CollisionChecker) -> Iterator[str]:
+    """Sentences on how usable the robot of ``checker`` is in its scene, and which pairs of links stand in the way."""
+    robot, random = checker.robot, _random(checker.robot)
+    at_home, touching = _touching(checker, robot.home[None])[0], _touching(checker, random)
+    reached = sum(_is_reached(checker, xyz) for xyz in tool_positions(robot, random[:_TARGETS]).tolist())
+    yield (
+        f"Tried without obstacles: home is {'in collision' if at_home.any() else 'free'}, {reached} of {_TARGETS} tool "
+        f"positions are reached, {100 * (~touching.any(axis=1)).mean():.0f} % of random configurations are free."
+    )
+    shares, home = touching.mean(axis=0), set[tuple[str, str]]()
+    often: dict[tuple[str, str], float] = {}
+    for pair in np.flatnonzero(at_home | (shares >= _OFTEN)).tolist():
+        contact = checker.world.contact(pair)
+        names = min(contact.first, contact.second), max(contact.first, contact.second)
+        home |= {names} if at_home[pair] else set()
+        often[names] = max(float(shares[pair]), often.get(names, 0.0))
+    for (first, second), share in sorted(often.items()):
+        where = ["at home"] * ((first, second) in home) + [f"in {100 * share:.0f} % of random configurations"] * (
+            share >= _OFTEN
+        )
+        yield (
+            f"'{first}' and '{second}' touch {' and '.join(where)}: if the real ones do not, give the URDF simpler "
+            f'collision geometry there, or add ["{first}", "{second}"] to disabled_pairs of the file.'
+        )
 
-    ``free``: the share of random configurations in which nothing touches; ``reached``: of ``targets`` the tool's
-    positions, taken from random configurations, those that some free configuration reaches.
+
+def with_free_home(checker: CollisionChecker) -> CollisionChecker:
+    """The same checker of its robot with a home near the given one in which nothing touches, if one is found.
+
+    It lies on the way to the middle of the limits, else on that to the nearest of random free configurations.
     """
-
-    home: tuple[tuple[str, str], ...]
-    often: Mapping[tuple[str, str], float]
-    free: float
-    reached: int
-    targets: int
-
-    @property
-    def in_the_way(self) -> list[tuple[str, str]]:
-        """Pairs that make the robot hard or impossible to use, sorted."""
-        return sorted({*self.home, *self.often})
-
-
-def try_robot(checker: CollisionChecker, seed: int = 0) -> Trial:
-    """Try the robot of ``checker`` in its scene; the same for a seed."""
-    robot, rng = checker.robot, np.random.default_rng(seed)
-    q = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SAMPLES, robot.dof))])
-    touching = _touching(checker, q)
-    names = [_names(checker, pair) for pair in range(touching.shape[1])]
-    home = sorted({names[pair] for pair in np.flatnonzero(touching[0])})
-    shares: dict[tuple[str, str], float] = {}
-    for name, share in zip(names, touching[1:].mean(axis=0).tolist(), strict=True):
-        shares[name] = max(share, shares.get(name, 0.0))
-    often = {name: share for name, share in sorted(shares.items()) if share >= OFTEN}
-    reached = sum(_is_reached(checker, xyz) for xyz in tool_positions(robot, q[1 : _TARGETS + 1]).tolist())
-    return Trial(tuple(home), often, float((~touching[1:].any(axis=1)).mean()), reached, _TARGETS)
-
-
-def free_home(checker: CollisionChecker, seed: int = 0) -> Floats | None:
-    """A configuration (dof,) in which nothing touches, near home: home itself where that is free; None for none found.
-
-    On the way from home to the middle of the limits, else to random free configurations, whichever is nearest.
-    """
-    robot, rng = checker.robot, np.random.default_rng(seed)
+    robot, random = checker.robot, _random(checker.robot)
     if not _touching(checker, robot.home[None]).any():
-        return robot.home
-    middle = _on_the_way(checker, 0.5 * (robot.lower + robot.upper))
-    if middle is not None:
-        return middle
-    q = rng.uniform(robot.lower, robot.upper, size=(_SAMPLES, robot.dof))
-    free = q[~_touching(checker, q).any(axis=1)]
-    found = [near for end in free if (near := _on_the_way(checker, end)) is not None]
-    return min(found, key=lambda near: float(np.abs(near - robot.home).sum()), default=None)
+        return checker
+    for ends in (0.5 * (robot.lower + robot.upper)[None], random[~_touching(checker, random).any(axis=1)]):
+        found = [near for end in ends if (near := _on_the_way(checker, end)) is not None]
+        if found:
+            home = frozen(min(found, key=lambda near: float(np.abs(near - robot.home).sum())))
+            return type(checker)(replace(checker.world, robot=replace(robot, home=home)), checker)
+    return checker
+
+
+def _random(robot: Robot) -> Floats:
+    return np.random.default_rng(0).uniform(robot.lower, robot.upper, size=(_SAMPLES, robot.dof))
 
 
 def _on_the_way(checker: CollisionChecker, end: Floats) -> Floats | None:
@@ -81,7 +76,7 @@ def _on_the_way(checker: CollisionChecker, end: Floats) -> Floats | None:
     return way[roomy[0]] if len(roomy) else None
 
 
-def _touching(checker: CollisionChecker, q: np.ndarray) -> Bools:
+def _touching(checker: CollisionChecker, q: Floats) -> Bools:
     """(n, pairs) which pairs are not proven apart in which configurations."""
     rotation, position = joint_placements(checker.chain, q)
     touching = checker.bound.coarse(rotation, position) <= 0
@@ -90,15 +85,9 @@ def _touching(checker: CollisionChecker, q: np.ndarray) -> Bools:
     return touching
 
 
-def _names(checker: CollisionChecker, pair: int) -> tuple[str, str]:
-    contact = checker.world.contact(pair)
-    return min(contact.first, contact.second), max(contact.first, contact.second)
-
-
-def _is_reached(checker: CollisionChecker, xyz: list[float]) -> bool:
-    x, y, z = xyz
+def _is_reached(checker: CollisionChecker, xyz: tuple[float, float, float]) -> bool:
     try:
-        resolve(Position((x, y, z)), checker, {}, "goal")
+        resolve(Position(tuple(xyz)), checker, {}, "goal")
     except StateError:
         return False
     return True

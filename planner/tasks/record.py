@@ -9,9 +9,11 @@ from pydantic import Field
 
 from planner.base.errors import Reason, choices, metric
 from planner.base.yamlfile import Name, Number, Whole
+from planner.models.run_record import RunRecord
 from planner.planning.network import PathCost
 from planner.planning.record import FieldRecord, MotionRecord
-from planner.problem.run_schema import Record, RoadmapRecord, RunRecord
+from planner.problem.run_schema import Record
+from planner.roadmap.record_text import RoadmapRecord
 
 Pairs = list[tuple[Name, Name]]
 Part = Literal["transit", "approach", "retreat"]
@@ -70,10 +72,10 @@ class Event(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StepFails(Reason, Record):
+class StepFails(Reason):
     """The first step that cannot be done: no grasp or placement of it is left, or no path leads there."""
 
-    kind: Literal["step_fails"] = "step_fails"  # pyright: ignore[reportIncompatibleVariableOverride]
+    kind: Literal["step_fails"] = "step_fails"
     step: Whole
     """from 1"""
     doing: str
@@ -99,7 +101,6 @@ class StepFails(Reason, Record):
 
     @property
     def sentence(self) -> str:
-        """What the user reads."""
         head = f"Step {self.step} ({self.doing}) cannot be done: "
         found = f"{self.out_of_reach} of {self.tried} out of reach"
         found += f" (the nearest by {metric(self.beyond, 'm')} or more)" if self.beyond else ""
@@ -149,5 +150,3 @@ class TaskPlanRecord(RunRecord):
     modes: ModesRecord | None
     gabf: FieldRecord | None
     timings_s: dict[str, float]
-    files: dict[str, str] | None = None
-    """SHA-256 of the files written beside this one"""

@@ -25,7 +25,6 @@ from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, field_record, m
 from planner.planning.summary import cost_text, field_rows
 from planner.problem.outcome import Outcome
 from planner.problem.request import TaskRequest
-from planner.problem.run_schema import RoadmapRecord
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
 from planner.tasks.file import Task
@@ -120,7 +119,7 @@ class TaskPlan:
             segments=self._segments(),
             events=list(self.events),
             trajectory=motion_record(self.trajectory, self.robot),
-            roadmap=None if self.roadmap is None else RoadmapRecord(**self.roadmap.record()),
+            roadmap=None if self.roadmap is None else self.roadmap.record(),
             modes=None
             if net is None
             else ModesRecord(

@@ -17,7 +17,7 @@ from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
 from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
 from planner.models.robot import Robot
-from planner.problem.reason_schema import DeviationRecord
+from planner.problem.run_schema import Record
 from planner.tool_paths.tool_path import ToolPath, rotation_angles
 from planner.trajectory.trajectory import Trajectory
 
@@ -28,6 +28,23 @@ _AT_ONCE = 10_000  # poses whose deviations are measured together, which takes 1
 _OFF, _LEAN = 0.8, 0.65  # of the tube, for solutions inside: what is left has to do for the motions between
 _INSIDE = 1e-12  # of a line: farther from its ends it allows what both allow together
 _ARC = 0.1  # of the tube's radius is left to the arcs that lines stand for
+
+
+@dataclass(frozen=True, kw_only=True)
+class Deviation(Record):
+    """How far the tool is off its path, or may be."""
+
+    position: float
+    """m"""
+    angle: float
+    """rad, of its orientation, or of its z axis where it may turn about that; beyond a cone where one is given"""
+
+    def or_more(self, other: Deviation) -> Deviation:
+        """The larger of both, each by itself."""
+        return Deviation(position=max(self.position, other.position), angle=max(self.angle, other.angle))
+
+
+NO_DEVIATION = Deviation(position=0.0, angle=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +115,7 @@ class Tube:
             _FINEST * min(self.path.tube.position, self.path.tube.angle),
         )
 
-    def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, DeviationRecord]:
+    def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, Deviation]:
         """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here, and how far it is off.
 
         At most, sampled; off arcs by so much more as these may be off the lines for them.
@@ -109,7 +126,7 @@ class Tube:
         rotation, position = Frame.tool(robot).poses(robot, np.concatenate([q, path[-1:]]))
         return position, self._off(rotation, position, places)
 
-    def deviation_of(self, motion: Trajectory, robot: Robot, along: Floats) -> DeviationRecord:
+    def deviation_of(self, motion: Trajectory, robot: Robot, along: Floats) -> Deviation:
         """The same of a motion along a joint path that is ``along`` (k,) m here: corners are rounded."""
         begin, end = motion.times[[0, -1]]
         times = np.union1d(motion.times, np.linspace(begin, end, _SAMPLES * len(along)))
@@ -118,7 +135,7 @@ class Tube:
         places = along[0] + way * (total / way[-1] if way[-1] > 0 else 0.0)
         return self._off(rotation, position, places, abs(way[-1] - total) + self.path.tube.position)
 
-    def _off(self, rotation: Floats, position: Floats, places: Floats, unsure: float = 0.0) -> DeviationRecord:
+    def _off(self, rotation: Floats, position: Floats, places: Floats, unsure: float = 0.0) -> Deviation:
         """How far poses are off at most at ``places`` (n,) m that are known to ``unsure`` m."""
         along, count = self.path.along, len(self._length)
         first, last = (np.searchsorted(along, places + side * unsure, side="right") for side in (-1, 1))
@@ -127,7 +144,7 @@ class Tube:
             beside = np.arange(-1, 2 + int((last - first)[rows].max())) + first[rows, None] - 1
             off = self.deviations(np.clip(beside, 0, count - 1), rotation[rows], position[rows])
             largest = np.maximum(largest, np.max(off, axis=1))
-        return DeviationRecord(position=float(largest[0]) + self.path.bend, angle=float(largest[1]))
+        return Deviation(position=float(largest[0]) + self.path.bend, angle=float(largest[1]))
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
         """How far (n,) m and rad poses are off one of their lines (n, a), the angle beyond a cone's.

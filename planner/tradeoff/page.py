@@ -50,7 +50,7 @@ def _message(tradeoff: Tradeoff) -> str:
 
 
 def _about_sweep(tradeoff: Tradeoff) -> Rows:
-    rows = [("roadmap", roadmap_text(tradeoff.roadmap.record(tradeoff.edges_removed)))]
+    rows = [("roadmap", roadmap_text(tradeoff.roadmap.record(tradeoff.edges_removed).to_dict()))]
     if tradeoff.solves:
         rows.append(("fields solved", str(tradeoff.solves)))
         rows.append(("error against oracle", f"{tradeoff.max_error_vs_oracle:.1e} relative"))

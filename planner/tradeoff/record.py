@@ -4,48 +4,81 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from planner.base.files import staged, write_json, write_whole
 from planner.base.html import html_table
 from planner.base.progress import Stopwatch, rounded
-from planner.models.run_record import run_record
-from planner.roadmap.record_text import roadmap_text
+from planner.models.run_record import RunRecord, run_record
+from planner.problem.run_schema import Nodes, Record
+from planner.roadmap.record_text import RoadmapRecord, roadmap_text
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.page import sweep_page
-from planner.tradeoff.sweep import Tradeoff, range_text
+from planner.tradeoff.sweep import Interval, Tradeoff, range_text
 from planner.view.page import save_page
 
 JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "sweep.html", "roadmap.npz"
 NAMES = (JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME)
-_NUMBERS = (
-    *("beta_min", "beta_max", "manipulability_cost", "distance_cost"),
-    *("w_min", "w_mean", "joint_length", "workspace_length"),
-)
+Beta = Annotated[float, Field(ge=0, le=1)]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class IntervalRecord(Record):
+    """A path and the betas that it is optimal for."""
+
+    beta_min: Beta
+    beta_max: Beta
+    manipulability_cost: float
+    """Omega"""
+    distance_cost: float
+    """D"""
+    w_min: float
+    w_mean: float
+    joint_length: float
+    """rad"""
+    workspace_length: float
+    """m"""
+    path_nodes: Nodes
+    path: list[list[float]]
+    """joint waypoints, rad (m where a joint slides), start first"""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SweepRecord(RunRecord):
+    """What ``planner sweep`` writes as sweep.json; units rad, m and s."""
+
+    complete: bool
+    intervals: list[IntervalRecord]
+    """sorted; they cover [0, 1] where complete, else they are those that are proven"""
+    roadmap: RoadmapRecord
+    solves: int
+    max_error_vs_oracle: float | None
+    timings_s: dict[str, float]
+
+
+_NUMBERS = [field.name for field in fields(IntervalRecord) if not field.name.startswith("path")]
 
 
 def sweep_record(tradeoff: Tradeoff) -> dict[str, Any]:
-    """The trade-off as plain data, the keys of ``sweep.json``; units in rad, m and s.
-
-    ``intervals`` cover [0, 1] where ``complete`` is true; where not, they are those that are proven.
-    """
-    return {
+    """The trade-off as plain data, the keys of ``sweep.json``; units in rad, m and s."""
+    return SweepRecord(
         **run_record(tradeoff.request, tradeoff.outcome, tradeoff.robot, tradeoff.scene),
-        "complete": tradeoff.complete,
-        "intervals": [
-            {
-                **{name: getattr(interval, name) for name in _NUMBERS},
-                "path_nodes": interval.path_nodes.tolist(),
-                "path": interval.path.tolist(),
-            }
-            for interval in tradeoff.intervals
-        ],
-        "roadmap": tradeoff.roadmap.record(tradeoff.edges_removed),
-        "solves": tradeoff.solves,
-        "max_error_vs_oracle": tradeoff.max_error_vs_oracle,
-        "timings_s": rounded(tradeoff.timings),
-    }
+        complete=tradeoff.complete,
+        intervals=[_interval(interval) for interval in tradeoff.intervals],
+        roadmap=tradeoff.roadmap.record(tradeoff.edges_removed),
+        solves=tradeoff.solves,
+        max_error_vs_oracle=tradeoff.max_error_vs_oracle,
+        timings_s=rounded(tradeoff.timings),
+    ).to_dict()
+
+
+def _interval(interval: Interval) -> IntervalRecord:
+    numbers = {name: getattr(interval, name) for name in _NUMBERS}
+    return IntervalRecord(**numbers, path_nodes=interval.path_nodes.tolist(), path=interval.path.tolist())
 
 
 def save_sweep(tradeoff: Tradeoff, folder: Path, clock: Stopwatch | None = None) -> dict[str, Any]:

@@ -96,7 +96,7 @@ class Content:
 def roadmap_page(roadmap: Roadmap, checker: CollisionChecker) -> str:
     """The page of a roadmap by itself, in the world that ``checker`` knows."""
     world = checker.world
-    details = [("roadmap", roadmap_text(roadmap.record()))]
+    details = [("roadmap", roadmap_text(roadmap.record().to_dict()))]
     message = f"A roadmap of {len(roadmap.nodes)} configurations."
     configuration = roadmap.nodes[roadmap.starts[0] if len(roadmap.starts) else 0]
     return page(Content(world.robot, world.scene, message, configuration, details=details, roadmap=roadmap))

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import json
+from typing import get_type_hints
+
+import pydantic
+import pytest
 
 from planner.base.errors import Reason
+from planner.planning.record import PlanRecord
 from planner.problem import reasons
 from planner.problem.reasons import (
     BeyondLimit,
@@ -56,3 +61,16 @@ def test_every_reason_for_no_path_is_a_sentence_that_names_what_is_blamed() -> N
         assert all(name in reason.sentence for name in reason.names)
     assert EVERY[0].names == {"hand", "shelf"}
     assert Separated(("wall", "door"), NEAR).names == {"wall", "door"}
+
+
+def test_what_is_written_of_a_reason_for_no_path_reads_as_the_same_reason() -> None:
+    annotation = pydantic.TypeAdapter(get_type_hints(PlanRecord, include_extras=True)["reason"])
+    for reason in (each for each in EVERY if isinstance(each, NoPath)):
+        written = json.loads(json.dumps(reason.to_dict()))
+        assert annotation.validate_python(written) == reason
+        needed = written.keys() - {"distance", "between", "reachable", "cone", "leg"}
+        spoilt = [{key: value for key, value in written.items() if key != left_out} for left_out in needed]
+        lists = [key for key in ("obstacles", "conditions") if key in written]
+        for bad in [*spoilt, {**written, "kind": "touching"}, *({**written, key: []} for key in lists)]:
+            with pytest.raises(pydantic.ValidationError):
+                annotation.validate_python(bad)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import pydantic
 import pytest
 
-from planner.models.run_record import run_record
+from planner.models.run_record import RunRecord, run_record
 from planner.models.scene import Scene
+from planner.objective.scale import CostScale
 from planner.problem.outcome import Outcome
 from planner.problem.request import RoadmapRequest
-from planner.problem.run_schema import RunRecord
+from planner.problem.run_schema import Record
 from tests.worlds import load
 
 RECORD = pydantic.TypeAdapter(RunRecord)
@@ -34,3 +36,26 @@ def test_what_is_missing_or_spoilt_is_not(key: str, value: object) -> None:
     del whole[key]
     with pytest.raises(pydantic.ValidationError, match=key):
         RECORD.validate_python(whole)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inner(Record):
+    at: tuple[float, ...]
+    more: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outer(Record):
+    inner: Inner | None
+    scale: CostScale
+
+
+def test_a_record_is_what_is_written_key_by_key() -> None:
+    """Records and other dataclasses in it as plain data; null is written, a default is not."""
+    scale = CostScale(0.1, 0.2, 3.0, 1.0, 0.01)
+    assert Outer(inner=Inner(at=(1.0, 2.0)), scale=scale).to_dict() == {
+        "inner": {"at": [1.0, 2.0]},
+        "scale": vars(scale),
+    }
+    assert Outer(inner=None, scale=scale).to_dict()["inner"] is None
+    assert Inner(at=(), more=3).to_dict() == {"at": [], "more": 3}

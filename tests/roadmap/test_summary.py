@@ -45,4 +45,4 @@ def test_a_roadmap_without_edges_or_with_nothing_to_touch_has_no_numbers_for_the
     assert summary(bare)["joint_length"]["max"] is None
     assert not summary(bare)["connected"]
     assert "none" in bare._repr_html_()
-    assert roadmap_text(bare.record()).endswith(f"{len(bare.nodes)} components")
+    assert roadmap_text(bare.record().to_dict()).endswith(f"{len(bare.nodes)} components")
