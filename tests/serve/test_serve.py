@@ -36,7 +36,7 @@ from planner.serve.messages import METHODS, schema
 from planner.serve.server import running, token_in
 from planner.serve.worlds import World
 from tests.command_line import command
-from tests.models.files.test_dae import TETRAHEDRON
+from tests.models.files.test_collada import TETRAHEDRON
 from tests.serve.client import TOKEN, Client, Refused, code_on_page
 
 ROW = {"do": "add", "obstacle": {"name": "post", "type": "sphere", "radius": 0.1, "position": [0.75, 0.0, 0.0]}}
