@@ -6,8 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, distinct_rows, frozen
-from planner.base.cache import Arrays, cached
+from planner.base.arrays import Floats, distinct_rows, frozen
 from planner.base.products import product
 from planner.models.shapes import Mesh
 from planner.models.solids import points_used, solid_of
@@ -21,31 +20,22 @@ def hull_of(mesh: Mesh) -> tuple[Floats, float]:
     """Points (k, 3) with the convex hull of a mesh, in its frame, and how deep (m) the surface lies below it at most.
 
     The depth is rough, 0 where the mesh is convex and inf where it is not closed: it says where the hull is good enough
-    a bound. Both are made once: then they come from the cache.
+    a bound.
     """
-    few = 3 * len(mesh.triangles) < _MANY
-    made = _hull_of(mesh) if few else cached("hulls", mesh.content(), lambda: _hull_of(mesh))
-    return frozen(made["corners"]), float(made["depth"])
-
-
-def _hull_of(mesh: Mesh) -> Arrays:
-    return {"corners": hull_corners(mesh.vertices[points_used(mesh)]), "depth": np.array(dent(mesh))}
+    return frozen(hull_corners(mesh.vertices[points_used(mesh)])), dent(mesh)
 
 
 def hull_corners(points: Floats) -> Floats:
-    """Of ``points`` (n, 3) fewer (k, 3) with the same convex hull, where there are many."""
+    """Of ``points`` (n, 3) fewer (k, 3) with the same convex hull; all different ones if they are few or in a plane."""
     points = points[distinct_rows(points)[0]]
-    return points if len(points) < _MANY else points[_hull(points)]
-
-
-def _hull(points: Floats) -> Ints:
-    """The rows of ``points`` (n, 3) that are corners of their hull; all of them where they lie in a plane."""
+    if len(points) < _MANY:
+        return points
     from scipy.spatial import ConvexHull, QhullError  # 0.3 s to load
 
     try:
-        return ConvexHull(points).vertices.astype(np.int64)
+        return points[ConvexHull(points).vertices]
     except QhullError:
-        return np.arange(len(points))
+        return points
 
 
 def dent(mesh: Mesh) -> float:

@@ -11,7 +11,7 @@ from planner.base.errors import OptionError
 
 _KEYS = b"urdf|obstacles|carried|states|robots|keep|world|robot_model_name|allowed_collision_matrix|joint_limits"
 _MODEL = re.compile(rb"<(robot|mujoco)[\s>]|^[\"']?(" + _KEYS + rb")[\"']?:(\s|$)|\A[^\n]*\n(\* \w|\.\s)", re.MULTILINE)
-_MESHES = (".stl", ".obj", ".ply", ".dae")
+_MESHES = (".stl", ".obj", ".ply", ".dae", ".glb")
 
 
 def require_models(paths: Iterable[Path], allow_xacro: bool = False) -> None:

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from planner.collision import hulls, make_checker
 from planner.collision.hulls import dent, hull_corners
-from planner.kinematics.forward import joint_placements
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Mesh, Obstacle
-from tests.random_shapes import blob, box_mesh
+from planner.models.shapes import Mesh
+from tests.random_shapes import box_mesh
 
 
 def in_hull(point: np.ndarray, corners: np.ndarray) -> bool:
@@ -36,22 +29,6 @@ def test_few_points_and_flat_ones_stay() -> None:
     assert len(hull_corners(np.repeat(few, 3, axis=0))) == 5
     flat = np.column_stack([np.random.default_rng(2).normal(size=(300, 2)), np.zeros(300)])
     assert len(hull_corners(flat)) == 300
-
-
-def test_a_hull_is_made_once_wherever_the_mesh_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    robot, seen = Robot.load("planar_2r"), blob(np.random.default_rng(3), 0.2, rings=20, sides=24)
-
-    def gap(x: float) -> float:
-        again = Mesh(np.array(seen.vertices), np.array(seen.triangles))  # as another process reads it
-        scene = Scene("one", (Obstacle("blob", again, pose([x, 0.0, 0.0], rpy=[0.1, 0.2, 0.3])),))
-        checker = make_checker(robot, scene)
-        placed = joint_placements(checker.chain, np.zeros((1, robot.dof)))
-        return float(checker.bound.close(*placed, np.zeros(1, int), np.zeros(1, int))[0])
-
-    first = gap(50.0)
-    monkeypatch.setattr(hulls, "_hull", lambda points: pytest.fail("Qhull was asked again"))
-    assert gap(60.0) == pytest.approx(first + 10.0, abs=0.1)
 
 
 def notched(depth: float) -> Mesh:

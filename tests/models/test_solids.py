@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.models.shapes import Box, Capsule, Mesh, Sphere
 from planner.models.solids import is_watertight, may_hold, measures_of, points_of_pieces, solid_of
-from tests.random_shapes import blob, box_mesh, points_in
+from tests.random_shapes import KINDS, QUICK, blob, box_mesh, moved, points_in, random_pose, random_shape
 
 CUBE = box_mesh((1.0, 1.0, 1.0))
 
@@ -85,25 +87,14 @@ def test_of_a_mesh_in_pieces_the_closed_ones_count() -> None:
     assert len(points_of_pieces(partly)) == 2
 
 
-@pytest.mark.parametrize(
-    ("shape", "fits"),
-    [
-        (Box((0.9, 0.9, 0.9)), True),
-        (Box((1.1, 1.1, 1.1)), False),
-        (Box((0.01, 0.01, 1.7)), True),  # on the diagonal
-        (Box((0.01, 0.01, 1.8)), False),
-        (Sphere(0.49), True),
-        (Sphere(0.51), False),
-        (Cylinder(0.51, 0.1), True),
-        (Cylinder(0.51, 1.02), False),
-        (Capsule(0.01, 1.6), True),
-        (Capsule(0.01, 1.8), False),
-        (box(0.9), True),
-        (box(2.0), False),
-        (together(box(0.1), box(0.1, (9, 0, 0))), True),  # one piece of it may be inside
-    ],
-)
-def test_what_is_too_large_is_not_asked_about(shape: Shape, fits: bool) -> None:
-    solid = solid_of(box(1.0))
-    assert solid is not None
-    assert may_hold(solid, measures_of([shape])).tolist() == [fits]
+@given(st.integers(0, 2**32), st.sampled_from(KINDS))
+@QUICK
+def test_a_shape_that_lies_in_a_solid_is_asked_about(seed: int, kind: str) -> None:
+    rng, outer = np.random.default_rng(seed), solid_of(box(1.0))
+    shape = random_shape(rng, kind)
+    inside = np.abs(moved(points_in(shape, rng), random_pose(rng, 0.2))).max() < 0.5
+    assert outer is not None
+    assert may_hold(outer, measures_of([shape])).tolist() in ([True], [inside])
+    too_large = [Box((1.1, 1.1, 1.1)), Box((0.01, 0.01, 1.8)), Sphere(0.51), Capsule(0.01, 1.8), box(2.0)]
+    assert not may_hold(outer, measures_of(too_large)).any()
+    assert may_hold(outer, measures_of([together(box(0.1), box(0.1, (9, 0, 0)))])).all(), "one piece may be inside"

@@ -7,8 +7,6 @@ import logging
 import os
 import re
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -32,7 +30,7 @@ _PASSED_OVER = {  # lines and fields that trimesh passes over, or takes for othe
         rb"(?m)^(?:[VF] .*|[vf] \S+(?: \S+)?$|f(?: \S+)* (?:-|0(?![.\d])).*|v(?: \S+){3} (?!1(?:\.0*)?$)\S+$"
         rb"|(?:call|cstype|curv2?|surf|csh|bzp|bsp|cd[pc]|res)\b.*)"
     ),
-    "glb": re.compile(rb'"mode"\s*:\s*6'),  # fans
+    "glb": re.compile(rb'"mode"\s*:\s*6|KHR_draco\w+|\w+_meshopt\w+'),  # fans, compressed parts
 }
 _FACET = re.compile(rb"(?i)\bfacet\b")
 
@@ -95,7 +93,9 @@ def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
     if kind in _PASSED_OVER and (wrong := _PASSED_OVER[kind].search(content)):
         raise ValueError(f"{shown(wrong[0].decode(errors='replace'))} is not supported")
     options: dict[str, Any] = {"dae": {"ignore_broken": False}}.get(kind, {"skip_materials": True})
-    with _strict():
+    trimesh.util.log.setLevel(logging.ERROR)  # it warns with tracebacks
+    with PROCESS, np.errstate(all="ignore"), warnings.catch_warnings():  # filters belong to the process
+        warnings.filterwarnings("error", "string or file could not be read")  # NumPy's, of text that is not a number
         loaded: dict[str, Any] = mesh_loaders[kind](io.BytesIO(content), file_type=kind, resolver=None, **options)
         for part in loaded.get("geometry", {"": loaded}).values():
             part["process"] = False  # else it joins vertices and drops those that are not finite
@@ -105,30 +105,6 @@ def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
     if kind == "stl" and "face_attributes" not in loaded and len(_FACET.findall(content)) != len(mesh.faces):
         raise ValueError(f"{len(mesh.faces)} of {len(_FACET.findall(content))} facets are whole")
     return np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
-
-
-@contextmanager
-def _strict() -> Iterator[None]:
-    """Raise ValueError for what NumPy and trimesh only warn of: text that is not a number, parts that are left out."""
-    from trimesh.util import log
-
-    warned: list[str] = []
-
-    def keep(record: logging.LogRecord) -> bool:
-        if record.levelno < logging.WARNING:
-            return True
-        warned.append(record.getMessage())
-        return False
-
-    with PROCESS, np.errstate(all="ignore"), warnings.catch_warnings():  # filters belong to the process
-        warnings.filterwarnings("error", "string or file could not be read")
-        log.addFilter(keep)
-        try:
-            yield
-        finally:
-            log.removeFilter(keep)
-    if warned:
-        raise ValueError(warned[0])
 
 
 def _require_whole_ply(elements: dict[str, Any]) -> None:

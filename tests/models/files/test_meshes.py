@@ -177,12 +177,13 @@ def test_binary_faces_of_different_sizes_are_refused() -> None:
     assert "lengths" in refusal_of(lambda: read(head + vertices + faces, "ply"))
 
 
-def test_no_other_file_is_read(tmp_path: Path) -> None:
+def test_other_files_fans_and_compressed_parts_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.bin").write_bytes(bytes(100))
     content = mesh_file(Mesh(np.eye(3), np.array([[0, 1, 2]])), "glb")
     size = struct.unpack_from("<I", content, 12)[0]
     header = json.loads(content[20 : 20 + size])
-    for wrong in ({"buffers": [{"uri": "a.bin", "byteLength": 100}]}, {"mode": 6}):
+    draco = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
+    for wrong in ({"buffers": [{"uri": "a.bin", "byteLength": 100}]}, {"mode": 6}, {"extensions": draco}):
         changed = json.loads(json.dumps(header))
         changed.update(wrong) if "buffers" in wrong else changed["meshes"][0]["primitives"][0].update(wrong)
         text = json.dumps(changed).encode()

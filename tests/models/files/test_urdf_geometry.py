@@ -9,7 +9,6 @@ import coal
 import numpy as np
 import pytest
 
-from planner.base.errors import PlannerError
 from planner.models.files import meshes, urdf, urdf_geometry
 from planner.models.robot import Robot
 from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Sphere
@@ -70,15 +69,6 @@ def test_a_mesh_is_read_once_however_it_is_named(
     shape = first.bodies[0].shape
     assert isinstance(shape, Mesh)
     np.testing.assert_allclose(np.ptp(shape.vertices, axis=0), [0.1, 0.2, 0.3], atol=1e-7)
-
-
-@pytest.mark.parametrize("damage", [lambda b: b[:-7], lambda b: b[:200] + b"\xff" * (len(b) - 200)])
-def test_a_damaged_large_mesh_is_refused(urdf_file, tmp_path: Path, damage: Callable[[bytes], bytes]) -> None:
-    mesh = ball(0.012)
-    (tmp_path / "ball.stl").write_bytes(damage(mesh_file(mesh)))
-    links = link_xml("a") + link_xml("b", f'<mesh filename="{tmp_path / "ball.stl"}"/>')
-    with pytest.raises(PlannerError, match=r"ball\.stl"):
-        Robot.load(urdf_file(links + joint_xml("j", "a", "b")))
 
 
 def test_geometries_of_coal_are_our_shapes() -> None:
