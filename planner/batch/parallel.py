@@ -23,7 +23,7 @@ T = TypeVar("T")
 Measure: TypeAlias = Callable[[C, Progress], T]
 Executor: TypeAlias = tuple[cf.Executor, int, type[Exception]]  # its number of workers, and the error after a death
 
-_ANSWER = 10  # s for a Dask scheduler to answer, and for its workers to be there
+_ANSWER, _WORKERS = 10, 60  # s for a Dask scheduler to answer, and for a worker to start, the first or after a death
 _IDLE = 10  # s after which a worker without work ends, also where this process was killed
 _ONE_AT_A_TIME = threading.Lock()  # OMPL has one seed per process, and a Dask worker may have several threads
 
@@ -105,15 +105,19 @@ def _cluster(address: str) -> Iterator[Executor]:
     except ImportError:
         raise InstallationError("a cluster needs Dask: pip install 'gabf-planner[cluster]', here and there.") from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a scheduler that goes away is one sentence
+    missing = FileError(
+        f"no Dask scheduler with workers answers at '{address}': start 'dask scheduler', 'dask worker'."
+    )
     try:
         get_address_host_port(address)  # a Client takes 20 s to refuse a text that is not an address
         client: Any = Client(address, timeout=_ANSWER, set_as_default=False)
-        client.wait_for_workers(1, timeout=_ANSWER)
     except (OSError, ValueError):
-        raise FileError(
-            f"no Dask scheduler with workers answers at '{address}': start 'dask scheduler' and 'dask worker'."
-        ) from None
+        raise missing from None
     with client:
+        try:
+            client.wait_for_workers(1, timeout=_WORKERS)
+        except TimeoutError:
+            raise missing from None
         there = list(client.run(_software_and_folder, on_error="return").values())
         if other := next((each for each in there if each != _software_and_folder()), None):
             raise InstallationError(

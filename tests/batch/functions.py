@@ -32,6 +32,7 @@ def refused(case: int, progress: Progress) -> int:
 
 def kill_at_two(case: int, progress: Progress) -> int:
     if case == 2:
+        time.sleep(1.0)  # Dask does not restart a worker that dies as it starts
         os.kill(os.getpid(), signal.SIGKILL)
     return case
 
