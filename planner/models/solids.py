@@ -142,18 +142,15 @@ def pieces_of_vertices(mesh: Mesh) -> Ints:
 @lru_cache(maxsize=1024)
 def _welded(mesh: Mesh) -> tuple[Ints, Ints]:
     """Triangles (m, 3) by the first of equal vertices, without those that have no area, and the piece (m,) of each."""
+    from scipy.sparse import coo_array  # 0.2 s to load
+    from scipy.sparse.csgraph import connected_components
+
     first, same = distinct_rows(mesh.vertices)
     triangles = first[same][mesh.triangles]
     a, b, c = triangles.T
     triangles = triangles[(a != b) & (b != c) & (c != a)]
-    label = np.arange(len(mesh.vertices))
-    while len(triangles):
-        low = label[triangles].min(axis=1)
-        before = label.copy()
-        for corner in triangles.T:
-            np.minimum.at(label, corner, low)
-        label = label[label]
-        if (label == before).all():
-            break
-    piece = np.unique(label[triangles[:, 0]], return_inverse=True)[1] if len(triangles) else np.zeros(0, dtype=np.int64)
+    ends = triangles[:, [0, 1]].ravel(), triangles[:, [1, 2]].ravel()
+    count = len(mesh.vertices)
+    _, label = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(count, count)), directed=False)
+    _, piece = np.unique(label[triangles[:, 0]], return_inverse=True)
     return triangles, piece.astype(np.int64)

@@ -220,42 +220,32 @@ class RobotFiles:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What the files say that is not followed."""
-        srdf, found = self.srdf, [*self.description.notes]
-        if srdf is not None and srdf.unchecked:
-            text = f"SRDF {srdf.path} leaves {choices(srdf.unchecked)} unchecked (disable_default_collisions): against "
-            found.append(Note(f"{text}links that is followed, against obstacles they are checked all the same."))
-        if srdf is not None and srdf.passive_in_groups:
-            text = f"SRDF {srdf.path} names {choices(srdf.passive_in_groups)} as passive_joint inside a group: such "
-            found.append(Note(f"{text}joints are passive in every group and are not planned.", grave=False))
-        if srdf is not None and srdf.base_moves:
-            text = f"SRDF {srdf.path} has a virtual_joint that moves the base, which stands here: give it a base."
-            found.append(Note(text, grave=False))
-        if srdf is not None and srdf.virtual_joints > 1:
-            text = f"SRDF {srdf.path} has {srdf.virtual_joints} virtual_joints, of which the first counts."
-            found.append(Note(text, grave=False))
-        own = self.file.srdf if self.file else None  # a robot file says itself that it belongs
-        if srdf is not None and own is None and srdf.robot not in ("", self.description.name):
-            text = f"SRDF {srdf.path} is of robot {shown(srdf.robot)}, and the URDF of {shown(self.description.name)}: "
-            found.append(Note(f"{text}it is followed all the same.", grave=False))
+        """The parts of the files that are not followed."""
+        srdf, urdf_name = self.srdf, self.description.name
+        if srdf is None:
+            return self.description.notes
+        own = self.file is not None and self.file.srdf is not None  # a robot file says itself that it belongs
         roots = self.description.links - {child for _, child in self.description.joints.values()}
-        if srdf is not None and srdf.virtual_child and srdf.virtual_child not in roots:
-            text = f"SRDF {srdf.path}: its virtual_joint holds link {shown(srdf.virtual_child)}, which is not the "
-            found.append(
-                Note(f"{text}robot's root {choices(sorted(roots))}: the root stands in its place.", grave=False)
-            )
-        if srdf is not None and (lost := sorted({state.group for state in srdf.states} - srdf.groups.keys())):
-            text = f"SRDF {srdf.path} has states of {choices(lost)}, which it has no group of: they count all the same."
-            found.append(Note(text, grave=False))
-        if srdf is not None and (strangers := srdf.strangers(self.description)):
-            text = f"SRDF {srdf.path}: what it says of links and joints that the URDF has not is passed over: "
-            found.append(Note(f"{text}{choices(strangers)}.", grave=False))
-        if srdf is not None and srdf.other:
-            text = (
-                f"SRDF {srdf.path}: elements and attributes of other programs are passed over: {choices(srdf.other)}."
-            )
-            found.append(Note(text, grave=False))
-        return tuple(found)
+        lost = sorted({state.group for state in srdf.states} - srdf.groups.keys())
+        strangers = srdf.strangers(self.description)
+        cases = {
+            f" leaves {choices(srdf.unchecked)} unchecked (disable_default_collisions): against links that is "
+            "followed, against obstacles they are checked all the same.": srdf.unchecked,
+            f" names {choices(srdf.passive_in_groups)} as passive_joint inside a group: such joints are passive in "
+            "every group and are not planned.": srdf.passive_in_groups,
+            " has a virtual_joint that moves the base, which stands here: give it a base.": srdf.base_moves,
+            f" has {srdf.virtual_joints} virtual_joints, of which the first counts.": srdf.virtual_joints > 1,
+            f" is of robot {shown(srdf.robot)}, and the URDF of {shown(urdf_name)}: it is followed all the "
+            "same.": not own and srdf.robot not in ("", urdf_name),
+            f": its virtual_joint holds link {shown(srdf.virtual_child)}, which is not the robot's root "
+            f"{choices(sorted(roots))}: the root stands in its place.": srdf.virtual_child not in ("", *roots),
+            f" has states of {choices(lost)}, which it has no group of: they count all the same.": lost,
+            ": what it says of links and joints that the URDF has not is passed over: "
+            f"{choices(strangers)}.": strangers,
+            f": elements and attributes of other programs are passed over: {choices(srdf.other)}.": srdf.other,
+        }
+        found = (Note(f"SRDF {srdf.path}{text}", grave=it is srdf.unchecked) for text, it in cases.items() if it)
+        return (*self.description.notes, *found)
 
 
 def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
