@@ -126,6 +126,18 @@ def parse_yaml(text: str, where: str) -> Any:
         raise FileError(f"{where} holds a value that YAML cannot make sense of: {problem}; mend the file.") from None
 
 
+class _Dumper(yaml.SafeDumper):
+    """PyYAML's safe dumper, which quotes the texts that the loader above would take for numbers."""
+
+
+_Dumper.yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers
+
+
+def yaml_text(data: Any) -> str:
+    """Plain data as YAML text, from which :func:`parse_yaml` makes the same data."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, default_flow_style=None)
+
+
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")  # of a model, of a dataclass
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_type_hints
 
 import pydantic
 
@@ -21,7 +23,6 @@ from planner.base.yamlfile import (
     Coordinate,
     Name,
     Number,
-    Size,
     Strict,
     parse_yaml,
     read_text,
@@ -91,80 +92,35 @@ class _Standing(_Named):
         return self
 
 
-class _Box(_Named):
-    type: Literal["box"]
-    size: tuple[Size, Size, Size]
-
-
-class _Sphere(_Named):
-    type: Literal["sphere"]
-    radius: Size
-
-
-class _Cylinder(_Named):
-    type: Literal["cylinder"]
-    radius: Size
-    length: Size
-
-
-class _Capsule(_Named):
-    type: Literal["capsule"]
-    radius: Size
-    length: Size
-
-
-class _Mesh(_Named):
-    type: Literal["mesh"]
-    file: str
-    scale: Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
-
-
-class BoxFile(_Standing, _Box): ...
-
-
-class SphereFile(_Standing, _Sphere): ...
-
-
-class CylinderFile(_Standing, _Cylinder): ...
-
-
-class CapsuleFile(_Standing, _Capsule): ...
-
-
-class MeshFile(_Standing, _Mesh): ...
-
-
-ObstacleFile = Annotated[
-    BoxFile | SphereFile | CylinderFile | CapsuleFile | MeshFile, pydantic.Field(discriminator="type")
-]
-
-
-class _Held(Strict):
+class _Held(_Named):
     """What is carried: placed in the frame of a link of the robot, which it may touch, as it may ``touch_links``."""
 
     link: Name = pydantic.Field(min_length=1)
     touch_links: tuple[Name, ...] = ()
 
 
-class CarriedBoxFile(_Held, _Box): ...
+@dataclass(frozen=True)
+class _MeshFile:
+    file: str
+    scale: Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
 
 
-class CarriedSphereFile(_Held, _Sphere): ...
+_SHAPES = {"box": Box, "sphere": Sphere, "cylinder": Cylinder, "capsule": Capsule, "mesh": _MeshFile}
 
 
-class CarriedCylinderFile(_Held, _Cylinder): ...
+def _with_shapes(thing: type[_Named], name: str) -> Any:
+    """The file models of a ``thing``, one per shape, which has the keys of both; ``type`` selects the model."""
+    models = []
+    for kind, shape in _SHAPES.items():
+        hints = get_type_hints(shape, include_extras=True)
+        keys: dict[str, Any] = {key: (hint, getattr(shape, key, ...)) for key, hint in hints.items()}
+        keys["type"] = Literal[kind], ...
+        models.append(pydantic.create_model(f"{name}{kind.capitalize()}File", __base__=thing, **keys))
+    return Annotated[reduce(or_, models), pydantic.Field(discriminator="type")]
 
 
-class CarriedCapsuleFile(_Held, _Capsule): ...
-
-
-class CarriedMeshFile(_Held, _Mesh): ...
-
-
-CarriedFile = Annotated[
-    CarriedBoxFile | CarriedSphereFile | CarriedCylinderFile | CarriedCapsuleFile | CarriedMeshFile,
-    pydantic.Field(discriminator="type"),
-]
+ObstacleFile: TypeAlias = _with_shapes(_Standing, "")  # pyright: ignore[reportInvalidTypeForm]
+CarriedFile: TypeAlias = _with_shapes(_Held, "Carried")  # pyright: ignore[reportInvalidTypeForm]
 
 
 class PlacementFile(Strict):
@@ -291,16 +247,12 @@ def _from_moveit(scene: PlanningScene) -> Scene:
     return Scene(scene.name, scene.obstacles, "from MoveIt", **said)
 
 
-def _shape(item: _Box | _Sphere | _Cylinder | _Capsule | _Mesh, folder: Path) -> Shape:
-    """The shape of what a file names, a mesh from its own file in ``folder``."""
-    match item:
-        case _Box():
-            return Box(item.size)
-        case _Sphere():
-            return Sphere(item.radius)
-        case _Mesh():
-            return read_mesh(folder / item.file, item.scale)
-    return (Cylinder if isinstance(item, _Cylinder) else Capsule)(item.radius, item.length)
+def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
+    """The shape that a file describes; a mesh is read from its own file in ``folder``."""
+    if item.type == "mesh":
+        return read_mesh(folder / item.file, item.scale)
+    shape = _SHAPES[item.type]
+    return shape(*(getattr(item, key) for key in get_type_hints(shape)))
 
 
 def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle:
@@ -312,7 +264,7 @@ def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle:
 
 def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path()) -> tuple[Note, ...]:
     """What was passed over in the mesh files that ``items`` name, in that ``folder``."""
-    return tuple(collada_notes(folder / item.file for item in items if isinstance(item, _Mesh)))
+    return tuple(collada_notes(folder / item.file for item in items if item.type == "mesh"))
 
 
 def _build(file: SceneFile, path: Path) -> Scene:

@@ -14,7 +14,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, numbers, placement
 from planner.base.errors import SceneError
 from planner.base.products import product
-from planner.base.yamlfile import FARTHEST
+from planner.base.yamlfile import FARTHEST, Size
 
 
 class _Sized:
@@ -37,28 +37,28 @@ class _Sized:
 class Box(_Sized):
     """A box with full side lengths ``size`` (m)."""
 
-    size: tuple[float, float, float]
+    size: tuple[Size, Size, Size]
 
 
 @dataclass(frozen=True)
 class Sphere(_Sized):
-    radius: float
+    radius: Size
 
 
 @dataclass(frozen=True)
 class Cylinder(_Sized):
     """A cylinder along z, centred: ``length`` (m) from disc to disc."""
 
-    radius: float
-    length: float
+    radius: Size
+    length: Size
 
 
 @dataclass(frozen=True)
 class Capsule(_Sized):
     """A capsule along z: ``length`` (m) between the centres of its two half spheres."""
 
-    radius: float
-    length: float
+    radius: Size
+    length: Size
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +105,31 @@ class Body:
     color: tuple[float, float, float, float] = (0.7, 0.7, 0.7, 1.0)
 
 
+class _Placed:
+    """A shape with a name and a rigid placement; ``part_of`` names the object it is one of several shapes of."""
+
+    name: str
+    shape: Shape
+    placement: Floats
+    part_of: str | None
+    speed_limit: float
+
+    def __post_init__(self) -> None:
+        what = f"{type(self).__name__.lower()} '{self.name}'"
+        rigid = placement(f"{what}: placement", self.placement, SceneError, FARTHEST)
+        object.__setattr__(self, "placement", as_frozen(rigid))
+        if not numbers(f"{what}: speed_limit", self.speed_limit, (), SceneError, FARTHEST) >= 0:
+            raise SceneError(f"{what}: speed_limit must be at least 0 m/s, got {self.speed_limit:g}.")
+
+    @property
+    def object(self) -> str:
+        """The name under which permissions speak of it."""
+        return self.part_of or self.name
+
+
 @dataclass(frozen=True, eq=False)
-class Obstacle:
-    """A shape that stands still in the world; ``part_of`` names the object it is one of several shapes of.
+class Obstacle(_Placed):
+    """A shape that stands still in the world.
 
     With a ``speed_limit`` (m/s) it may leave its place at time 0, no point of it quicker than that: what is proven of
     such an obstacle holds for its place, and a trajectory's proof says until when whatever it does. ``frame`` is that
@@ -121,24 +143,12 @@ class Obstacle:
     speed_limit: float = 0.0  # m/s
     frame: str = ""
 
-    def __post_init__(self) -> None:
-        _require_placed(self, f"obstacle '{self.name}': placement")
-        speed = f"obstacle '{self.name}': speed_limit"
-        if not numbers(speed, self.speed_limit, (), SceneError, FARTHEST) >= 0:
-            raise SceneError(f"{speed} is {self.speed_limit:g}: give m/s from 0 on.")
-
-    @property
-    def object(self) -> str:
-        """The name under which permissions speak of it."""
-        return self.part_of or self.name
-
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class Carried(_Placed):
     """A shape that a link carries, placed (4, 4) in the link's frame, or in ``frame``, one that moves with the link.
 
     It may touch ``touch_links``. Put down it has its ``speed_limit`` (m/s) again; in the hold it goes along.
-    ``part_of`` names the object it is one of several shapes of.
     """
 
     link: str
@@ -149,18 +159,6 @@ class Carried:
     frame: str = ""
     speed_limit: float = 0.0
     part_of: str | None = None
-
-    @property
-    def object(self) -> str:
-        """The name under which permissions speak of it."""
-        return self.part_of or self.name
-
-    def __post_init__(self) -> None:
-        _require_placed(self, f"'{self.name}', which is carried: placement")
-
-
-def _require_placed(item: Obstacle | Carried, what: str) -> None:
-    object.__setattr__(item, "placement", as_frozen(placement(what, item.placement, SceneError, FARTHEST)))
 
 
 _CORNERS = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T  # (8, 3) of a cube

@@ -59,7 +59,7 @@ WALLS = tuple(
     ],
     ids=["start", "goal", "one on the route", "two on the route"],
 )
-def test_what_is_in_the_way_is_named(moving: list[MovingObstacle], place: str, names: tuple[str, ...]) -> None:
+def test_what_is_in_the_way_is_named(moving: list[MovingObstacle], place: Any, names: tuple[str, ...]) -> None:
     checker, roadmap = among(*moving), post_roadmap()
     assert earliest_motion(roadmap, checker, LIMITS) is None
     assert why_not_in_time(roadmap, checker, LIMITS) == BlockedInTime(place, names)
@@ -69,7 +69,8 @@ def test_what_is_in_the_way_is_named(moving: list[MovingObstacle], place: str, n
 
 def test_those_that_are_in_nobodys_way_are_not_named() -> None:
     far = [ball(f"far {k}", pose([50.0 + k, 0, 0]), pose([50.0 + k, 5, 0])) for k in range(8)]
-    for blocking, place in ((ON_START, "start"), (ON_GOAL, "goal"), (WALLS[0], "route")):
+    blocked: Any = ((ON_START, "start"), (ON_GOAL, "goal"), (WALLS[0], "route"))
+    for blocking, place in blocked:
         checker = among(*far[:4], blocking, *far[4:])
         assert why_not_in_time(post_roadmap(), checker, LIMITS) == BlockedInTime(place, (blocking.name,))
 

@@ -118,7 +118,7 @@ def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:
             name=item.name,
             link=geometry.links[item.name],
             joint=int(item.parentJoint),
-            shape=geometry.meshes.get(item.name) or _shape(item),
+            shape=geometry.meshes.get(item.name) or shape_of(item.geometry),
             placement=frozen(item.placement.homogeneous),
             color=tuple(item.meshColor.tolist()),
         )
@@ -126,15 +126,8 @@ def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:
     )
 
 
-def _shape(item: pin.GeometryObject) -> Shape:
-    try:
-        return shape_of(item.geometry)
-    except ValueError as error:
-        raise RobotError(f"geometry '{item.name}': {error}; use box, sphere, cylinder, capsule or mesh.") from None
-
-
 def shape_of(geometry: coal.CollisionGeometry) -> Shape:
-    """A coal geometry as a shape of ours; ValueError names a kind that we do not have."""
+    """A coal geometry as a shape of ours; :class:`RobotError` for another kind."""
     match geometry:
         case coal.Box():
             x, y, z = (float(2 * half) for half in geometry.halfSide)
@@ -145,4 +138,4 @@ def shape_of(geometry: coal.CollisionGeometry) -> Shape:
             return Capsule(float(geometry.radius), float(2 * geometry.halfLength))
         case coal.Cylinder():
             return Cylinder(float(geometry.radius), float(2 * geometry.halfLength))
-    raise ValueError(f"geometry of type {type(geometry).__name__} is not supported")
+    raise RobotError(f"{type(geometry).__name__} is not supported: use box, sphere, cylinder, capsule or mesh.")

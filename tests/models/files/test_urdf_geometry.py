@@ -9,6 +9,7 @@ import coal
 import numpy as np
 import pytest
 
+from planner.base.errors import RobotError
 from planner.models.files import meshes, urdf, urdf_geometry
 from planner.models.robot import Robot
 from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Sphere
@@ -74,5 +75,5 @@ def test_a_mesh_is_read_once_however_it_is_named(
 def test_geometries_of_coal_are_our_shapes() -> None:
     for shape in (Box((0.1, 0.2, 0.3)), Sphere(0.1), Capsule(0.1, 0.4), Cylinder(0.2, 0.3)):
         assert urdf_geometry.shape_of(coal_geometry(shape)) == shape
-    with pytest.raises(ValueError, match="Cone is not supported"):
+    with pytest.raises(RobotError, match="Cone is not supported"):
         urdf_geometry.shape_of(coal.Cone(0.1, 0.2))
