@@ -29,7 +29,6 @@ def check(
     request: Annotated[WorldRequest, tyro.conf.arg(name="")] = WorldRequest(),  # noqa: B008 (frozen)
     motion: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
     step: float = 0.001,
-    prefixes: Flag = False,
     json: Flag = False,
     debug: Debug = False,
 ) -> int:
@@ -57,8 +56,6 @@ def check(
 
     planner check moveit.yaml --robot panda --scene shelf --acceleration-scale 0.5
 
-    planner check shelf/trajectory.json --robot panda --scene shelf --prefixes
-
     Limits are named first. A path that looks like degrees is not checked further.
 
     Exit code 0: free and within limits; 4: not; 2: a wrong option; 3: an unusable robot, scene or file.
@@ -66,8 +63,6 @@ def check(
     Args:
         path: The file with the path.
         step: Metres of motion between two looks; proofs of whole segments come on top.
-        prefixes: Prove a stop from every point of a trajectory, too, as planner.Gate does: whoever runs it until there
-            can brake without contact. Until when there is one is said.
         json: Print the report as JSON on standard output, and nothing else there.
     """
     from planner.paths.check import check_path, require_step, worst_excess
@@ -89,13 +84,13 @@ def check(
     task = task_record(path)
     checker = open_world(request, start=None if task else lambda checker: _first(path, checker.robot))
     if task is not None:
-        _require_unasked(motion, prefixes, f"{path} is of a task, which is judged by the limits that it was made for")
+        _require_unasked(motion, f"{path} is of a task, which is judged by the limits that it was made for")
         return _check_task(path, task, checker, step, json)
     robot, scene = checker.robot, checker.world.scene
     points = read_points(path, robot)
     if points is not None:
-        return _check_trajectory(path, checker, points, motion, step, prefixes, json)
-    _require_unasked(motion, prefixes, f"{path} holds a path without times, and limits and stops are of motions")
+        return _check_trajectory(path, checker, points, motion, step, json)
+    _require_unasked(motion, f"{path} holds a path without times, and limits are of motions")
     waypoints = read_joint_path(path, robot)
     if json:
         report = check_path(checker, waypoints, step)
@@ -111,10 +106,8 @@ def check(
     return 0 if report.ok else EXIT_NOT_USABLE
 
 
-def _require_unasked(motion: LimitsRequest, prefixes: bool, why: str) -> None:
+def _require_unasked(motion: LimitsRequest, why: str) -> None:
     """Raise :class:`OptionError` for options that say nothing of what a file holds, with ``why`` they do not."""
-    if prefixes:
-        raise OptionError(f"{why}: leave --prefixes out.")
     if motion != LimitsRequest():
         raise OptionError(f"{why}: leave --limits, --velocity-scale, --acceleration, --jerk and their like out.")
 
@@ -163,10 +156,8 @@ def _check_trajectory(
     points: Points,
     motion: LimitsRequest,
     step: float,
-    prefixes: bool,
     json: bool,
 ) -> int:
-    from planner.gate.prefixes import judge_prefixes, prefixes_row
     from planner.trajectory.check import check_trajectory
     from planner.trajectory.limits import MotionLimits, require_of_robot
     from planner.trajectory.report import report_record, report_rows, verdict_sentence
@@ -175,17 +166,12 @@ def _check_trajectory(
     if own is not None:
         require_of_robot(checker.robot, own)
     limits = own or MotionLimits.of(checker.robot, motion)
-    asked = prefixes and points.fault() is None
-    stops = judge_prefixes(checker, points, limits) if asked else None
     if json:
         report = check_trajectory(checker, points, limits, step)
-        record = report_record(report) | ({} if stops is None else {"prefixes": stops.to_dict()})
-        say(json_text(record))
+        say(json_text(report_record(report)))
     else:
         with watching() as progress:
             report = check_trajectory(checker, points, limits, step, progress)
-        rows = report_rows(report) + ([] if stops is None else [prefixes_row(stops)])
-        show(facts(f"{path}: {checker.robot.name} in {checker.world.scene.name}", rows))
-        unsafe = report.ok and stops is not None and not stops.safe
-        say(f"Not usable: {prefixes_row(stops)[1]}." if unsafe and stops is not None else verdict_sentence(report))
-    return 0 if report.ok and (stops is None or stops.safe) else EXIT_NOT_USABLE
+        show(facts(f"{path}: {checker.robot.name} in {checker.world.scene.name}", report_rows(report)))
+        say(verdict_sentence(report))
+    return 0 if report.ok else EXIT_NOT_USABLE

@@ -116,12 +116,3 @@ def test_limits_that_the_robot_does_not_have_are_no_measure(kind: str, says: str
     code, _, error = run("export", str(tmp_path), "--format", "csv", "--rate", "100")
     assert says in " ".join(error.split())
     assert "the motion on the grid is not proven" in " ".join(error.split())
-
-
-def test_what_is_not_safe_to_stop_is_the_verdict(run: Run, tmp_path: Path) -> None:
-    """Free itself, and so near a board that from one point no stop is proven."""
-    made = ("--robot", "panda", "--scene", "shelf")
-    assert run("plan", *made, "--path-only", "--out", str(tmp_path))[0] == 0
-    code, out, _ = run("check", str(tmp_path), *made, "--prefixes")
-    assert code == 4
-    assert out.strip().splitlines()[-1].startswith("Not usable: unsafe at")

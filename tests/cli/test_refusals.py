@@ -106,7 +106,6 @@ ROWS = [
     ("check three.csv --robot planar_2r --scene window", 3, "2 planned joints"),
     ("check three.csv --step 0", 2, "step 0 m is not usable"),
     ("check two.csv --robot planar_2r --scene window --acceleration 3", 2, "leave --limits"),
-    ("check two.csv --robot planar_2r --scene window --prefixes", 2, "leave --prefixes out"),
     ("export .", 3, ""),
     ("export trajectory.json", 3, "plan first, with times"),
     ("export . --rate 0", 2, "rate"),
