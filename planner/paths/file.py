@@ -263,13 +263,12 @@ def _text(value: Any) -> str | None:
 
 def _from_csv(text: str, robot: Robot, where: str) -> PathFile:
     names, table = csv_table(text, where)
-    rows = matrix(table, where)
     if names is not None:
-        require_columns(names, rows, robot, where)
+        require_columns(names, table, robot, where)
         rate = next((name for name in names if name.endswith(ENDINGS)), None)
         if rate is not None:
             raise FileError(f"{where} has a column '{rate}' and no times: give a column {TIME} (s), or leave it out.")
-    return PathFile(rows, names)
+    return PathFile(matrix(table, where), names)
 
 
 def csv_table(text: str, where: str) -> tuple[tuple[str, ...] | None, list[list[str]]]:
@@ -283,8 +282,8 @@ def csv_table(text: str, where: str) -> tuple[tuple[str, ...] | None, list[list[
     return tuple(table[0]), table[1:]
 
 
-def require_columns(names: Sequence[str], rows: Floats, robot: Robot, where: str) -> None:
-    """Raise :class:`FileError` for names that do not fit the ``rows``, are repeated, or that no reader knows."""
+def require_columns(names: Sequence[str], table: Sequence[Sequence[str]], robot: Robot, where: str) -> None:
+    """Raise :class:`FileError` for names that no reader knows, are repeated, or do not fit the rows of a ``table``."""
     joints = (*robot.joints, *robot.fixed_joints)
     require_known(
         names, (TIME, *joints, *(joint + ending for joint in joints for ending in ENDINGS)), where, "a column"
@@ -292,8 +291,9 @@ def require_columns(names: Sequence[str], rows: Floats, robot: Robot, where: str
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise FileError(f"{where} has two columns {choices(twice)}: leave one of them.")
-    if len(rows) and rows.shape[1] != len(names):
-        raise FileError(f"{where} names {len(names)} columns and has {rows.shape[1]}: mend the file.")
+    other = next((len(row) for row in table if len(row) != len(names)), None)
+    if other is not None:
+        raise FileError(f"{where} names {len(names)} columns and has {other}: mend the file.")
 
 
 def _is_number(text: str) -> bool:

@@ -147,8 +147,8 @@ def _from_csv(text: str, robot: Robot, where: str) -> Raw | None:
     names, rows = csv_table(text, where)
     if names is None or TIME not in names:
         return None
+    require_columns(names, rows, robot, where)
     table = matrix(rows, where)
-    require_columns(names, table, robot, where)
     joints = tuple(name for name in names if name in {*robot.joints, *robot.fixed_joints})
     positions = in_order(PathFile(table[:, [names.index(joint) for joint in joints]], joints), robot, where)
     given = [positions, *(_of_kind(ending, names, table, robot, where) for ending in ENDINGS)]
