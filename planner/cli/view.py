@@ -48,7 +48,7 @@ def view(
     Without RESULT it shows the robot at --state: which pairs touch, how near the rest is, manipulability and limits;
     the state may be in collision or out of limits.
 
-    With --live obstacles and the goal are moved with the mouse, and each change is planned anew on the same roadmap.
+    With --live obstacles and the goal are moved with the mouse, and each change is planned, on the same roadmap.
     The page is served on this machine only, until Ctrl-C; it needs pip install 'gabf-planner[live]'.
 
     Args:
@@ -96,9 +96,8 @@ def _serve(page: LivePage) -> None:
     asked = threading.Event()
     say(page.outcome.value)
     with until_signal(asked, "stopped during planning."):
-        address = f"http://127.0.0.1:{page.server.get_port()}/"
-        say(f"Serving {address} on this machine only; Ctrl-C ends it.")
-        open_in_browser(address, say)
+        say(f"Serving {page.address} on this machine only; Ctrl-C ends it.")
+        open_in_browser(page.address, say)
         while not asked.wait(0.5):  # a signal that reaches another thread does not wake this one
             pass
         page.close()
@@ -132,15 +131,17 @@ def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest
 
 def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     """A session on the roadmap of the plan in ``folder``, in the plan's world, and the question of the plan."""
-    from planner.cli.common import record_of_plan, world_of_plan
+    from planner.cli.common import record_of_plan
+    from planner.construction.world_of import reopen_plan
     from planner.live.page import Question
     from planner.planning.result import ROADMAP_NAME
     from planner.problem.options import SessionOptions
     from planner.problem.targets import joints_text
     from planner.session.session import Session
 
-    checker, record = world_of_plan(folder), record_of_plan(folder)
+    record = record_of_plan(folder)
     config = record["config"]
+    checker = reopen_plan(config, folder / ROADMAP_NAME)
     in_robot = ("tool", "srdf", "group", "joints", "base", "effort")  # the last one refines, which takes seconds
     names = [name for name in SessionOptions.__annotations__ if name in config and name not in in_robot]
     options = {name: config[name] for name in names}

@@ -1,4 +1,4 @@
-"""The live page: obstacles and the goal are moved with a gizmo, and each change is planned anew or refused."""
+"""The live page: obstacles and the goal are moved with a gizmo, and a path is planned after each change."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import viser
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError, choices
 from planner.kinematics.tool_bound import Frame
-from planner.live.picture import Picture, place, start_server
+from planner.live.picture import HOST, Picture, place, start_server
 from planner.models.files.scene_writer import write_scene
 from planner.models.poses import pose, quaternion_of
 from planner.paths.clearance import clearance_text
@@ -65,6 +65,11 @@ class LivePage:
         self._goal = self.server.scene.add_icosphere("/goal", 0.022, (204, 26, 38))
         self._show()
 
+    @property
+    def address(self) -> str:
+        """Where the page is served."""
+        return f"http://{HOST}:{self.server.get_port()}/"
+
     def close(self) -> None:
         """End planning as soon as possible, then the server."""
         self._session.close()
@@ -95,7 +100,7 @@ class LivePage:
                 self.outcome.value = str(error)
 
     def move(self, name: str, position: Floats, quaternion: list[float]) -> None:
-        """Put an obstacle, or GOAL, to a position (m) and a quaternion [x, y, z, w], and plan anew."""
+        """Put an obstacle, or GOAL, to a position (m) and a quaternion [x, y, z, w], then plan."""
         if name != GOAL:
             return self._change(lambda question: self._move_obstacle(question, name, position, quaternion))
         numbers = [*position.tolist(), *(quaternion if isinstance(parse_target(self._goal_text()), Pose) else ())]

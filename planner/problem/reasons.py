@@ -141,7 +141,7 @@ class FloorTooHigh(Reason):
         if self.reachable <= 0:
             return head + "all paths that were found pass through w = 0 or near it: leave --min-manipulability out."
         return head + (
-            f"the highest floor that a path on a small roadmap keeps to is {self.reachable:g}: take "
+            f"the highest floor found that a path keeps to is {self.reachable:g}: take "
             f"--min-manipulability {self.reachable:g} or less, raise --nodes, or try another --seed."
         )
 
