@@ -11,12 +11,12 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.paths.measure import path_contact
-from planner.sampling.first_path import FIRST_PATH
+from planner.roadmap.first_path import FIRST_PATH
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 from planner.trajectory.check import sampled_contact
 from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.measure import path_contact
 from planner.trajectory.trajectory import Trajectory
 
 STEP = 1e-4  # m of motion between two looks at a motion

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.collision.world import World
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 
 def coal_geometry(shape: Shape) -> Any:

@@ -13,8 +13,8 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from planner.models.files.robot_files import JointChoice
-from planner.models.robot import Robot
+from planner.robot.files.robot_files import JointChoice
+from planner.robot.robot import Robot
 from tests.coal_judge import coal_geometry, coal_transform
 from tests.worlds import link_xml
 

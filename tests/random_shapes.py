@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from planner.models.poses import pose
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 QUICK = settings(max_examples=40, deadline=None, derandomize=True, database=None)
 

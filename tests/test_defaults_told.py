@@ -12,10 +12,10 @@ import pytest
 from planner import gabf
 from planner.gabf.laws import SingularityFree
 from planner.problem.request import PlanRequest
-from planner.sampling.grow import join_settings
-from planner.sampling.growth_settings import GrowthSettings
+from planner.query.resolve import IK_STARTS
+from planner.roadmap.grow import join_settings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.session.session import Session
-from planner.setup.resolve import IK_STARTS
 from planner.trajectory.limits import ASSUMED_JERK_PER_ACCELERATION
 from tests.documents import ROOT
 from tests.worlds import load
@@ -37,7 +37,7 @@ TOLD: list[tuple[str, str, float | str]] = [
     ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.rounds),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
     (
-        "planner/sampling/growth_settings.py",
+        "planner/roadmap/growth_settings.py",
         r"before it gives up, (\S+) per joint",
         JOIN,
     ),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from planner.models.scene import Scene, SceneFile
+from planner.robot.scene import Scene, SceneFile
 from tests.command_line import Run
 from tests.documents import ROOT, assert_options_are_known, assert_they_run, blocks, commands
 from tests.test_imports import MODULES, imported, room

@@ -25,21 +25,21 @@ from planner.collision.moving_prover import TimedProver
 from planner.collision.self_pairs import adjacent_pairs
 from planner.collision.world import World
 from planner.constraints.keeps import Keeps
-from planner.gate.gate import Gate
 from planner.kinematics.forward import Chain, joint_placements, tool_pose
 from planner.kinematics.inverse import beyond_reach, solve
 from planner.kinematics.manipulability import jacobian, manipulability, node_manipulability
 from planner.kinematics.reach import Reach
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Sphere
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.conditions import KeepAxis, KeepPlane
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Sphere
+from planner.session.gate import Gate
 from tests.kinematics.test_reach import some_points
 from tests.linkages import PALLETIZER, Linkage, linkage_of, palletizer, random_linkage
 from tests.random_shapes import random_pose

@@ -16,23 +16,20 @@ PACKAGES = tuple(TESTS.parent / name for name in ("planner", "reproduce", "bench
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("base",),
     ("native", "problem"),
-    ("models", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
+    ("robot", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
     ("kinematics",),
     ("constraints",),
-    ("collision", "objective"),
-    ("setup",),
-    ("paths", "roadmap"),
-    ("refinement",),
-    ("sampling",),
-    ("construction",),
+    ("collision", "cost"),
+    ("query",),
+    ("roadmap",),
     ("trajectory",),
     ("certificate", "tool_paths"),
-    ("view",),
+    ("view", "search"),
     ("planning",),
     ("tradeoff",),
     ("tasks",),
     ("session",),
-    ("live", "view.figures", "gate"),
+    ("view.live", "view.figures"),
     ("batch", "serve"),
     ("cli",),
     ("", "__main__"),  # the package's lazy list of public names
@@ -51,25 +48,25 @@ MODULES = {module_name(path): path for package in PACKAGES for path in sorted(pa
 
 DOORS = {
     "ompl": {
-        "planner.sampling.ompl_planners",
+        "planner.roadmap.ompl_planners",
         "benchmarks.others.ompl",
     },
     "fcl": {"planner.collision.fcl"},
-    "coal": {"planner.models.files.urdf_geometry", "planner.collision.coal"},
+    "coal": {"planner.robot.files.urdf_geometry", "planner.collision.coal"},
     "meshcat": {"planner.view.canvas"},
     "umsgpack": {"planner.view.canvas"},
-    "viser": {"planner.live.picture", "planner.live.page"},
-    "websockets": {"planner.serve.server", "planner.serve.connection", "planner.live.picture"},
+    "viser": {"planner.view.live.picture", "planner.view.live.page"},
+    "websockets": {"planner.serve.server", "planner.serve.connection", "planner.view.live.picture"},
     "msgpack": {"planner.serve.connection"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.view.figures")} | {"reproduce.figures"},
     "ctypes": {"planner.native.loading", "planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
     "joblib": {"planner.batch.parallel"},
     "distributed": {"planner.batch.parallel"},
-    "robot_descriptions": {"planner.models.files.descriptions"},
-    "trimesh": {"planner.models.files.meshes"},
-    "mujoco": {"planner.models.files.mjcf"},
-    "xacro": {"planner.models.files.xacro"},
+    "robot_descriptions": {"planner.robot.files.descriptions"},
+    "trimesh": {"planner.robot.files.meshes"},
+    "mujoco": {"planner.robot.files.mjcf"},
+    "xacro": {"planner.robot.files.xacro"},
     "toppra": {"benchmarks.others.toppra_law"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli") or name.endswith("commands")}
     | {"benchmarks.bench"},
@@ -77,10 +74,10 @@ DOORS = {
 
 
 def room(module: str) -> str:
-    """The folder of a module; that of the figures is a room of its own, above all that they show."""
+    """The folder of a module; figures and the live page stand above all that they show."""
     package, *inside = module.split(".")
-    if inside[:2] == ["view", "figures"]:
-        return "view.figures"
+    if inside[:1] == ["view"] and inside[1:2] in (["figures"], ["live"]):
+        return ".".join(inside[:2])
     return package if package != "planner" else inside[0] if inside else ""
 
 
@@ -115,7 +112,7 @@ def test_imports_point_downwards(module: str) -> None:
             compiled = ("planner.native.dynamics", "planner.native.graphs")
             assert room(other) in ("gabf", "base") or other in compiled, f"{module} has heard of {other}"
         if room(other) == "gabf" and room(module) != "gabf":
-            assert level(module) >= LEVELS["planning"], f"{module} is below the maths and imports {other}"
+            assert level(module) >= LEVELS["search"], f"{module} is below the maths and imports {other}"
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -158,7 +155,7 @@ def test_the_rule_catches_an_import_that_points_up(tmp_path: Path) -> None:
     upward = tmp_path / "x.py"
     upward.write_text("from planner.planning.plan import plan\n")
     assert {level(name) for name in imported(upward)} == {LEVELS["planning"]}
-    assert level("planner.models.robot") < LEVELS["planning"]
+    assert level("planner.robot.robot") < LEVELS["planning"]
 
 
 def test_the_mathematics_load_no_robot() -> None:

@@ -32,8 +32,8 @@ for collision in ("fcl", "coal"):
 
 _TREES = """
 import numpy as np
-from planner.sampling.joint_space import JointSpace
-from planner.sampling.ompl_planners import TreePlanners
+from planner.roadmap.joint_space import JointSpace
+from planner.roadmap.ompl_planners import TreePlanners
 for wrap in (False, True):
     space = JointSpace(np.full(3, -2.0), np.full(3, 2.0), np.array([wrap, False, False]))
     with TreePlanners(space, lambda a, d: bool((np.abs(a + d)[:2] > 0.3).any()), np.random.default_rng(3)) as planners:
@@ -48,7 +48,7 @@ _PRM = """
 import weakref
 import numpy as np
 from benchmarks.others.ompl import OmplPrm
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 prm = OmplPrm(Robot.load("planar_2r"), lambda q: bool(np.abs(q[0]) > 0.3), seed=1)
 prm.build(30)
 assert len(prm.graph()[0]) >= 30

@@ -11,8 +11,8 @@ import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-import planner.planning.healing as module
 import planner.planning.plan as module_planning
+import planner.search.healing as module
 from planner import gabf
 from planner.base.errors import OptionError, SceneError, StateError
 from planner.base.progress import Progress
@@ -20,22 +20,22 @@ from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.collision.looks import Seen, recheck, states_along
 from planner.collision.world import Contact
-from planner.construction.build import build_roadmap
+from planner.cost.scale import COSTS
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.models.scene import Scene
-from planner.objective.scale import COSTS
-from planner.paths.measure import dense_path, path_manipulability, tool_path_length
-from planner.planning.network import build_network, distance_cost
 from planner.planning.plan import plan
 from planner.planning.record import PlanRecord
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import BlockedInTime, FloorTooHigh, Separated
 from planner.problem.request import PlanRequest, TimingRequest
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import save_roadmap
+from planner.robot.scene import Scene
+from planner.search.network import build_network, distance_cost
 from planner.tradeoff.alternatives import with_alternatives
 from planner.trajectory.file import load_trajectory
+from planner.trajectory.measure import dense_path, path_manipulability, tool_path_length
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, post_roadmap, random_q
 

@@ -10,13 +10,13 @@ import pytest
 from planner.collision.checker import is_free
 from planner.collision.fcl import FclChecker
 from planner.kinematics.forward import tool_pose
-from planner.models.poses import pose
 from planner.planning.plan import plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, WorldRequest
 from planner.problem.targets import parse_target
-from planner.setup.open import open_world
-from planner.setup.resolve import beyond_limits, resolve
+from planner.query.query import open_world
+from planner.query.resolve import beyond_limits, resolve
+from planner.robot.poses import pose
 from tests.worlds import ROBOTS, SCENES
 
 PAIRS = [(robot, scene) for robot in ROBOTS for scene in SCENES]

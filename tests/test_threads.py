@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.models.robot import Robot
-from planner.models.scene import Scene
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 from planner.session.session import Session
 from planner.trajectory.timing import time_path
 

@@ -11,15 +11,15 @@ import numpy as np
 from planner.base.resources import robot_names, scene_names
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.construction.build import build_roadmap
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Body, Box, Capsule, Cylinder, Obstacle, Shape, Sphere
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Body, Box, Capsule, Cylinder, Obstacle, Shape, Sphere
 
 ROBOTS = robot_names()
 

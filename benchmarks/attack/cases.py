@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.models.poses import pose
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, corners
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, corners
 
 KINDS = ("box", "sphere", "cylinder", "capsule", "mesh")
 

@@ -17,9 +17,9 @@ from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Body, Box, Capsule, Cylinder, Obstacle, Shape, Sphere
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Body, Box, Capsule, Cylinder, Obstacle, Shape, Sphere
 
 CALLS = ("distances", "coarse", "close", "verdict")
 _AIMS = (0.4, 0.2, 0.4)  # how often each of the first three is aimed at

@@ -18,8 +18,8 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.looks import dense_states
 from planner.collision.self_pairs import generate_disabled_pairs
-from planner.models.robot import Robot
-from planner.models.scene import Scene
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 
 ROBOTS = ("iiwa14", "panda", "ur5", "planar_2r", "kinova")
 RULE = "OMPL's rule"

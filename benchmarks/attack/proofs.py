@@ -18,7 +18,7 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.looks import recheck
 from planner.problem.request import PlanRequest
-from planner.setup.open import Query, make_query
+from planner.query.query import Query, make_query
 
 METHODS = tuple(solver_runner.HPP_TOLERANCES)
 STEP = 1e-4  # m of motion between two looks at a motion on which the two differ

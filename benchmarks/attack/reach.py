@@ -14,8 +14,8 @@ from planner.base.arrays import Floats
 from planner.base.progress import Progress
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.reach import Reach
-from planner.models.robot import Robot
-from planner.models.shapes import Mesh
+from planner.robot.robot import Robot
+from planner.robot.shapes import Mesh
 
 _POINTS = 60  # of each body
 _LENGTHS = (-3.0, 0.5)  # decimal exponents of the motion of a segment (rad, m)

@@ -56,9 +56,9 @@ from benchmarks.problems import Problem, find_problems
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.collision import BACKENDS
-from planner.models.robot import Robot
-from planner.models.scene import Scene
 from planner.problem.request import Backend, PlanRequest, require_seed
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 
 Part = Literal["claims", "segments", "reach", "misses", "proofs", "certificates", "changes"]
 ROBOTS = ("planar_2r", "iiwa14")

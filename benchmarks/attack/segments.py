@@ -25,9 +25,9 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Body, Obstacle, Shape
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Body, Obstacle, Shape
 
 _LOOKS = 13  # places of a segment at which the true distance is computed, before the nearest is searched closely
 _CLOSER = 14  # rounds of that search, each of which keeps two thirds

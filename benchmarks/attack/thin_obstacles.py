@@ -10,10 +10,10 @@ from planner.base.arrays import Floats
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.kinematics.forward import joint_placements
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Cylinder, Obstacle, Shape, corners
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Cylinder, Obstacle, Shape, corners
 
 KINDS = ("wall", "pole", "window")
 

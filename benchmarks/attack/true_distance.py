@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 PRECISION = 1e-12  # m: between the two bounds, where placements are a few metres from the origin
 _ROUNDS = 200

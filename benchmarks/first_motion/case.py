@@ -25,13 +25,13 @@ from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.progress import Progress
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
-from planner.models.scene import Scene
-from planner.paths.measure import corners, joint_path_length
 from planner.planning.plan import plan
 from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.problem.targets import joints_text
-from planner.setup.open import Query, make_query
+from planner.query.query import Query, make_query
+from planner.robot.scene import Scene
 from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.measure import corners, joint_path_length
 from planner.trajectory.trajectory import Trajectory
 
 _WAIT = 30.0  # s that a process of another environment may take beyond the time for its search

@@ -32,8 +32,8 @@ from benchmarks.problems import find_problems
 from benchmarks.processes import plain_options
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, PlanRequest, RoadmapRequest
+from planner.robot.robot import Robot
 from planner.trajectory.limits import MotionLimits
 
 

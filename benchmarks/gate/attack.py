@@ -15,11 +15,11 @@ from planner.base.progress import QUIET, Progress
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.coal import CoalChecker
-from planner.gate.gate import Gate
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Obstacle
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Obstacle
+from planner.session.gate import Gate
 
 _STEPS, _SECONDS, _SIZES = 3, (0.2, 0.8), (0.05, 0.3)
 _APART = 0.05  # rad between two samples of those who sample

@@ -8,9 +8,9 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.shapes import Box, Cylinder, Obstacle, Shape, Sphere
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.shapes import Box, Cylinder, Obstacle, Shape, Sphere
 
 Rng = np.random.Generator
 KINDS = ("lines", "cubics", "quintics")

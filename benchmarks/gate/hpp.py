@@ -8,8 +8,8 @@ from benchmarks.gate.chunks import Chunk
 from benchmarks.others import solver_runner
 from benchmarks.others.elsewhere import answer_of
 from benchmarks.others.exchange import exchanged
-from planner.gate.gate import Gate
-from planner.setup.open import Query
+from planner.query.query import Query
+from planner.session.gate import Gate
 
 _WAIT = 600.0  # s
 

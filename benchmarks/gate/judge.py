@@ -17,10 +17,10 @@ from benchmarks.gate.chunks import KINDS, Chunk
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
 from planner.collision.coal import CoalChecker
-from planner.gate.verdict import Verdict
 from planner.kinematics.forward import joint_placements
-from planner.models.robot import Robot
-from planner.models.shapes import corners
+from planner.robot.robot import Robot
+from planner.robot.shapes import corners
+from planner.session.verdict import Verdict
 from planner.trajectory.limits import MotionLimits
 
 LOOKS = 64e-3, 16e-3, 4e-3, 1e-3, 2.5e-4, 5e-5  # m that a point moves from one state to the next, of each look

@@ -32,12 +32,12 @@ from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker, keeping
-from planner.gate.gate import Gate
-from planner.gate.verdict import Verdict
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
 from planner.problem.request import require_seed
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.session.gate import Gate
+from planner.session.verdict import Verdict
 
 OBSTACLES, PER_STEP = 10, 1.0 / 30.0  # s
 FREE = (5e-3, 20e-3)  # m

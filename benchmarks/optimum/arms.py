@@ -10,11 +10,11 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.files import write_whole
-from planner.models.poses import pose
-from planner.models.scene import Obstacle, Scene
-from planner.models.shapes import Box
-from planner.objective.scale import CostScale
+from planner.cost.scale import CostScale
 from planner.problem.request import Thing
+from planner.robot.poses import pose
+from planner.robot.scene import Obstacle, Scene
+from planner.robot.shapes import Box
 
 _THICK = 0.2  # m: height of the obstacles, so that the plane of the arm cuts them
 

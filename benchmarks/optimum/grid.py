@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.optimum.arms import PlanarArm
 from planner.base.arrays import Floats, Ints
 from planner.base.polylines import lengths_along
-from planner.objective.scale import CostScale
+from planner.cost.scale import CostScale
 
 _COARSE = {2: 0.015, 3: 0.1}  # rad: the first grid's step, by the number of joints
 _STENCIL = {2: 5, 3: 2}  # steps in each direction to the farthest neighbours

@@ -25,10 +25,10 @@ from benchmarks.optimum.arms import ARMS
 from benchmarks.optimum.grid import grid_optimum, path_cost
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import Progress
-from planner.paths.measure import corners
 from planner.planning.plan import plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
+from planner.trajectory.measure import corners
 
 _AIMS = {1000: 1.0, 5000: 0.3}  # %: the gap that is aimed at for planar_2r, by the number of nodes
 _ARMS = {arm.name: arm for arm in ARMS}

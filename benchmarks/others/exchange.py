@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from planner.base.errors import PlannerError
-from planner.models.robot import Robot
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
-from planner.setup.open import Query
+from planner.query.query import Query
+from planner.robot.robot import Robot
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
 
 
 def exchanged(query: Query, seed: int, seconds: float) -> dict[str, Any]:

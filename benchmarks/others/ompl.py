@@ -12,8 +12,8 @@ from ompl import util as ou
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
-from planner.models.robot import Robot
-from planner.sampling.ompl_planners import TreePlanners
+from planner.roadmap.ompl_planners import TreePlanners
+from planner.robot.robot import Robot
 
 PLANNERS = {"RRTConnect": og.RRTConnect, "RRT*": og.RRTstar, "BIT*": og.BITstar}
 _OPTIMISING = ("RRT*", "BIT*")
@@ -161,7 +161,7 @@ def _configurations(path: og.PathGeometric, dof: int) -> Floats:
 
 
 class _StateCheck(ob.StateValidityChecker):
-    """A class of Python's, and kept, for the reason that :mod:`planner.sampling.ompl_planners` gives."""
+    """A class of Python's, and kept, for the reason that :mod:`planner.roadmap.ompl_planners` gives."""
 
     def __init__(self, info: ob.SpaceInformation, is_free: Callable[[Floats], bool], dof: int) -> None:
         super().__init__(info)

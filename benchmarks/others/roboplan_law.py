@@ -11,7 +11,7 @@ from benchmarks.others import roboplan_runner
 from benchmarks.others.elsewhere import answer_of
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.trajectory import Trajectory
 

@@ -13,9 +13,9 @@ from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact
 from planner.kinematics.forward import joint_placements
-from planner.models.robot import Robot
-from planner.models.scene import Scene
 from planner.problem.request import PlanRequest
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 
 _CROSSINGS = 40  # contacts of each world whose surroundings are checked
 _LISTED = 20  # disagreements of a row that are kept one by one

@@ -19,17 +19,17 @@ from planner.base.errors import PlannerError
 from planner.base.progress import Progress
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision.edge_prover import EdgeProver
-from planner.models.robot import Robot
-from planner.paths.measure import corners, measure_path, path_clearance, path_manipulability
 from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan
 from planner.planning.result import Plan, plan_record
 from planner.problem.outcome import Outcome
 from planner.problem.request import DEFAULT_TIME_LAW, LimitsRequest, PlanRequest
+from planner.query.query import make_query
+from planner.roadmap.joint_space import JointSpace
 from planner.roadmap.straight_motions import Motions
-from planner.sampling.joint_space import JointSpace
-from planner.setup.open import make_query
+from planner.robot.robot import Robot
 from planner.trajectory.limits import MotionLimits
+from planner.trajectory.measure import corners, measure_path, path_clearance, path_manipulability
 from planner.trajectory.timing import timed_curve
 
 OURS = "planner"

@@ -45,8 +45,8 @@ from benchmarks.problems import Problem, find_problems
 from benchmarks.processes import plain_options
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, PlanRequest
+from planner.robot.robot import Robot
 from planner.trajectory.limits import MotionLimits
 
 _COLUMNS = ("robot", "collision", "nodes", "beta", "widen_limits")

@@ -27,15 +27,15 @@ from planner.base.errors import SceneError
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.looks import recheck
-from planner.construction.build import build_roadmap
-from planner.construction.connect_endpoints import attach
 from planner.gabf.path import paths_from
-from planner.planning.network import build_network
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, WorldRequest
+from planner.query.query import open_world
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, path_waypoints
-from planner.setup.open import open_world
+from planner.search.network import build_network
 
 _MOST_DRAWS = 20_000
 _EDGES_LOOKED_AT = 200

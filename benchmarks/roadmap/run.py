@@ -29,7 +29,7 @@ from benchmarks.roadmap.report import CHECKS, OURS, PEERS, PLAN, Row, aims, faul
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.problem.request import Backend, WorldRequest, require_nodes, require_seed
-from planner.setup.open import open_world
+from planner.query.query import open_world
 
 
 def roadmap(

@@ -15,14 +15,14 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
-from planner.construction.build import build_roadmap
-from planner.construction.connect_endpoints import attach
-from planner.paths.measure import measure_path
-from planner.planning.network import build_network
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest
+from planner.query.query import Query, make_query
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.roadmap import path_waypoints
-from planner.setup.open import Query, make_query
+from planner.search.network import build_network
+from planner.trajectory.measure import measure_path
 
 KEPT = "kept roadmap"
 

@@ -23,8 +23,8 @@ from benchmarks.tables.report import Row, aims, fault
 from benchmarks.tables.report import tables as _tables
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.models.scene import Scene
 from planner.problem.request import PlanRequest
+from planner.robot.scene import Scene
 
 PATH_ONLY = "path only"
 

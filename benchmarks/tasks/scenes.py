@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Cylinder, Obstacle, Shape
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Cylinder, Obstacle, Shape
 from planner.tasks.file import Move, Pick, Place, Region, Task
 
 KINDS = ("table", "bin", "shelf")

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 from planner.tool_paths.tool_path import ToolPath
 from planner.trajectory.trajectory import Trajectory
 

@@ -36,7 +36,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.planning.follow import Follower
 from planner.planning.result import Plan
 from planner.problem.request import FollowRequest, TimingRequest
-from planner.setup.open import open_world
+from planner.query.query import open_world
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.timing import ToolGuide
 from planner.tool_paths.tool_path import ToolPath

@@ -18,8 +18,8 @@ from planner.certificate.verify_proof import EXEMPT, FORMAT, PROVEN, Shape
 from planner.collision.hulls import hull_corners, hull_of
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, tool_joint
-from planner.models.shapes import Body, Cylinder, Mesh, Obstacle, corners
 from planner.problem.targets import HOME, follow, joints_text
+from planner.robot.shapes import Body, Cylinder, Mesh, Obstacle, corners
 
 Arrays = dict[str, Any]
 Cuts = Mapping[str, int]  # of bodies and obstacles whose hull is too much: into how many slabs each is cut

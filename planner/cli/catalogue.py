@@ -10,8 +10,8 @@ from planner.cli.common import Debug, Flag
 from planner.cli.terminal import say
 
 if TYPE_CHECKING:
-    from planner.models.robot import Robot
-    from planner.models.scene import Scene
+    from planner.robot.robot import Robot
+    from planner.robot.scene import Scene
 
 WIDTH = 79  # columns
 
@@ -23,7 +23,7 @@ def robots(json: Flag = False, debug: Debug = False) -> int:
         json: Print the list as JSON.
     """
     from planner.base.resources import robot_names
-    from planner.models.robot import Robot
+    from planner.robot.robot import Robot
 
     records = [robot_record(Robot.load(name)) for name in robot_names()]
     say(json_text.dumps(records, indent=1, ensure_ascii=False) if json else "\n\n".join(map(_robot_text, records)))
@@ -37,7 +37,7 @@ def scenes(json: Flag = False, debug: Debug = False) -> int:
         json: Print the list as JSON, states as they are written in the scene file.
     """
     from planner.base.resources import published_scene_names, scene_names
-    from planner.models.scene import Scene
+    from planner.robot.scene import Scene
 
     records = [scene_record(Scene.load(name)) for name in (*scene_names(), *published_scene_names())]
     say(json_text.dumps(records, indent=1, ensure_ascii=False) if json else "\n\n".join(map(_scene_text, records)))

@@ -17,7 +17,7 @@ from planner.problem.request import LimitsRequest, WorldRequest
 if TYPE_CHECKING:
     from planner.base.arrays import Floats
     from planner.collision.checker import CollisionChecker
-    from planner.models.robot import Robot
+    from planner.robot.robot import Robot
     from planner.tasks.judge import TaskRecord
     from planner.trajectory.points import Points
 
@@ -65,16 +65,16 @@ def check(
         step: Metres of motion between two looks; proofs of whole segments come on top.
         json: Print the report as JSON on standard output, and nothing else there.
     """
-    from planner.paths.check import check_path, require_step, worst_excess
+    from planner.trajectory.path_check import check_path, require_step, worst_excess
 
     require_step(step)
-    from planner.paths.file import read_joint_path
-    from planner.paths.report import excess_text, report_record, report_rows, verdict_sentence
     from planner.planning.result import JSON_NAME
-    from planner.setup.open import open_world
-    from planner.setup.resolve import looks_like_degrees
+    from planner.query.query import open_world
+    from planner.query.resolve import looks_like_degrees
     from planner.tasks.judge import task_record
     from planner.trajectory.file import TRAJECTORY_NAME
+    from planner.trajectory.path_file import read_joint_path
+    from planner.trajectory.path_report import excess_text, report_record, report_rows, verdict_sentence
     from planner.trajectory.points import read_points
 
     without_times = (
@@ -114,7 +114,7 @@ def _require_unasked(motion: LimitsRequest, why: str) -> None:
 
 def _first(path: Path, robot: Robot) -> Floats:
     """Where the path or trajectory in a file begins (dof,)."""
-    from planner.paths.file import read_joint_path
+    from planner.trajectory.path_file import read_joint_path
     from planner.trajectory.points import read_points
 
     points = read_points(path, robot)

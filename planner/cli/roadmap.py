@@ -41,10 +41,10 @@ def build(
 
     require_writable_file(file)
     from planner.cli.interrupted import file_for_interrupted, kept
-    from planner.construction.obtain import obtain_roadmap
     from planner.problem.outcome import Outcome
     from planner.problem.request import SweepRequest
-    from planner.setup.open import make_query
+    from planner.query.query import make_query
+    from planner.roadmap.obtain import obtain_roadmap
 
     sweep = SweepRequest(**vars(request))
     with working() as progress:

@@ -51,12 +51,12 @@ def robot_yaml(
     from planner.collision.coal import CoalChecker
     from planner.collision.self_pairs import generate_disabled_pairs
     from planner.collision.world import World
-    from planner.models.files.robot_files import JointChoice, read_robot
-    from planner.models.model_checks import require_bodies
-    from planner.models.robot import assemble
-    from planner.models.scene import Scene
-    from planner.setup.robot_yaml import robot_yaml as text_of
-    from planner.setup.trial import try_robot, with_free_home
+    from planner.query.robot_yaml import robot_yaml as text_of
+    from planner.query.self_test import try_robot, with_free_home
+    from planner.robot.files.robot_files import JointChoice, read_robot
+    from planner.robot.model_checks import require_bodies
+    from planner.robot.robot import assemble
+    from planner.robot.scene import Scene
 
     files = read_robot(robot, srdf)
     names = None if joints is None else tuple(names_text(joints).split(","))

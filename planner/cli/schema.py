@@ -50,10 +50,10 @@ def _model(file: Literal["plan", "sweep", "scene", "robot"]) -> Any:
 
             return SweepRecord
         case "scene":
-            from planner.models.scene import SceneFile
+            from planner.robot.scene import SceneFile
 
             return SceneFile
         case "robot":
-            from planner.models.files.robot_files import RobotFile
+            from planner.robot.files.robot_files import RobotFile
 
             return RobotFile

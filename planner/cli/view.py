@@ -18,8 +18,8 @@ from planner.problem.request import LiveRequest, WorldRequest
 from planner.problem.targets import HOME, parse_target
 
 if TYPE_CHECKING:
-    from planner.live.page import LivePage, Question
     from planner.session.session import Session
+    from planner.view.live.page import LivePage, Question
 
 
 def view(
@@ -106,7 +106,7 @@ def _serve(page: LivePage) -> None:
 def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest, out: Path | None) -> LivePage:
     """The live page with its first question answered."""
     try:
-        from planner.live.page import LivePage, Question
+        from planner.view.live.page import LivePage, Question
     except ModuleNotFoundError as error:
         if error.name not in ("viser", "websockets"):
             raise
@@ -132,12 +132,12 @@ def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest
 def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     """A session on the roadmap of the plan in ``folder``, in the plan's world, and the question of the plan."""
     from planner.cli.common import record_of_plan
-    from planner.construction.world_of import reopen_plan
-    from planner.live.page import Question
     from planner.planning.result import ROADMAP_NAME
     from planner.problem.options import SessionOptions
     from planner.problem.targets import joints_text
+    from planner.roadmap.world_of import reopen_plan
     from planner.session.session import Session
+    from planner.view.live.page import Question
 
     record = record_of_plan(folder)
     config = record["config"]
@@ -168,8 +168,8 @@ def _page_of(result: Path) -> Path:
 
 def _state_page(request: WorldRequest, state: str | None) -> str:
     target = None if state is None else parse_target(state)
-    from planner.setup.open import open_world, states_of
-    from planner.setup.resolve import resolve_as_is
+    from planner.query.query import open_world, states_of
+    from planner.query.resolve import resolve_as_is
     from planner.view.state import inspect_state, state_page
 
     checker = open_world(request)

@@ -10,11 +10,11 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import worked_out
 from planner.collision.world import World
 from planner.constraints.keeps import require_bound
-from planner.models.frames import in_world
-from planner.models.robot import Robot
-from planner.models.scene import Scene
 from planner.problem.conditions import Condition, keeps_text, parse_keeps
 from planner.problem.request import require_margin
+from planner.robot.frames import in_world
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 
 BACKENDS = ("fcl", "coal")
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,10 +22,10 @@ from planner.collision.bounding_volumes import Spheres, box_cover, sphere_cover
 from planner.collision.hulls import hull_of
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, travel
-from planner.models.moving import KnownMotion
-from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
 from planner.native.library import NativeChain
 from planner.native.world import NativeBounds, NativeWorld
+from planner.robot.moving import KnownMotion
+from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
 
 _NONE: Mapping[str, KnownMotion] = MappingProxyType({})
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)

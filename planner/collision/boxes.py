@@ -13,7 +13,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.collision.world import World
-from planner.models.shapes import Shape, extremes
+from planner.robot.shapes import Shape, extremes
 
 _CLEARLY = 1e-4  # m: what boxes are farther apart touches for no library, whatever it rounds
 _AT_ONCE = 1 << 18  # pairs, in all configurations that are looked at together

@@ -15,9 +15,9 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.process_lock import PROCESS
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
-from planner.models.poses import se3
-from planner.models.shapes import Obstacle
 from planner.native.loading import threads
+from planner.robot.poses import se3
+from planner.robot.shapes import Obstacle
 
 _WORTH_THREADS = 2048  # states: for fewer, managers for every thread take longer to make than they save
 _MOST_THREADS = 8  # each has a copy of the geometry

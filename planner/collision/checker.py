@@ -16,8 +16,8 @@ from planner.collision.bounds import ClearanceBound
 from planner.collision.containment import Inside
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.robot import Robot
 from planner.problem.conditions import Condition
+from planner.robot.robot import Robot
 
 APART = 1e-9  # m: what is proven to be so far apart touches for nobody
 _NEARER = 1e-4  # m: by more than this no library calls a pair nearer than planes prove it

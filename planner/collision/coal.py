@@ -17,9 +17,9 @@ from planner.collision.checker import CollisionChecker, StatesOn, configurations
 from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
-from planner.models.moving import KnownMotion
-from planner.models.poses import se3
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.moving import KnownMotion
+from planner.robot.poses import se3
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _BEND = 1e-6  # m
 # its GJK stops at 1e-6 m; of 50,000 pairs that benchmarks/attack tried, some a kilometre from the origin, it put none

@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.products import length
-from planner.models.shapes import Mesh
+from planner.robot.shapes import Mesh
 
 _THIN = 1e-7  # m: triangles thinner than this are widened
 _WIDE = 1e-6  # m: by this

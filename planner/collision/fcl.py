@@ -15,7 +15,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _APART = 1e-12  # m: what no plane proves apart and FCL does not call touching
 _ANY_CONTACT = fcl.CollisionRequest(num_max_contacts=1, enable_contact=True)

@@ -8,8 +8,8 @@ import numpy as np
 
 from planner.base.arrays import Floats, distinct_rows, frozen
 from planner.base.products import product
-from planner.models.shapes import Mesh
-from planner.models.solids import points_used, solid_of
+from planner.robot.shapes import Mesh
+from planner.robot.solids import points_used, solid_of
 
 _MANY = 200  # points: of more only the corners of their hull are kept
 _MOST = 4_000_000  # distances of corners from planes: larger meshes are taken to have dents

@@ -20,10 +20,10 @@ from planner.collision.containment import Inside
 from planner.collision.edge_prover import Verdict
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Obstacle
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Obstacle
 
 
 class TimedProver:

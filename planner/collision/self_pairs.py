@@ -8,8 +8,8 @@ from planner.base.cache import cached
 from planner.collision.checker import APART, CollisionChecker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
-from planner.models.robot import Robot
-from planner.models.scene import Scene
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 
 SAMPLES, FIRST = 500, 10  # a pair that touches seldom in the first few is not asked about again
 ALWAYS = 0.95  # share of random configurations in which a pair that is no true collision touches

@@ -15,10 +15,10 @@ from planner.base.errors import StateError
 from planner.constraints.pieces import Piece, pieces_of
 from planner.kinematics.forward import Chain
 from planner.kinematics.tool_bound import Frame, ToolBound
-from planner.models.poses import quaternion_of
-from planner.models.robot import Robot, with_tool
 from planner.native.library import KeptBounds, NativeKeeping
 from planner.problem.conditions import Condition, KeepTurn, OfPoint, Quaternion
+from planner.robot.poses import quaternion_of
+from planner.robot.robot import Robot, with_tool
 
 FORGIVEN = 1e-9  # rad (m): beyond a condition by what was printed and read back
 _STEPS = 30  # of a projection

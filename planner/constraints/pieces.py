@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.models.poses import pose
 from planner.problem.conditions import (
     Condition,
     KeepAxis,
@@ -23,6 +22,7 @@ from planner.problem.conditions import (
     Quaternion,
     Three,
 )
+from planner.robot.poses import pose
 
 _DEEP = 5e-3  # m: how far into a half-space without another side states are projected
 

@@ -14,9 +14,9 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.resolutions import TOOL_ALONG_EDGE
-from planner.models.files.urdf import slides
-from planner.models.robot import Robot
 from planner.native.library import NativeChain
+from planner.robot.files.urdf import slides
+from planner.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats
 from planner.base.products import dot, length
 from planner.kinematics.forward import Chain, joint_placements, tool_joint, travel
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 
 POSITION_TOLERANCE = 1e-6  # m
 ANGLE_TOLERANCE = 1e-6  # rad: solutions are exact to these

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats
 from planner.kinematics.forward import Chain, tool_joint
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 
 ROWS = {"pose": slice(0, 6), "translation": slice(0, 3), "planar": slice(0, 2)}
 

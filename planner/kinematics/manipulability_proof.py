@@ -18,7 +18,7 @@ from planner.base.arrays import Bools, Floats, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
 from planner.kinematics.manipulability import ROWS, jacobians
 from planner.kinematics.tool_bound import column_rates
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 
 _FINEST = 2e-5  # rad (m): intervals on which no joint moves further are not halved again
 _SAFE = 1e-9  # relative: rounding of Jacobians and singular values

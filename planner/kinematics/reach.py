@@ -15,8 +15,8 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.products import dot, length, product
 from planner.kinematics.forward import Chain, travel
-from planner.models.robot import Robot
-from planner.models.shapes import Body, farthest, farthest_from_axis
+from planner.robot.robot import Robot
+from planner.robot.shapes import Body, farthest, farthest_from_axis
 
 
 @dataclass(frozen=True, eq=False)

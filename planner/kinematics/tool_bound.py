@@ -19,8 +19,8 @@ from planner.base.arrays import Bools, Floats, Ints, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
 from planner.kinematics.forward import Chain, joint_placements, tool_joint
 from planner.kinematics.reach import Reach
-from planner.models.robot import Robot
-from planner.models.shapes import Body, Sphere
+from planner.robot.robot import Robot
+from planner.robot.shapes import Body, Sphere
 
 _FINEST = 1e-7  # m, or the length of a column's change: pieces that leave their chord by less are not halved again
 _SHORTEST = 2.0**-40  # of a curve: a change from one alternative to another is not looked for more closely

@@ -156,7 +156,7 @@ class Charge:
     def costs(self, start: Floats, end: Floats) -> Floats:
         """What straight motions from ``start`` to ``end`` (n, dof) cost (n,).
 
-        As :class:`planner.objective.motion_cost.MotionCost` says.
+        As :class:`planner.cost.motion_cost.MotionCost` says.
         """
         n, dof = len(start), self.chain.dof
         start, end, costs = _floats(start, n, dof), _floats(end, n, dof), np.empty(n)

@@ -13,11 +13,11 @@ from planner.base.arrays import Bools, Floats, Ints, quantile
 from planner.base.polylines import lengths_along
 from planner.base.resolutions import W_AGAINST_FLOOR, W_ALONG_PATH
 from planner.kinematics.manipulability import manipulability
-from planner.models.robot import Robot
-from planner.paths.measure import dense_path, dense_segments
-from planner.planning.manipulability_floor import rounded_down
 from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap, component_labels, path_waypoints
+from planner.robot.robot import Robot
+from planner.search.manipulability_floor import rounded_down
+from planner.trajectory.measure import dense_path, dense_segments
 
 POOR = 0.1  # of the typical w: a path that falls below it is called badly conditioned
 _MOST_PATHS = 100  # that are sampled anew in search of a reachable floor

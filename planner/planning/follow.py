@@ -15,12 +15,9 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.construction.obtain import obtain_roadmap
 from planner.native.graphs import reached
 from planner.planning.followed import FollowedPath
-from planner.planning.manipulability_floor import rounded_down
 from planner.planning.motion import looked_at_again, timed
-from planner.planning.network import build_network
 from planner.planning.plan import improved, solve_and_heal
 from planner.planning.record import ToolPathRecord
 from planner.planning.result import Plan
@@ -30,9 +27,12 @@ from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.problem.targets import parse_target
+from planner.query.query import Query, open_world, states_of
+from planner.query.resolve import other_turns, resolve
+from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
-from planner.setup.open import Query, open_world, states_of
-from planner.setup.resolve import other_turns, resolve
+from planner.search.manipulability_floor import rounded_down
+from planner.search.network import build_network
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of

@@ -8,8 +8,8 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.kinematics.tool_bound import Frame
-from planner.models.robot import Robot
 from planner.planning.record import ToolPathRecord
+from planner.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,16 +7,16 @@ import numpy as np
 from planner.base.arrays import Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, keeping
-from planner.construction.improve import Improvement, improve, without_last_grown
+from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import cheapest_nodes, reached
-from planner.objective.motion_cost import MotionCost
-from planner.paths.measure import path_manipulability
 from planner.planning.extra_clearance import with_clearance
-from planner.planning.manipulability_floor import LayeredNetwork, layered_network
-from planner.planning.network import build_network
 from planner.problem.request import PlanRequest, SweepRequest
+from planner.roadmap.improve import Improvement, improve, without_last_grown
 from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.search.manipulability_floor import LayeredNetwork, layered_network
+from planner.search.network import build_network
+from planner.trajectory.measure import path_manipulability
 
 _ROUNDS_ABOVE_ENDS = 2  # where nothing but the cost decides
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
@@ -50,7 +50,7 @@ def improved_roadmap(
     progress: Progress = QUIET,
     clearance: float = 0.0,
 ) -> Improvement:
-    """``request.rounds`` rounds of :func:`planner.construction.improve.improve` at ``beta``, from its best path.
+    """``request.rounds`` rounds of :func:`planner.roadmap.improve.improve` at ``beta``, from its best path.
 
     That path, and what takes its place, keeps ``clearance`` (m) beyond the margin. With a floor only the part of that
     path above it is improved, and stays above it. Nothing is improved where the roadmap has no path, or none above the

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.cost.scale import manipulability_cost
 from planner.kinematics.forward import tool_positions
-from planner.models.robot import Robot
-from planner.objective.scale import manipulability_cost
 from planner.problem.objective import Metric, Objective
 from planner.roadmap.roadmap import Roadmap
+from planner.robot.robot import Robot
 
 
 def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> float:

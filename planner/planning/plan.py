@@ -15,18 +15,18 @@ from planner import gabf
 from planner.base.arrays import frozen
 from planner.base.errors import SceneError
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.construction.obtain import obtain_roadmap
-from planner.planning.healing import HealingNetwork, warm_start
 from planner.planning.legs import legs_of
-from planner.planning.network import build_network, path_cost
 from planner.planning.result import Plan
 from planner.problem.objective import Objective
 from planner.problem.options import PlanOptions, plan_request
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
+from planner.query.query import make_query
+from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import path_waypoints, roomy_part
-from planner.setup.open import make_query
+from planner.search.healing import HealingNetwork, warm_start
+from planner.search.network import build_network, path_cost
 from planner.tool_paths.ladder_roadmap import roadmap_of
 from planner.trajectory.limits import MotionLimits
 

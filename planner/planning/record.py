@@ -7,11 +7,11 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from planner.models.run_record import RunRecord
-from planner.planning.network import PathCost
+from planner.planning.run_record import RunRecord
 from planner.problem.reasons import NoPath
 from planner.problem.run_schema import Nodes, Record
 from planner.roadmap.record_text import RoadmapRecord
+from planner.search.network import PathCost
 from planner.tool_paths.timing import ToolSpeedRecord
 from planner.tool_paths.tool_path import TubeSize
 from planner.tool_paths.tube import Deviation

@@ -18,19 +18,11 @@ from planner.base.html import html_table
 from planner.base.progress import Stopwatch, rounded
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
+from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
-from planner.models import model_checks
-from planner.models.robot import Robot
-from planner.models.run_record import run_record
-from planner.models.scene import Scene
-from planner.objective.motion_cost import MotionCost
-from planner.paths.clearance import TOO_CLOSE
-from planner.paths.measure import PathMeasures, corners, dense_path, measure_path, path_manipulability
 from planner.planning.conditioning import Conditioning, judge_conditioning
 from planner.planning.followed import FollowedPath, leg_line
 from planner.planning.lower_bound import cost_lower_bound
-from planner.planning.manipulability_floor import LayeredNetwork, first_violation
-from planner.planning.network import PathCost
 from planner.planning.record import (
     CertificateRecord,
     ClearanceRecord,
@@ -49,14 +41,22 @@ from planner.planning.record import (
     WaypointTimesRecord,
 )
 from planner.planning.replanned import Edges, Replanned
+from planner.planning.run_record import run_record
 from planner.planning.summary import CONDITIONING, summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import NoPath
 from planner.problem.request import CostField, PlanRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
+from planner.robot import model_checks
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.search.manipulability_floor import LayeredNetwork, first_violation
+from planner.search.network import PathCost
 from planner.trajectory.clearance import nearest_in_motion, nearest_on_path
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.measure import PathMeasures, corners, dense_path, measure_path, path_manipulability
+from planner.trajectory.path_clearance import TOO_CLOSE
 from planner.trajectory.trajectory import Trajectory
 from planner.view.page import Content, page, save_page
 from planner.view.shown_path import ShownPath, path_rows, shown_motion
@@ -76,7 +76,7 @@ class Plan:
 
     A continuous joint is unwound along the path, so that following it is never a jump. ``layered`` is what the dynamics
     ran on, where it came so far: the roadmap, or with a manipulability floor the layers of
-    :mod:`planner.planning.manipulability_floor`; ``cost_to_go`` is of its nodes. ``goal`` is the text of the goal
+    :mod:`planner.search.manipulability_floor`; ``cost_to_go`` is of its nodes. ``goal`` is the text of the goal
     that is reached, ``alternatives`` the paths of other betas, see :mod:`planner.tradeoff.alternatives`. ``reason``
     says why there is no path. Of a session ``path_nodes`` are nodes of its whole roadmap, whose edges may be open.
     """

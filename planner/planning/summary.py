@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from planner.base.errors import choices
-from planner.planning.manipulability_floor import rounded_down
 from planner.roadmap.record_text import roadmap_text
+from planner.search.manipulability_floor import rounded_down
 from planner.trajectory.clearance import clearance_rows
 from planner.trajectory.report import floor_text
 

@@ -7,16 +7,16 @@ from collections.abc import Iterator
 from planner import gabf
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
-from planner.construction.build import build_roadmap
-from planner.construction.infeasibility import why_apart
-from planner.models.robot import Robot
 from planner.planning.improvement import best_nodes
-from planner.planning.manipulability_floor import first_violation, layered_network, rounded_down
-from planner.planning.network import build_network
 from planner.planning.result import Plan
 from planner.problem.reasons import FloorTooHigh, NoPath
 from planner.problem.request import PlanRequest
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.infeasibility import why_apart
 from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.robot.robot import Robot
+from planner.search.manipulability_floor import first_violation, layered_network, rounded_down
+from planner.search.network import build_network
 
 _NODES = 300  # of a roadmap that grows for a reason only
 _LOWER = 0.95  # from one floor that is tried to the next

@@ -1,7 +1,7 @@
 """Where the arm should be, as people write it.
 
 A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-0.10,0.42`` (tool position, m) or
-``pose:x,y,z,qx,qy,qz,qw`` (tool position and orientation). :mod:`planner.setup.resolve` finds the configuration.
+``pose:x,y,z,qx,qy,qz,qw`` (tool position and orientation). :mod:`planner.query.resolve` finds the configuration.
 
 A goal with tolerance is written as conditions with ``&`` between, see :mod:`planner.problem.conditions`, of which
 ``xyz:`` and ``pose:`` may be one: ``xyz:0.5,0.3,0.6 & axis:z,0,0,-1`` has the tool's z axis point down there, turning
@@ -101,7 +101,7 @@ FARTHEST_BASE = 1e4  # m: as far as anything may stand in a scene file
 def parse_target(text: str) -> Target:
     """A target out of its text; :class:`OptionError` where the text has no meaning.
 
-    What the robot has to judge (how many joints, limits, reach, NaN) is left to :func:`planner.setup.resolve.resolve`.
+    What the robot has to judge (how many joints, limits, reach, NaN) is left to :func:`planner.query.resolve.resolve`.
     """
     kind, colon, rest = text.partition(":")
     if BOTH in text or is_condition(text):

@@ -8,11 +8,11 @@ from typing import TypedDict
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.cost.integral import costs_along
+from planner.cost.scale import CostScale, measure_scale
 from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import node_manipulability
-from planner.models.robot import Robot
-from planner.objective.integral import costs_along
-from planner.objective.scale import CostScale, measure_scale
+from planner.robot.robot import Robot
 
 
 class EdgeMeasures(TypedDict):

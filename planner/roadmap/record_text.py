@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from planner.objective.scale import CostScale
+from planner.cost.scale import CostScale
 from planner.problem.run_schema import Record
 
 

@@ -19,11 +19,11 @@ from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import World
 from planner.constraints.keeps import Keeps
+from planner.cost.scale import COSTS, CostScale
 from planner.kinematics.forward import Chain
-from planner.models.robot import Robot
-from planner.models.shapes import Body
-from planner.objective.scale import COSTS, CostScale
 from planner.roadmap.record_text import RoadmapRecord, roadmap_text
+from planner.robot.robot import Robot
+from planner.robot.shapes import Body
 
 
 @dataclass(frozen=True)

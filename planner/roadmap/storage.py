@@ -1,7 +1,7 @@
 """Roadmaps on disk: one ``.npz`` of plain arrays and a JSON header, no pickles.
 
 A file is believed when its arrays have the right shapes and its content matches its hash. A hash is no signature: in
-another world all edges are proven again, see :func:`planner.construction.reprove.reprove`.
+another world all edges are proven again, see :func:`planner.roadmap.reprove.reprove`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from planner.base.errors import FileError
 from planner.base.files import DAMAGE, StrPath, write_whole
 from planner.base.hashing import content_hash
 from planner.collision.checker import CollisionChecker
-from planner.objective.scale import CostScale
+from planner.cost.scale import CostScale
 from planner.roadmap.roadmap import ARRAYS, DTYPES, LIBRARIES, Origin, Roadmap, world_hash
 
 FORMAT = "gabf-planner roadmap"

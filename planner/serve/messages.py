@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 import pydantic
 
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole
-from planner.models.scene import ObstacleFile, PoseFile
+from planner.robot.scene import ObstacleFile, PoseFile
 
 MAIN = "main"  # the world that is meant where none is named
 _LONGEST = 3600.0  # s

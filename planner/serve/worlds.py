@@ -12,16 +12,16 @@ from typing import Any
 from planner.base.errors import OptionError, PlannerError, choices
 from planner.base.notes import Note
 from planner.base.progress import Progress
-from planner.gate.gate import JUDGED, Gate
-from planner.models.model_checks import notes
-from planner.models.scene import mesh_notes, obstacle_of
 from planner.planning.motion import timed
 from planner.planning.result import Plan
 from planner.problem.request import LimitsRequest, TimingRequest
+from planner.query.sources import robot_sources, scene_sources
+from planner.robot.model_checks import notes
+from planner.robot.scene import mesh_notes, obstacle_of
 from planner.serve import messages as ask
 from planner.serve.files import require_models
+from planner.session.gate import JUDGED, Gate
 from planner.session.session import Session
-from planner.setup.sources import robot_sources, scene_sources
 from planner.trajectory.file import trajectory_record
 from planner.trajectory.trajectory import Trajectory
 

@@ -10,21 +10,21 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, frozen
 from planner.base.progress import QUIET, Progress
-from planner.construction.build import build_roadmap
-from planner.construction.connect_endpoints import attach
-from planner.construction.reprove import in_this_world
 from planner.planning.improvement import improved_roadmap
-from planner.planning.network import build_network, path_cost
 from planner.planning.replanned import Edges, Replanned
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
+from planner.query.query import Query
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.connect_endpoints import attach
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.node_checks import with_checked_nodes
+from planner.roadmap.reprove import in_this_world
 from planner.roadmap.roadmap import Roadmap, kept_part, path_waypoints
-from planner.sampling.growth_settings import GrowthSettings
+from planner.search.network import build_network, path_cost
 from planner.session.live_world import LiveWorld
 from planner.session.search import Found, RoadmapNetwork, go_on, search
-from planner.setup.open import Query
 
 _GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: beyond it the oldest ones go
 

@@ -15,10 +15,10 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.construction.reprove import batches
-from planner.models.shapes import Shape, corners
 from planner.planning.replanned import Edges
+from planner.roadmap.reprove import batches
 from planner.roadmap.roadmap import Roadmap, segments
+from planner.robot.shapes import Shape, corners
 
 ARM = ""  # the part that all links of the robot are
 _BLOCKED = -np.inf

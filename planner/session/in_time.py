@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.construction.infeasibility import why_apart
-from planner.planning.network import path_cost
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import NoPath
+from planner.roadmap.infeasibility import why_apart
 from planner.roadmap.roadmap import path_waypoints
+from planner.search.network import path_cost
 from planner.session.live_world import LiveWorld
 from planner.trajectory.earliest import earliest_motion, why_not_in_time
 from planner.trajectory.limits import MotionLimits

@@ -15,18 +15,18 @@ from planner.base.yamlfile import SMALLEST, validate
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import Contact, World
-from planner.models.frames import in_world
-from planner.models.moving import MovingObstacle
-from planner.models.robot import Robot, with_carried
-from planner.models.scene import PoseFile, Scene
-from planner.models.shapes import Box, Mesh, Obstacle, Shape
 from planner.problem.request import WorldRequest
+from planner.query.in_hand import let_go, taken
+from planner.query.query import open_world
+from planner.query.resolve import touching
 from planner.roadmap.node_checks import nobody
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
+from planner.robot.frames import in_world
+from planner.robot.moving import MovingObstacle
+from planner.robot.robot import Robot, with_carried
+from planner.robot.scene import PoseFile, Scene
+from planner.robot.shapes import Box, Mesh, Obstacle, Shape
 from planner.session.edge_proofs import EdgeProofs, displacement
-from planner.setup.in_hand import let_go, taken
-from planner.setup.open import open_world
-from planner.setup.resolve import touching
 
 
 @dataclass(frozen=True, eq=False)

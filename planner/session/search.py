@@ -20,8 +20,8 @@ from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.looks import straight
 from planner.collision.second_look import second_look
-from planner.planning.manipulability_floor import LayeredNetwork, first_violation, layered_network
 from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.search.manipulability_floor import LayeredNetwork, first_violation, layered_network
 from planner.session.edge_proofs import clauses_of
 from planner.session.live_world import LiveWorld
 

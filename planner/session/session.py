@@ -18,10 +18,6 @@ from planner.base.errors import OptionError, PlannerError, SceneError, StateErro
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
-from planner.models.moving import MovingObstacle
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Obstacle
 from planner.planning.plan import require_no_floor
 from planner.planning.replanned import Change
 from planner.planning.result import Plan
@@ -31,15 +27,19 @@ from planner.problem.objective import Objective
 from planner.problem.options import SessionOptions, TaskOptions, plan_request
 from planner.problem.request import PlanRequest, State, TaskRequest, Thing, TimingRequest
 from planner.problem.targets import joints_text, parse_target, parse_targets, state_text
+from planner.query.query import Query, resolve_query, states_of
+from planner.query.resolve import resolve_as_is
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
-from planner.sampling.growth_settings import GrowthSettings
+from planner.robot.moving import MovingObstacle
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Obstacle
 from planner.session.answer import Moment, Planning, adopted, answered
 from planner.session.in_time import planned_in_time
 from planner.session.live_world import LiveWorld
 from planner.session.search import go_on, prove_path
-from planner.setup.open import Query, resolve_query, states_of
-from planner.setup.resolve import resolve_as_is
 from planner.tasks.file import Step, Task
 from planner.tasks.plan import TaskPlanner, task_request
 from planner.tasks.result import TaskPlan

@@ -28,9 +28,9 @@ from planner.base.yamlfile import (
     read_text,
     validate,
 )
-from planner.models.poses import pose
-from planner.models.scene import PoseFile, Triple
 from planner.problem.request import Thing
+from planner.robot.poses import pose
+from planner.robot.scene import PoseFile, Triple
 
 _TURNS = 12  # of the tool about an axis that is free
 _TILTS = 6  # directions in which it is tilted on the edge of a cone

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.tasks.file import Grasp, TaskError, tool_at, turned_about
 
 MOST = 200  # grasps of an object

@@ -9,8 +9,8 @@ import pinocchio as pin
 
 from planner.base.errors import choices
 from planner.kinematics.forward import tool_joint
-from planner.models.files import urdf
-from planner.models.robot import Robot
+from planner.robot.files import urdf
+from planner.robot.robot import Robot
 from planner.tasks.file import GripperSaid, TaskError
 
 

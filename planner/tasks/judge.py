@@ -19,14 +19,12 @@ from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.looks import looks_along, straight
 from planner.kinematics.forward import tool_joint
-from planner.models.poses import pose
-from planner.models.robot import Robot, with_carried, with_tool, without_carried
-from planner.models.shapes import Carried, Obstacle, extremes
-from planner.paths.check import PathReport
-from planner.paths.file import matrix, parse, require_of_an_arm
 from planner.planning.result import JSON_NAME
 from planner.problem.outcome import Outcome
-from planner.setup.in_hand import let_go, placement_of, taken
+from planner.query.in_hand import let_go, placement_of, taken
+from planner.robot.poses import pose
+from planner.robot.robot import Robot, with_carried, with_tool, without_carried
+from planner.robot.shapes import Carried, Obstacle, extremes
 from planner.tasks.file import GripperSaid, TaskError
 from planner.tasks.gripper import gripper_of
 from planner.tasks.modes import Pairs
@@ -34,6 +32,8 @@ from planner.tasks.placements import at_pose, standing
 from planner.tasks.reach import RELEASE
 from planner.tasks.record import Event, SegmentRecord, SegmentTimes
 from planner.trajectory.check import TrajectoryReport, check
+from planner.trajectory.path_check import PathReport
+from planner.trajectory.path_file import matrix, parse, require_of_an_arm
 from planner.trajectory.trajectory import Trajectory
 
 _SAME = 1e-6  # rad (m): joint values in two files

@@ -10,9 +10,9 @@ from planner.base.arrays import Floats, Ints, frozen, ranges, so_far
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import tool_pose
-from planner.models.robot import Robot, held_in, with_carried
-from planner.models.shapes import Carried, Obstacle
 from planner.problem.conditions import Condition
+from planner.robot.robot import Robot, held_in, with_carried
+from planner.robot.shapes import Carried, Obstacle
 from planner.tasks.file import Grasp, TaskError
 
 OPEN, FREE, BLOCKED = 0, 1, 2

@@ -13,9 +13,9 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
+from planner.cost.integral import costs_along
+from planner.cost.scale import cost_number, length_cost
 from planner.kinematics.forward import tool_path_lengths
-from planner.objective.integral import costs_along
-from planner.objective.scale import cost_number, length_cost
 from planner.problem.objective import Objective
 from planner.roadmap.roadmap import Roadmap
 from planner.tasks.file import TaskError
@@ -213,7 +213,7 @@ def _nearest(roadmap: Roadmap, robot, ends: Floats) -> Ints:
 
 
 def motion_costs(options: Options, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
-    """(k, 2) Omega and D of motions as :func:`planner.planning.network.build_network` charges edges, piece by piece."""
+    """(k, 2) Omega and D of motions as :func:`planner.search.network.build_network` charges edges, piece by piece."""
     start, delta, owner = options.modes.motions.of(motions)
     robot, length = options.modes.robot, np.linalg.norm(delta, axis=1)
     tool = tool_path_lengths(robot, start, delta) if objective.metric == "workspace" else length

@@ -14,12 +14,12 @@ from planner.base.yamlfile import nearest
 from planner.collision import coal_checker
 from planner.collision.world import World
 from planner.kinematics.forward import tool_joint, tool_pose
-from planner.models.scene import Scene
-from planner.models.shapes import Carried, Obstacle
 from planner.problem.request import IkSolutions
 from planner.problem.targets import parse_target
-from planner.setup.open import states_of
-from planner.setup.resolve import resolve
+from planner.query.query import states_of
+from planner.query.resolve import resolve
+from planner.robot.scene import Scene
+from planner.robot.shapes import Carried, Obstacle
 from planner.tasks.file import Grasp, Move, Pick, Region, Task, TaskError
 from planner.tasks.file import Place as PlaceStep
 from planner.tasks.grasps import generated

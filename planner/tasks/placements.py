@@ -11,9 +11,9 @@ from planner.base.arrays import Floats
 from planner.base.errors import choices
 from planner.base.yamlfile import nearest
 from planner.collision.checker import CollisionChecker
-from planner.models.poses import pose
-from planner.models.robot import with_carried
-from planner.models.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
+from planner.robot.poses import pose
+from planner.robot.robot import with_carried
+from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
 from planner.tasks.file import Region, TaskError
 from planner.tasks.modes import Place
 

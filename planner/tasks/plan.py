@@ -12,17 +12,17 @@ from planner.base.arrays import Floats
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
-from planner.construction.build import build_roadmap
-from planner.models.frames import in_world
-from planner.models.scene import Scene
-from planner.planning.network import PathCost
 from planner.problem.options import TaskOptions, require_known
 from planner.problem.outcome import Outcome
 from planner.problem.request import TaskRequest, TimingRequest, WorldRequest
 from planner.problem.targets import parse_target
+from planner.query.query import open_world, states_of
+from planner.query.resolve import free_configuration, other_turns, resolve
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
-from planner.setup.open import open_world, states_of
-from planner.setup.resolve import free_configuration, other_turns, resolve
+from planner.robot.frames import in_world
+from planner.robot.scene import Scene
+from planner.search.network import PathCost
 from planner.tasks.file import Pick, Task, TaskError
 from planner.tasks.gripper import gripper_of
 from planner.tasks.modes import Modes

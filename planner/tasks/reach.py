@@ -7,7 +7,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.kinematics.inverse import Tolerance, distinct_rows, solve_within
 from planner.kinematics.manipulability import manipulability
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 from planner.tasks.file import Line
 
 STEP = 0.05  # m of a line between two solutions; between them the tool leaves the line by about STEP² / 8 / reach

@@ -9,11 +9,11 @@ from pydantic import Field
 
 from planner.base.errors import Reason, choices, metric
 from planner.base.yamlfile import Name, Number, Whole
-from planner.models.run_record import RunRecord
-from planner.planning.network import PathCost
 from planner.planning.record import FieldRecord, MotionRecord
+from planner.planning.run_record import RunRecord
 from planner.problem.run_schema import Record
 from planner.roadmap.record_text import RoadmapRecord
+from planner.search.network import PathCost
 
 Pairs = list[tuple[Name, Name]]
 Part = Literal["transit", "approach", "retreat"]

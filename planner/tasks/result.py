@@ -16,17 +16,17 @@ from planner.base.progress import Stopwatch, rounded
 from planner.base.resolutions import RECHECK
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.robot import Robot
-from planner.models.run_record import run_record
-from planner.models.scene import Scene
-from planner.planning.network import PathCost
 from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, field_record, motion_record, save_parts
+from planner.planning.run_record import run_record
 from planner.planning.summary import cost_text, field_rows
 from planner.problem.outcome import Outcome
 from planner.problem.request import TaskRequest
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.search.network import PathCost
 from planner.tasks.file import Task
 from planner.tasks.judge import SegmentReport, Stage, TaskRecord, judged
 from planner.tasks.network import TaskNetwork

@@ -11,11 +11,11 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
 from planner.collision.edge_prover import EdgeProver
-from planner.models.poses import quaternion_of
-from planner.objective.motion_cost import MotionCost
+from planner.cost.motion_cost import MotionCost
 from planner.planning.motion import looked_at_again
 from planner.problem.objective import Objective
 from planner.problem.request import TimingRequest
+from planner.robot.poses import quaternion_of
 from planner.tasks.file import Move, Pick
 from planner.tasks.modes import Mode
 from planner.tasks.network import APPROACH, TaskNetwork

@@ -11,15 +11,15 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Proofs
+from planner.cost.scale import CostScale, measure_scale
 from planner.kinematics.manipulability import node_manipulability
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.models.robot import Robot
 from planner.native.graphs import reached
-from planner.objective.scale import CostScale, measure_scale
 from planner.problem.request import PlanRequest
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.node_checks import nobody
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
+from planner.robot.robot import Robot
 from planner.tool_paths.ladder import Ladder
 
 NEW, LEFT_OUT = -1, -2  # what becomes of a ladder's nodes

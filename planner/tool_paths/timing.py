@@ -11,9 +11,9 @@ from planner.base.arrays import Bools, Floats, ranges, so_far
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.tool_bound import Frame, ToolBound
-from planner.models.robot import Robot
 from planner.problem.request import TimeLaw
 from planner.problem.run_schema import Record
+from planner.robot.robot import Robot
 from planner.tool_paths.tube import Tube
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion

@@ -11,8 +11,8 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.kinematics.inverse import POSITION_TOLERANCE
-from planner.models.robot import Robot
 from planner.problem.reasons import CannotFollow
+from planner.robot.robot import Robot
 from planner.tool_paths.ladder import solutions_at
 from planner.tool_paths.ladder_roadmap import Reached
 from planner.tool_paths.tube import Tube

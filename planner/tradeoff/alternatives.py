@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.planning.manipulability_floor import LayeredNetwork
 from planner.planning.result import Plan
 from planner.roadmap.roadmap import path_waypoints
+from planner.search.manipulability_floor import LayeredNetwork
 from planner.tradeoff.envelope import EnvelopeSearch, pieces
 from planner.view.shown_path import ShownPath, path_rows
 

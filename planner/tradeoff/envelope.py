@@ -16,7 +16,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.shares import traded_off
-from planner.planning.network import at_beta, path_cost
+from planner.search.network import at_beta, path_cost
 
 TOLERANCE = 1e-12  # relative to max(1, cost): far above the rounding of a sum of costs, far below any difference
 

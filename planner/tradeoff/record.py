@@ -13,7 +13,7 @@ from pydantic import Field
 from planner.base.files import staged, write_json, write_whole
 from planner.base.html import html_table
 from planner.base.progress import Stopwatch, rounded
-from planner.models.run_record import RunRecord, run_record
+from planner.planning.run_record import RunRecord, run_record
 from planner.problem.run_schema import Nodes, Record
 from planner.roadmap.record_text import RoadmapRecord, roadmap_text
 from planner.roadmap.storage import save_roadmap

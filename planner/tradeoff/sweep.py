@@ -12,19 +12,19 @@ from planner.base.arrays import Floats, Ints, frozen
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
-from planner.construction.obtain import obtain_roadmap
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.paths.measure import measure_path
-from planner.planning.healing import HealingNetwork
 from planner.planning.improvement import improved_roadmap, roomy_roadmap
-from planner.planning.manipulability_floor import LayeredNetwork
-from planner.planning.network import build_network
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
+from planner.query.query import Query, make_query
+from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap
-from planner.setup.open import Query, make_query
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.search.healing import HealingNetwork
+from planner.search.manipulability_floor import LayeredNetwork
+from planner.search.network import build_network
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
+from planner.trajectory.measure import measure_path
 
 IMPROVED_AT = (0.0, 0.25, 0.5, 0.75, 1.0)  # betas at which the roadmap is improved before the sweep
 

@@ -20,12 +20,12 @@ from planner.collision.second_look import second_look
 from planner.collision.world import Contact
 from planner.constraints.keeps import Kept
 from planner.kinematics.manipulability import manipulability
-from planner.paths.check import PathReport, check_path, require_step
-from planner.paths.file import FAR
-from planner.setup.resolve import looks_like_degrees
+from planner.query.resolve import looks_like_degrees
 from planner.trajectory.clearance import Nearest, nearest_in_motion
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.moving_obstacles import first_touch_in_time
+from planner.trajectory.path_check import PathReport, check_path, require_step
+from planner.trajectory.path_file import FAR
 from planner.trajectory.points import Points
 from planner.trajectory.proof import MotionProof, limits_exceeded, prove_motion, require_joints
 from planner.trajectory.trajectory import Trajectory

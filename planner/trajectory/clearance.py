@@ -11,7 +11,14 @@ from planner.base.arrays import Floats, so_far
 from planner.base.polylines import lengths_of
 from planner.base.polynomials import bernstein, derivative, evaluate
 from planner.collision.checker import CollisionChecker
-from planner.paths.clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, clearance_text, nearest_pair, smallest_clearance
+from planner.trajectory.path_clearance import (
+    CLOSE,
+    TOO_CLOSE,
+    TOO_CLOSE_TEXT,
+    clearance_text,
+    nearest_pair,
+    smallest_clearance,
+)
 from planner.trajectory.trajectory import Trajectory
 
 _CHORD = 1e-5  # rad (m): how far a motion may be from the chords along which its clearance is looked for

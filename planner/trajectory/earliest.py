@@ -14,11 +14,11 @@ from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.moving_prover import TimedProver
-from planner.models.moving import MovingObstacle
-from planner.paths.measure import path_contact
 from planner.problem.reasons import BlockedInTime
 from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.robot.moving import MovingObstacle
 from planner.trajectory.limits import MotionLimits
+from planner.trajectory.measure import path_contact
 from planner.trajectory.moving_obstacles import first_touch_in_time
 from planner.trajectory.proof import prove_motion
 from planner.trajectory.safe_intervals import RoadmapInTime, TimedRoute, earliest_route
@@ -88,7 +88,7 @@ def why_not_in_time(
 def _fewest(moving: Sequence[MovingObstacle], works: Callable[[Sequence[MovingObstacle]], bool]) -> tuple[str, ...]:
     """The names of some without which it ``works``, none of which can be put back; all where it never does.
 
-    They are put back one after the other, as :mod:`planner.construction.infeasibility` does with obstacles that stand.
+    They are put back one after the other, as :mod:`planner.roadmap.infeasibility` does with obstacles that stand.
     """
     kept: list[MovingObstacle] = []
     for item in moving:

@@ -15,8 +15,8 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.files import StrPath, write_json
 from planner.base.yamlfile import Number, Strict, read_text, validate
-from planner.paths.file import parse
 from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.path_file import parse
 from planner.trajectory.trajectory import DEGREE, Interpolation, Trajectory
 
 TRAJECTORY_NAME = "trajectory.json"

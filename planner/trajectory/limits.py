@@ -13,8 +13,8 @@ from planner.base.arrays import Floats, as_frozen, frozen, plain_numbers
 from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import Number, Strict, nearest, parse_yaml, read_text, validate
-from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, require_scale
+from planner.robot.robot import Robot
 
 KINDS = ("velocity", "acceleration", "jerk")
 LEAST_JERK = 15 / 8, 10 / np.sqrt(3), 60.0  # largest derivatives of 10 u³ - 15 u⁴ + 6 u⁵, quintics from rest to rest

@@ -11,8 +11,8 @@ from planner.base.arrays import Floats
 from planner.base.errors import FileError, choices
 from planner.base.words import number
 from planner.base.yamlfile import shown
-from planner.paths.file import OF_A_POINT, joint_names, matrix, require_header, require_known, unwrapped
 from planner.trajectory.file import KEYS, POINT_KEYS
+from planner.trajectory.path_file import OF_A_POINT, joint_names, matrix, require_header, require_known, unwrapped
 from planner.trajectory.trajectory import DEGREE
 
 OWN = ("q", "qd", "qdd")

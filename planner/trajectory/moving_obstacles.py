@@ -16,7 +16,7 @@ from planner.collision.clearance import Clearance
 from planner.collision.coal import CoalInTime
 from planner.collision.moving_prover import TimedProver, moving_world
 from planner.collision.world import Contact
-from planner.models.moving import MovingObstacle
+from planner.robot.moving import MovingObstacle
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 _HALVINGS = 12  # of the piece in which a horizon ends

@@ -13,8 +13,11 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import parse_yaml, read_text
-from planner.models.robot import Robot
-from planner.paths.file import (
+from planner.robot.robot import Robot
+from planner.trajectory.file import TRAJECTORY_NAME, limits_in, require_near
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.messages import Raw, as_columns, points_of
+from planner.trajectory.path_file import (
     ENDINGS,
     TIME,
     PathFile,
@@ -25,9 +28,6 @@ from planner.paths.file import (
     parse,
     require_columns,
 )
-from planner.trajectory.file import TRAJECTORY_NAME, limits_in, require_near
-from planner.trajectory.limits import MotionLimits
-from planner.trajectory.messages import Raw, as_columns, points_of
 from planner.trajectory.ros_bag import read_bag
 from planner.trajectory.trajectory import Trajectory, whole_nanoseconds
 

@@ -16,8 +16,8 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.models.robot import Robot
-from planner.setup.resolve import beyond_limits
+from planner.query.resolve import beyond_limits
+from planner.robot.robot import Robot
 from planner.trajectory.jumps import Jump, largest_jump
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.moving_obstacles import TimeProof, prove_in_time

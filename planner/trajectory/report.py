@@ -10,13 +10,13 @@ import numpy as np
 from planner.base.errors import choices
 from planner.collision.edge_prover import Verdict
 from planner.constraints.keeps import Kept
-from planner.paths.report import circumstances, counted, kept_record
-from planner.setup.resolve import DEGREES
+from planner.query.resolve import DEGREES
 from planner.trajectory.check import TrajectoryReport
 from planner.trajectory.clearance import check_rows
 from planner.trajectory.jumps import Jump
 from planner.trajectory.limits import KINDS, UNITS
 from planner.trajectory.moving_obstacles import TimeProof
+from planner.trajectory.path_report import circumstances, counted, kept_record
 from planner.trajectory.proof import Excess
 
 

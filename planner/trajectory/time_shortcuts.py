@@ -18,7 +18,7 @@ from planner.base.arrays import Floats
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.motions import Ramp, curve_chords
-from planner.setup.resolve import position_bounds
+from planner.query.resolve import position_bounds
 from planner.trajectory.curve import Curve, spliced
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.time_optimal import Phases, quickest

@@ -18,7 +18,7 @@ import numpy as np
 import umsgpack
 
 from planner.base.arrays import Floats
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.view.colours import hex_colour
 from planner.view.surfaces import tube
 

@@ -11,13 +11,13 @@ import numpy as np
 from planner.base.arrays import Bools, Floats
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.kinematics.tool_bound import Frame
-from planner.models.poses import pose, quaternion_of
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Body, Sphere, corners, extremes
-from planner.paths.measure import dense_path
 from planner.problem.reasons import Gap
 from planner.roadmap.roadmap import Roadmap
+from planner.robot.poses import pose, quaternion_of
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Body, Sphere, corners, extremes
+from planner.trajectory.measure import dense_path
 from planner.view.canvas import Canvas
 from planner.view.surfaces import smoothed, tube
 

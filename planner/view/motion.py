@@ -11,8 +11,8 @@ from planner.base.arrays import Floats, Ints, so_far
 from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobians, manipulability
-from planner.models.robot import Robot
-from planner.paths.measure import dense_path
+from planner.robot.robot import Robot
+from planner.trajectory.measure import dense_path
 from planner.view.shown_path import ShownMotion
 
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown

@@ -16,11 +16,11 @@ from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
-from planner.models.robot import Robot
-from planner.models.scene import Scene
 from planner.problem.reasons import NoWay
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import (

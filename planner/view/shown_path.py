@@ -9,8 +9,8 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.resolutions import CLEARANCES_OF_MOTION, SHOWN_STATES
 from planner.collision.checker import CollisionChecker
-from planner.models.robot import Robot
-from planner.paths.measure import measure_path
+from planner.robot.robot import Robot
+from planner.trajectory.measure import measure_path
 from planner.trajectory.moving_obstacles import clearance_in_time
 from planner.trajectory.trajectory import Trajectory
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.models.files.meshes import split_at_creases
-from planner.models.shapes import Mesh, Shape
+from planner.robot.files.meshes import split_at_creases
+from planner.robot.shapes import Mesh, Shape
 
 _CREASE = np.radians(35.0)  # an edge at which faces meet at a larger angle stays sharp
 

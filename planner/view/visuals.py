@@ -15,9 +15,9 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.cache import cached
-from planner.models.files.urdf_geometry import mesh_files
-from planner.models.robot import Robot, load_visuals
-from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
+from planner.robot.files.urdf_geometry import mesh_files
+from planner.robot.robot import Robot, load_visuals
+from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
 from planner.view.canvas import Canvas
 from planner.view.drawing import draw_bodies, place_joints
 from planner.view.surfaces import smoothed
@@ -47,7 +47,7 @@ def draw_robot(
 
 
 def drawn_bodies(robot: Robot) -> tuple[tuple[Body, ...], tuple[Body, ...]]:
-    """The visual bodies of ``robot``, see :func:`planner.models.robot.load_visuals`, and those that collide.
+    """The visual bodies of ``robot``, see :func:`planner.robot.robot.load_visuals`, and those that collide.
 
     With smoothed meshes, and without the bodies that the robot carries. They come from the cache where it has them.
     """

@@ -11,14 +11,14 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.shares import traded_off
-from planner.construction.build import build_roadmap
-from planner.paths.measure import measure_path, path_contact
-from planner.planning.network import PathCost, build_network, path_cost
 from planner.problem.request import SweepRequest
+from planner.query.query import Query, make_query
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import Roadmap, path_waypoints
-from planner.sampling.growth_settings import GrowthSettings
-from planner.setup.open import Query, make_query
+from planner.search.network import PathCost, build_network, path_cost
+from planner.trajectory.measure import measure_path, path_contact
 from reproduce.manipulator.geometry import kinks, sampled_tool_path, turning
 
 BETAS = (0.0, 0.3, 0.5, 0.7, 1.0)

@@ -8,8 +8,8 @@ from planner.base.arrays import Floats
 from planner.base.polylines import lengths_along
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
-from planner.models.robot import Robot
-from planner.paths.measure import dense_path
+from planner.robot.robot import Robot
+from planner.trajectory.measure import dense_path
 
 SPACING = 0.005
 """m between two points of an evenly spaced tool path."""

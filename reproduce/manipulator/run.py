@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.base.progress import QUIET, Progress
 from planner.problem.request import PAPER_NODES, SweepRequest
-from planner.setup.open import Query
+from planner.query.query import Query
 from planner.view.figures.profiles import path_profiles
 from planner.view.figures.workspace import tool_paths
 from reproduce.figures import Figure, beta_costs

@@ -31,11 +31,11 @@ from planner.collision import BACKENDS, make_checker
 from planner.collision.bounds import ClearanceBound
 from planner.collision.coal import CoalChecker
 from planner.kinematics.reach import Reach
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Mesh
 from planner.native.world import NativeWorld
 from planner.problem.request import PlanRequest
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Mesh
 from tests.batch.posts import write_problem
 from tests.coal_judge import coal_distance, coal_geometry
 from tests.random_shapes import random_pose, random_shape

@@ -11,9 +11,9 @@ from benchmarks.optimum import grid
 from benchmarks.optimum.arms import ARMS, TWO_JOINTS, PlanarArm
 from benchmarks.optimum.grid import grid_optimum, path_cost
 from planner.collision import make_checker
+from planner.cost.scale import CostScale
 from planner.kinematics.manipulability import manipulability
-from planner.models.robot import Robot
-from planner.objective.scale import CostScale
+from planner.robot.robot import Robot
 
 SCALE = CostScale(0.02, 0.2, 1.0, 1.0, 0.01)
 HULL = 3.6460  # rad: taut around the states in contact, bisected in 1001 columns; the other side takes 3.6626

@@ -19,7 +19,7 @@ from benchmarks.tool_paths.judge import deviations
 from planner.base.errors import PlannerError
 from planner.collision.checker import is_free
 from planner.problem.request import PlanRequest
-from planner.setup.open import make_query
+from planner.query.query import make_query
 from tests.tool_paths.judge import line_of
 from tests.worlds import random_q
 

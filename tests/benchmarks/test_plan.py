@@ -17,10 +17,10 @@ from benchmarks.results import read_rows
 from planner.batch.outcomes import CRASHED, SOLVED, TIMED_OUT
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle, Sphere
 from planner.problem.request import LimitsRequest, PlanRequest
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle, Sphere
 from tests.batch.posts import PLAIN, write_problem
 from tests.worlds import load, scene_of
 

@@ -19,13 +19,13 @@ from planner.certificate import PROOF_NAME, certificate_of, certificate_of_motio
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Mesh, Obstacle
 from planner.planning.plan import plan
 from planner.planning.result import save_plan_without_page
 from planner.problem.request import PlanRequest, TimingRequest
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Mesh, Obstacle
 from planner.trajectory.timing import time_path
 from tests.worlds import joint_xml, link_xml, load, make_post, scene_of
 

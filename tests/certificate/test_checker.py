@@ -11,7 +11,7 @@ from planner.certificate import verify_proof as checker
 from planner.certificate.geometry import geometry_of, shapes_of
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, tool_joint
-from planner.models.scene import Scene
+from planner.robot.scene import Scene
 from tests.worlds import ROBOTS, load, random_q
 
 NO_PAIRS: frozenset[frozenset[str]] = frozenset()

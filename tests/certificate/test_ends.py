@@ -14,10 +14,10 @@ from planner.certificate import PROOF_NAME, verify_proof
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_pose
-from planner.models.scene import Scene
 from planner.planning.plan import plan
 from planner.planning.result import save_plan_without_page
 from planner.problem.request import PlanRequest
+from planner.robot.scene import Scene
 from tests.worlds import load
 
 PATH = np.array([[-1.0, 0.6, 0.1, -1.5, 0.2, 1.0, 0.3], [-0.8, 0.7, 0.1, -1.4, 0.3, 1.1, 0.4]])

@@ -17,9 +17,9 @@ from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.shapes import Box, Cylinder
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.shapes import Box, Cylinder
 from planner.trajectory.timing import time_path
 from tests.worlds import joint_xml, link_xml, load, make_post, scene_of
 

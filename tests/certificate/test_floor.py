@@ -19,9 +19,9 @@ from planner.certificate.verify_proof import ROWS, Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
-from planner.models.files.robot_files import Rows
-from planner.models.robot import Robot
-from planner.models.scene import Scene
+from planner.robot.files.robot_files import Rows
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 from planner.trajectory.timing import time_path
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, make_post, random_q
 

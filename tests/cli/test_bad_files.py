@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import RobotError
-from planner.models.files.robot_files import JointChoice
-from planner.models.robot import Robot
-from planner.models.scene import Scene
+from planner.robot.files.robot_files import JointChoice
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 from tests.refusals import refusal_of
 from tests.worlds import joint_xml, link_xml
 

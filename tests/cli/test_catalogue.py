@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from planner.models.scene import Scene
+from planner.robot.scene import Scene
 from tests.command_line import Run
 from tests.worlds import load
 

@@ -75,7 +75,7 @@ def test_step_margin_and_tool_matter(run: Run, tmp_path: Path) -> None:
 def test_degrees_are_told_at_once(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Such a path is hundreds of metres long: looking at all of it took minutes."""
     for question in ("path_contact", "smallest_clearance", "prove_path"):
-        monkeypatch.setattr(f"planner.paths.check.{question}", lambda *_: pytest.fail("it was looked at"))
+        monkeypatch.setattr(f"planner.trajectory.path_check.{question}", lambda *_: pytest.fail("it was looked at"))
     rows = np.degrees(FREE).tolist()
     code, out, err = run("check", written(tmp_path, rows), *WINDOW)
     assert code == 4, err

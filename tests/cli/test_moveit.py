@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from tests.command_line import Run, assert_refused
-from tests.models.files.moveit.samples import REQUEST, SCENE, changed
+from tests.robot.files.moveit.samples import REQUEST, SCENE, changed
 
 TILTED = {"orientation_constraints": [{"link_name": "panda_hand", "orientation": [1, 0, 0, 0]}]}
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from planner.problem.request import PlanRequest
-from planner.setup.open import make_query
+from planner.query.query import make_query
 from tests.command_line import Run, assert_refused, assert_total_covers, command
 from tests.worlds import ROBOTS, load, planar_trap
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from planner.base.resources import robots_folder
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 from tests.command_line import Run
 from tests.worlds import joint_xml, link_xml
 

@@ -82,7 +82,7 @@ def test_no_path_is_an_outcome(
     swept: tuple[Path, str], tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where every edge fails when it is looked at again."""
-    monkeypatch.setattr("planner.planning.healing.HealingNetwork._first_contact", lambda healing, edges: 0)
+    monkeypatch.setattr("planner.search.healing.HealingNetwork._first_contact", lambda healing, edges: 0)
     out, roadmap = tmp_path / "out", str(swept[0] / "roadmap.npz")
     code, text, _ = run("sweep", *SMALL, "--roadmap", roadmap, "--out", str(out))
     assert code == 4, text

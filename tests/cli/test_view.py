@@ -15,7 +15,7 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.clearance import Clearance
 from planner.kinematics.forward import tool_positions
-from planner.models.scene import Scene
+from planner.robot.scene import Scene
 from tests.browser import page_data
 from tests.command_line import Run, command
 from tests.worlds import load

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.collision.bounding_volumes import box_cover, sphere_cover
-from planner.models.robot import Robot
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from planner.robot.robot import Robot
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from tests.random_shapes import QUICK, blob, box_mesh, points_in, shapes
 
 COUNTS = st.sampled_from([1, 2, 3, 6, 17, 48])

@@ -13,11 +13,11 @@ from planner.collision.fcl import FclChecker
 from planner.collision.moving_prover import moving_world
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.moving import KnownMotion
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle, Sphere
+from planner.robot.moving import KnownMotion
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle, Sphere
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import KINDS, PRIMITIVES, random_pose, random_shape
 from tests.worlds import body, checker_of, load, random_q, scene_of

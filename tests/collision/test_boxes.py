@@ -13,8 +13,8 @@ from planner.collision import boxes, make_checker
 from planner.collision.boxes import Boxes
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.poses import pose
-from planner.models.shapes import Mesh
+from planner.robot.poses import pose
+from planner.robot.shapes import Mesh
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import KINDS, random_pose, random_shape
 from tests.worlds import body, checker_of, load, random_q, scene_of

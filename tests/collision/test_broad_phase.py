@@ -11,9 +11,9 @@ import numpy as np
 from planner.collision.broad_phase import BroadPhase
 from planner.collision.coal import CoalChecker
 from planner.collision.world import World
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle, Sphere
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle, Sphere
 from tests.worlds import load
 
 ROBOT = load("panda")

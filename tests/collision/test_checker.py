@@ -9,8 +9,8 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.checker import contact_of, is_free
-from planner.models.poses import pose
-from planner.models.shapes import Box, Mesh, Shape, Sphere
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Mesh, Shape, Sphere
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import box_mesh
 from tests.worlds import body, load, random_q, scene_of

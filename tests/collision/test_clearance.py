@@ -9,7 +9,7 @@ from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.collision.clearance import Clearance
 from planner.kinematics.forward import joint_placements
-from planner.models.scene import Scene
+from planner.robot.scene import Scene
 from tests.worlds import checker_of, load, random_q
 
 

@@ -15,9 +15,9 @@ from planner.collision.fcl import FclChecker
 from planner.collision.looks import dense_states
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Mesh
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Mesh
 from planner.trajectory.timing import time_path
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, random_q, scene_of

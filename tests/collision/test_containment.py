@@ -13,13 +13,13 @@ from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, contact_of, keeping
 from planner.collision.containment import Inside
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from planner.paths.measure import path_contact
-from planner.setup.resolve import free_configuration
-from tests.models.test_solids import box, together
+from planner.query.resolve import free_configuration
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.trajectory.measure import path_contact
+from tests.robot.test_solids import box, together
 from tests.worlds import joint_xml, link_xml, load, scene_of
 
 ROOM = together(box(9.0), box(8.0, inward=True))

@@ -13,9 +13,9 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.shapes import Box, Sphere
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.shapes import Box, Sphere
 from tests.worlds import checker_of, joint_xml, link_xml, load, scene_of
 
 WALL = scene_of((Box((0.02, 0.3, 0.3)), pose([0.6, 0.3, 0.0])))

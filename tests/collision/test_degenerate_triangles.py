@@ -11,8 +11,8 @@ from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import is_free
 from planner.collision.degenerate_triangles import widened
 from planner.kinematics.forward import joint_placements
-from planner.models.poses import pose
-from planner.models.shapes import Mesh, Sphere
+from planner.robot.poses import pose
+from planner.robot.shapes import Mesh, Sphere
 from tests.random_shapes import box_mesh
 from tests.worlds import body, load, scene_of
 

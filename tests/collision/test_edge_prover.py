@@ -18,13 +18,13 @@ from planner.collision.fcl import FclChecker
 from planner.collision.looks import first_seen, recheck, states_along
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
 from tests.coal_judge import CoalWorld, coal_geometry, coal_transform
-from tests.models.test_solids import box as closed_box
 from tests.random_shapes import FCL_AT_ITS_WORST, box_mesh, random_pose
+from tests.robot.test_solids import box as closed_box
 from tests.worlds import body, checker_of, joint_xml, link_xml, load, random_q, scene_of
 
 

@@ -16,10 +16,10 @@ from planner.collision.coal import CoalChecker
 from planner.collision.fcl import FclChecker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Capsule, Cylinder, Shape, Sphere
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from tests.coal_judge import CoalWorld, coal_distance, coal_geometry, coal_push, coal_transform
 from tests.random_shapes import FCL_AT_ITS_WORST, KINDS, PRIMITIVES, box_mesh, random_pose, random_shape
 from tests.worlds import body, checker_of, load, random_q, scene_of

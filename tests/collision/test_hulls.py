@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import linprog
 
 from planner.collision.hulls import dent, hull_corners
-from planner.models.shapes import Mesh
+from planner.robot.shapes import Mesh
 from tests.random_shapes import box_mesh
 
 

@@ -14,11 +14,11 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.looks import first_seen, looks_along, recheck, states_along, straight
 from planner.kinematics.forward import joint_placements
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, corners
 from planner.native.walk import walk
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, corners
 from tests.collision.test_edge_prover import edges_of
 from tests.worlds import checker_of, joint_xml, link_xml, load, scene_of
 

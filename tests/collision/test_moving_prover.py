@@ -18,11 +18,11 @@ from planner.collision.coal import CoalChecker, CoalInTime
 from planner.collision.moving_prover import TimedProver, moving_world
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Mesh, Obstacle
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Mesh, Obstacle
 from tests.random_shapes import KINDS, box_mesh, random_shape
 from tests.worlds import joint_xml, link_xml, load
 

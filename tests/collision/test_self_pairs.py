@@ -10,8 +10,8 @@ from planner.collision.coal import CoalChecker
 from planner.collision.fcl import FclChecker
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs, generate_disabled_pairs, worked_out
 from planner.collision.world import World
-from planner.models.robot import Robot
-from planner.models.scene import Scene
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 from tests.coal_judge import CoalWorld
 from tests.worlds import ROBOTS, checker_of, joint_xml, link_xml, load, random_q
 

@@ -13,12 +13,12 @@ from planner.base.cache import cache_folder
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import joint_placements
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Mesh, Obstacle, Sphere
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Mesh, Obstacle, Sphere
 from tests.coal_judge import CoalWorld
-from tests.models.files.test_meshes import mesh_file
-from tests.models.files.test_thinned import ball
+from tests.robot.files.test_meshes import mesh_file
+from tests.robot.files.test_thinned import ball
 from tests.worlds import joint_xml, link_xml
 
 MESH = ball(0.012)

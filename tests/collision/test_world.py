@@ -6,11 +6,11 @@ import numpy as np
 
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.models.poses import pose
-from planner.models.robot import with_carried
-from planner.models.scene import Scene
-from planner.models.shapes import Carried, Obstacle, Sphere
 from planner.problem.conditions import KeepPlane
+from planner.robot.poses import pose
+from planner.robot.robot import with_carried
+from planner.robot.scene import Scene
+from planner.robot.shapes import Carried, Obstacle, Sphere
 from tests.worlds import load, random_q
 
 ROBOT = load("planar_2r")

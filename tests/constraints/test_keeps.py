@@ -12,8 +12,8 @@ from planner.base.errors import PlannerError
 from planner.base.polynomials import evaluate
 from planner.constraints.keeps import _FINEST, FORGIVEN, Keeps, bound_to, require_bound
 from planner.kinematics.tool_bound import prove_along
-from planner.models.robot import Robot
 from planner.problem.conditions import KeepBox, parse_keeps
+from planner.robot.robot import Robot
 
 QUATERNION = "0.9,0.3,0.1,0.3"
 TEXTS = [

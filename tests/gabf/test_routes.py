@@ -12,12 +12,12 @@ from scipy.sparse.csgraph import dijkstra
 import planner
 from planner import gabf
 from planner.base.errors import StateError
-from planner.construction.connect_endpoints import attach
+from planner.cost.scale import manipulability_cost
 from planner.gabf.path import paths_from
-from planner.objective.scale import manipulability_cost
-from planner.planning.network import build_network, distance_cost, path_cost
 from planner.problem.objective import Objective
+from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.roadmap import path_waypoints
+from planner.search.network import build_network, distance_cost, path_cost
 from tests.worlds import load, make_post, post_roadmap
 
 STARTS = np.array([[-0.9, 1.2], [-1.0, 0.8], [0.4, 2.2], [2.0, 1.0], [-2.4, -0.7], [0.9, 0.1]])

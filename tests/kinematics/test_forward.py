@@ -5,8 +5,8 @@ import pinocchio as pin
 import pytest
 
 from planner.kinematics.forward import Chain, joint_placements, tool_pose, tool_positions
-from planner.models.poses import pose
-from planner.models.robot import Robot
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
 
 UNTURNED = [

@@ -8,9 +8,9 @@ from scipy.optimize import least_squares
 from planner.kinematics import inverse
 from planner.kinematics.forward import Chain
 from planner.kinematics.manipulability import manipulability
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.setup.resolve import IK_STARTS
+from planner.query.resolve import IK_STARTS
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
 from tests.worlds import FEW_AXES, ROBOTS, arm_of_few_axes, joint_xml, link_xml, load, random_q
 
 STARTS = 25

@@ -10,7 +10,7 @@ from planner.base.polynomials import evaluate
 from planner.kinematics.manipulability import jacobian, manipulability
 from planner.kinematics.manipulability_proof import ManipulabilityBound, prove_floor
 from planner.kinematics.tool_bound import column_rates
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 from tests.linkages import palletizer, random_linkage
 from tests.worlds import joint_xml, link_xml, load, random_q
 

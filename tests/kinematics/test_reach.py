@@ -5,8 +5,8 @@ import pinocchio as pin
 import pytest
 
 from planner.kinematics.reach import Reach
-from planner.models.robot import Robot, load_visuals
-from planner.models.shapes import Box, Cylinder
+from planner.robot.robot import Robot, load_visuals
+from planner.robot.shapes import Box, Cylinder
 from tests.random_shapes import moved, points_in
 from tests.worlds import ROBOTS, checker_of, geometry_xml, joint_xml, link_xml, load, random_q
 

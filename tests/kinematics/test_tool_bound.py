@@ -10,8 +10,8 @@ import pytest
 from planner.base.errors import ArrayError
 from planner.base.polynomials import evaluate
 from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
-from planner.models.files.robot_files import JointChoice
-from planner.models.robot import Robot
+from planner.robot.files.robot_files import JointChoice
+from planner.robot.robot import Robot
 from tests.linkages import palletizer, random_linkage
 from tests.worlds import joint_xml, link_xml, load, random_q
 

@@ -15,11 +15,11 @@ from planner.collision.bounds import ClearanceBound
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
-from planner.models.poses import pose
-from planner.models.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.native import library
 from planner.native.library import NativeChain, manipulability_costs
 from planner.native.world import NativeWorld
+from planner.robot.poses import pose
+from planner.robot.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
 from tests.random_shapes import KINDS, blob, box_mesh, random_pose, random_shape
 from tests.worlds import checker_of, load, random_q
 

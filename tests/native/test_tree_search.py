@@ -12,7 +12,7 @@ from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability, measured_tool
 from planner.native.tree_search import SearchSpace, tree_path
 from planner.problem.request import PlanRequest
-from planner.setup.open import make_query
+from planner.query.query import make_query
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post
 
 STEP, APART = 0.4, 0.05

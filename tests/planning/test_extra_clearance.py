@@ -12,12 +12,12 @@ from planner.collision import make_checker
 from planner.collision.checker import keeping
 from planner.collision.clearance import Clearance
 from planner.collision.looks import dense_states
-from planner.models.poses import pose
-from planner.models.scene import Obstacle, Scene
-from planner.models.shapes import Box
 from planner.planning.extra_clearance import clearance_of_path, halves, with_clearance
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, TimingRequest
+from planner.robot.poses import pose
+from planner.robot.scene import Obstacle, Scene
+from planner.robot.shapes import Box
 from tests.worlds import load, make_post, post_roadmap
 
 BAR = Scene("bar", (Obstacle("box", Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0])),))

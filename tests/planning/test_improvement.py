@@ -11,12 +11,12 @@ import pytest
 
 from planner import gabf
 from planner.kinematics.manipulability import manipulability
-from planner.paths.measure import path_manipulability
 from planner.planning.improvement import improved_roadmap, motion_cost, of_size_asked, with_path_above_ends
-from planner.planning.network import build_network
 from planner.problem.objective import Objective
 from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.search.network import build_network
+from planner.trajectory.measure import path_manipulability
 from tests.worlds import load, make_post, post_roadmap
 
 ROBOT, REQUEST = load("planar_2r"), PlanRequest("planar_2r", nodes=60, effort=1)

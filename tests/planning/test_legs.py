@@ -10,9 +10,6 @@ import pytest
 
 from planner.base.errors import OptionError, PlannerError, SceneError
 from planner.kinematics.manipulability import manipulability
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.planning.summary import summary_rows
@@ -20,6 +17,9 @@ from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
 from planner.roadmap.storage import load_roadmap
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle
 from tests.documents import ROOT
 from tests.tool_paths.judge import line_of, outside, pose_of
 

@@ -14,18 +14,18 @@ import pytest
 
 from planner.base.errors import FileError
 from planner.base.progress import Progress, Stopwatch
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle
-from planner.paths.measure import path_manipulability, tool_path_length
 from planner.planning import result
 from planner.planning.plan import plan
 from planner.planning.result import plan_record, save_plan
 from planner.planning.summary import summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.request import Backend, PlanRequest, TimingRequest
-from planner.refinement.simplify import TOLERANCE
+from planner.roadmap.simplify import TOLERANCE
 from planner.roadmap.storage import load_roadmap
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle
+from planner.trajectory.measure import path_manipulability, tool_path_length
 from planner.trajectory.timing import time_path
 
 CONTRACT = {

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import planner
+from planner.cost.scale import manipulability_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.objective.scale import manipulability_cost
-from planner.paths.measure import dense_path
 from planner.planning.result import plan_record
 from planner.planning.summary import summary_rows
+from planner.trajectory.measure import dense_path
 
 
 @cache

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from planner.planning.conditioning import reachable_floor
-from planner.planning.manipulability_floor import first_violation
 from planner.planning.plan import plan
 from planner.planning.why_no_path import highest_floor
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
+from planner.search.manipulability_floor import first_violation
 from tests.worlds import checker_of, post_roadmap, small_plan
 
 

@@ -11,7 +11,7 @@ import planner
 from planner.base.errors import OptionError
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
-from planner.setup.open import make_query
+from planner.query.query import make_query
 from tests.worlds import make_post
 
 

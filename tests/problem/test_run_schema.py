@@ -8,12 +8,12 @@ from typing import Any
 import pydantic
 import pytest
 
-from planner.models.run_record import RunRecord, run_record
-from planner.models.scene import Scene
-from planner.objective.scale import CostScale
+from planner.cost.scale import CostScale
+from planner.planning.run_record import RunRecord, run_record
 from planner.problem.outcome import Outcome
 from planner.problem.request import RoadmapRequest
 from planner.problem.run_schema import Record
+from planner.robot.scene import Scene
 from tests.worlds import load
 
 RECORD = pydantic.TypeAdapter(RunRecord)

@@ -7,10 +7,10 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
-from planner.construction.build import build_roadmap
-from planner.models.scene import Scene
-from planner.refinement.shortcuts import in_pieces
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.edge_certificates import RecordingProver
+from planner.roadmap.shortcuts import in_pieces
+from planner.robot.scene import Scene
 from tests.coal_judge import CoalWorld
 from tests.worlds import checker_of, load, make_post, post_roadmap, random_q, small_plan
 

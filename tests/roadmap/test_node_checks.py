@@ -10,11 +10,11 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.world import Contact
-from planner.construction.build import build_roadmap
-from planner.construction.connect_endpoints import attach
-from planner.models.scene import Scene
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.record_text import checks_text
+from planner.robot.scene import Scene
 from tests.worlds import load, make_post, post_roadmap
 
 

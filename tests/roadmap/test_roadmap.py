@@ -9,8 +9,8 @@ from scipy.sparse.csgraph import connected_components
 
 from planner.base.versions import versions
 from planner.collision.looks import recheck
-from planner.construction.build import build_roadmap
 from planner.kinematics.manipulability import manipulability
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import origin_of
 from tests.worlds import load, make_post, post_roadmap, small_plan

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.models.scene import Scene
 from planner.problem.request import IkSolutions, PlanRequest, WorldRequest
 from planner.problem.targets import Joints
-from planner.sampling.growth_settings import GrowthSettings
+from planner.query.query import Query, resolve_query
+from planner.roadmap.growth_settings import GrowthSettings
+from planner.robot.scene import Scene
 from planner.session.answer import Moment, Planning, answered
 from planner.session.live_world import LiveWorld
-from planner.setup.open import Query, resolve_query
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 PLANNING = Planning(PlanRequest(nodes=60, effort=0), gabf.SingularityFree(), GrowthSettings())

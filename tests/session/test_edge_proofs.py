@@ -8,9 +8,9 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.models.poses import pose
-from planner.models.robot import with_carried
-from planner.models.shapes import Box, Capsule, Carried, Sphere
+from planner.robot.poses import pose
+from planner.robot.robot import with_carried
+from planner.robot.shapes import Box, Capsule, Carried, Sphere
 from planner.session.edge_proofs import ARM, EdgeProofs, clauses_of, displacement
 from tests.worlds import load, post_roadmap, scene_of
 

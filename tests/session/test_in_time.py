@@ -10,10 +10,10 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
 from planner.collision.moving_prover import moving_world
 from planner.kinematics.forward import tool_positions
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.poses import pose
-from planner.models.shapes import Box, Obstacle, Sphere
 from planner.problem.outcome import Outcome
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Obstacle, Sphere
 from planner.session.session import Session
 from planner.trajectory.check import TrajectoryReport, check_trajectory
 from planner.trajectory.limits import MotionLimits

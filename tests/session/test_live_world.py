@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from planner.base.errors import SceneError
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Carried, Obstacle, Sphere
 from planner.problem.request import WorldRequest
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Carried, Obstacle, Sphere
 from planner.session.live_world import LiveWorld
 from tests.worlds import load, make_post
 

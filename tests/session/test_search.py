@@ -8,14 +8,14 @@ import numpy as np
 
 from planner import gabf
 from planner.collision import make_checker
-from planner.models.poses import pose
-from planner.models.shapes import Obstacle, Sphere
-from planner.paths.measure import path_contact
-from planner.planning.network import build_network
 from planner.problem.request import WorldRequest
 from planner.roadmap.roadmap import path_waypoints
+from planner.robot.poses import pose
+from planner.robot.shapes import Obstacle, Sphere
+from planner.search.network import build_network
 from planner.session.live_world import LiveWorld
 from planner.session.search import RoadmapNetwork, edges_of, search
+from planner.trajectory.measure import path_contact
 from tests.worlds import load, make_post, post_roadmap
 
 ROBOT, LAW = load("planar_2r"), gabf.SingularityFree()

@@ -16,17 +16,17 @@ import planner
 from planner.base.errors import PlannerError, SceneError, StateError
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle, Sphere
-from planner.paths.measure import path_contact, path_manipulability
-from planner.planning.manipulability_floor import first_violation
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import FloorTooHigh, Separated
 from planner.roadmap.roadmap import segments
 from planner.roadmap.storage import load_roadmap, same_world
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle, Sphere
+from planner.search.manipulability_floor import first_violation
 from planner.session.live_world import LiveWorld
 from planner.session.session import Session
+from planner.trajectory.measure import path_contact, path_manipulability
 from tests.coal_judge import CoalWorld
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 

@@ -6,9 +6,9 @@ from functools import cache
 
 import numpy as np
 
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Cylinder, Obstacle
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Cylinder, Obstacle
 from planner.tasks.file import Grasp, Move, Pick, Place, Region, Task, tool_at
 from planner.tasks.plan import TaskPlanner
 

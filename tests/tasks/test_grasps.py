@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.models.poses import pose
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
 from planner.tasks.file import GripperSaid, Region, TaskError
 from planner.tasks.grasps import MOST, generated
 from planner.tasks.gripper import gripper_of

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
+from planner.cost.integral import costs_along
+from planner.cost.scale import COSTS
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import solve_each
-from planner.models.poses import pose
-from planner.models.robot import with_carried
-from planner.models.scene import Scene
-from planner.models.shapes import Carried, Obstacle, Sphere
-from planner.objective.integral import costs_along
-from planner.objective.scale import COSTS
 from planner.problem.request import TimingRequest
+from planner.robot.poses import pose
+from planner.robot.robot import with_carried
+from planner.robot.scene import Scene
+from planner.robot.shapes import Carried, Obstacle, Sphere
 from planner.tasks.file import Line, Pick
 from planner.tasks.judge import TaskRecord, judged, summary
 from planner.tasks.plan import TaskPlanner, task

@@ -10,10 +10,10 @@ import pytest
 
 from planner.base.errors import PlannerError, SceneError
 from planner.base.resources import data_folder
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle
 from planner.problem.outcome import Outcome
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle
 from planner.tasks.file import Grasp, GripperSaid, Line, Move, Pick, Place, Region, Task, TaskError
 from planner.tasks.gripper import gripper_of
 from planner.tasks.plan import TaskPlanner, task

@@ -13,9 +13,9 @@ from planner.base.progress import Progress
 from planner.base.resolutions import PROOF
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import tool_pose
-from planner.models.poses import pose
-from planner.models.shapes import Obstacle, Sphere
 from planner.problem.outcome import Outcome
+from planner.robot.poses import pose
+from planner.robot.shapes import Obstacle, Sphere
 from planner.tasks.modes import BLOCKED, FREE, OPEN, Mode, Modes
 from planner.tasks.network import TaskNetwork
 from planner.tasks.plan import TaskPlanner, task

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from planner.kinematics.forward import tool_pose
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle
 from planner.problem.request import TimingRequest
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle
 from planner.tasks.file import Grasp, Move, Pick, Place, Region, Task, TaskError, tool_at
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.result import TaskPlan

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.tool_path import ToolPath
 

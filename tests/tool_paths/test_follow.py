@@ -12,15 +12,15 @@ import pytest
 
 from planner.base.errors import KeywordError, OptionError, RobotError, SceneError, StateError
 from planner.kinematics.manipulability import manipulability
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle
 from planner.planning.follow import Follower, follow
 from planner.planning.summary import summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.roadmap.storage import load_roadmap
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.tube import Tube

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.kinematics.tool_bound import Frame, ToolBound
-from planner.models.robot import Robot
+from planner.robot.robot import Robot
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder, ladder_from
 from planner.tool_paths.tool_path import ToolPath, TubeSize, about

@@ -7,8 +7,8 @@ import pytest
 
 from planner import gabf
 from planner.base.progress import Progress
-from planner.planning.network import at_beta
 from planner.planning.result import Plan
+from planner.search.network import at_beta
 from planner.tradeoff.alternatives import with_alternatives
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from planner import gabf
 from planner.base.errors import AssumptionError
-from planner.planning.network import arc_costs, at_beta
+from planner.search.network import arc_costs, at_beta
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 from tests.random_shapes import QUICK
 from tests.tradeoff.graphs import Graph, enumerated_envelope, random_graph

@@ -15,17 +15,17 @@ from hypothesis import strategies as st
 import planner.tradeoff.sweep as module
 from planner import gabf
 from planner.base.progress import Progress
-from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
-from planner.planning.healing import HealingNetwork
-from planner.planning.network import build_network, path_cost
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
+from planner.search.healing import HealingNetwork
+from planner.search.network import build_network, path_cost
 from planner.tradeoff.record import save_sweep, summary_lines, sweep_record
 from planner.tradeoff.sweep import Interval, Tradeoff, range_text, sweep
+from planner.trajectory.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
 from tests.random_shapes import QUICK
 
 

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.models.poses import pose
-from planner.models.shapes import Box
+from planner.robot.poses import pose
+from planner.robot.shapes import Box
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.timing import time_path
 from tests.worlds import load, scene_of

@@ -11,8 +11,8 @@ import planner
 from planner.base.errors import ArrayError, FileError, OptionError
 from planner.collision import make_checker
 from planner.collision.edge_prover import Verdict
-from planner.models.poses import pose
-from planner.models.shapes import Box
+from planner.robot.poses import pose
+from planner.robot.shapes import Box
 from planner.trajectory.check import TrajectoryReport, check_trajectory, sampled_contact
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.points import Points

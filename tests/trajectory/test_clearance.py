@@ -7,11 +7,11 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.clearance import Clearance
-from planner.models.scene import Scene
-from planner.paths.clearance import CLOSE, TOO_CLOSE, nearest_pair
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, TimingRequest
+from planner.robot.scene import Scene
 from planner.trajectory.clearance import Nearest, check_rows, clearance_rows, nearest_in_motion, nearest_on_path
+from planner.trajectory.path_clearance import CLOSE, TOO_CLOSE, nearest_pair
 from planner.trajectory.timing import time_path
 from tests.worlds import load
 

@@ -15,13 +15,13 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.moving_prover import TimedProver
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.poses import pose
-from planner.models.shapes import Box, Sphere
-from planner.paths.measure import PathContact
 from planner.problem.reasons import BlockedInTime
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Sphere
 from planner.trajectory.earliest import earliest_motion, why_not_in_time
 from planner.trajectory.limits import MotionLimits
+from planner.trajectory.measure import PathContact
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 LIMITS = MotionLimits.of(load("planar_2r"))

@@ -17,8 +17,8 @@ import yaml
 
 from planner.base.errors import PlannerError
 from planner.collision import make_checker
-from planner.models.poses import pose
-from planner.models.shapes import Box
+from planner.robot.poses import pose
+from planner.robot.shapes import Box
 from planner.trajectory.export import SENDER, SUFFIX, Format, export
 from planner.trajectory.points import read_points
 from planner.trajectory.timing import time_path

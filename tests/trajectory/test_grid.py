@@ -12,9 +12,9 @@ import pytest
 
 from planner.base.errors import PlannerError
 from planner.collision import make_checker
-from planner.models.poses import pose
-from planner.models.shapes import Box
 from planner.problem.request import LimitsRequest, TimeLaw
+from planner.robot.poses import pose
+from planner.robot.shapes import Box
 from planner.trajectory.check import check_trajectory
 from planner.trajectory.export import export
 from planner.trajectory.grid import off_the_curve, on_grid, period_of

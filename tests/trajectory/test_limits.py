@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from planner.base.errors import OptionError, PlannerError
-from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, TimingRequest
+from planner.robot.robot import Robot
 from planner.trajectory.limits import KINDS, MotionLimits
 from tests.worlds import ROBOTS, joint_xml, link_xml, load
 

@@ -8,10 +8,10 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.coal import CoalInTime
 from planner.collision.moving_prover import TimedProver, moving_world
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Obstacle, Sphere
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Obstacle, Sphere
 from planner.trajectory.moving_obstacles import certified_horizon, first_touch_in_time, prove_in_time
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load

@@ -13,10 +13,10 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
 from planner.collision.moving_prover import TimedProver, moving_world
 from planner.kinematics.forward import tool_positions
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle, Shape, Sphere
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle, Shape, Sphere
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.safe_intervals import RoadmapInTime, earliest_route, rest_to_rest
 from planner.trajectory.trajectory import Trajectory

@@ -11,12 +11,12 @@ import pytest
 from planner.base.errors import PlannerError
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.poses import pose
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Sphere
 from planner.planning.result import Plan
 from planner.problem.request import LimitsRequest, TimeLaw
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Sphere
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.stopping import Stop
 from planner.trajectory.timing import time_path

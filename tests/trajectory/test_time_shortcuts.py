@@ -10,12 +10,12 @@ import pytest
 from planner.collision import make_checker, second_checker
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.models.poses import pose
-from planner.models.shapes import Box
 from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.request import PlanRequest, TimeLaw, TimingRequest
+from planner.robot.poses import pose
+from planner.robot.shapes import Box
 from planner.trajectory.check import sampled_contact
 from planner.trajectory.timing import time_path, timed_curve
 from planner.trajectory.trajectory import Trajectory

@@ -14,10 +14,10 @@ from planner.base.polynomials import evaluate
 from planner.collision import make_checker, second_checker
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.models.poses import pose
-from planner.models.shapes import Box, Sphere
 from planner.planning.result import Plan
 from planner.problem.request import LimitsRequest, TimeLaw
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Sphere
 from planner.trajectory.check import sampled_contact
 from planner.trajectory.curve import blends, without_standstill
 from planner.trajectory.limits import KINDS, USED, MotionLimits

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import umsgpack
 
-from planner.models.poses import pose
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.view.canvas import Canvas, render_page, script_json
 from tests.browser import page_data
 

@@ -9,11 +9,11 @@ import pinocchio as pin
 import pytest
 
 from planner.kinematics.forward import tool_positions
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.poses import pose
-from planner.models.robot import load_visuals
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle, Sphere
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.robot import load_visuals
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle, Sphere
 from planner.view import drawing
 from planner.view.canvas import Canvas
 from planner.view.drawing import (

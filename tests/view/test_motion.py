@@ -8,8 +8,8 @@ import pytest
 from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.paths.measure import path_manipulability
 from planner.planning.result import Plan
+from planner.trajectory.measure import path_manipulability
 from planner.trajectory.timing import time_path
 from planner.view.motion import configurations_at, ellipsoids, motion_data, path_shares, worst_points
 from planner.view.shown_path import shown_motion

@@ -13,19 +13,19 @@ import pytest
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
-from planner.models.moving import KnownMotion, MovingObstacle
-from planner.models.poses import pose
-from planner.models.robot import Robot, load_visuals
-from planner.models.scene import Scene
-from planner.models.shapes import Cylinder
-from planner.paths.measure import path_manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import Separated
 from planner.problem.request import PlanRequest, TimingRequest
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.robot import Robot, load_visuals
+from planner.robot.scene import Scene
+from planner.robot.shapes import Cylinder
 from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.sweep import Tradeoff, sweep
+from planner.trajectory.measure import path_manipulability
 from planner.trajectory.timing import time_path
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data

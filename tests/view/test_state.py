@@ -11,8 +11,8 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
-from planner.models.poses import pose
-from planner.models.shapes import Sphere
+from planner.robot.poses import pose
+from planner.robot.shapes import Sphere
 from planner.view.state import inspect_state, state_page
 from tests.browser import page_data
 from tests.coal_judge import CoalWorld

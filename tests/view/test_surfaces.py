@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.models.shapes import Mesh
+from planner.robot.shapes import Mesh
 from planner.view.surfaces import smoothed, tube
 from tests.random_shapes import QUICK, blob, box_mesh
 

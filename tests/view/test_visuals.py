@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.models.robot import Robot, load_visuals, with_carried
-from planner.models.shapes import Body, Carried, Mesh, Sphere, corners
+from planner.robot.robot import Robot, load_visuals, with_carried
+from planner.robot.shapes import Body, Carried, Mesh, Sphere, corners
 from planner.view import visuals
 from planner.view.canvas import Canvas
 from planner.view.visuals import draw_robot, drawn_bodies
-from tests.models.files.test_meshes import mesh_file
 from tests.random_shapes import box_mesh
+from tests.robot.files.test_meshes import mesh_file
 from tests.view.test_canvas import unpacked
 from tests.view.test_drawing import is_red
 from tests.worlds import joint_xml, load

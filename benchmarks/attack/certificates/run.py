@@ -20,13 +20,13 @@ from planner.certificate.verification import require_same_world
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.world import World
-from planner.models.poses import pose
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Obstacle
 from planner.planning.plan import plan
 from planner.planning.result import save_plan_without_page
 from planner.problem.request import PlanRequest, TimingRequest
+from planner.robot.poses import pose
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle
 from planner.trajectory.timing import time_path
 
 ROBOTS, SCENES = ("iiwa14", "panda", "ur5"), ("shelf", "table")

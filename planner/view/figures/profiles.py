@@ -11,7 +11,7 @@ from planner.base.errors import OptionError
 from planner.base.polylines import lengths_along
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
-from planner.paths.measure import dense_path, path_clearance
+from planner.trajectory.measure import dense_path, path_clearance
 from planner.view.figures.strokes import labelled, marked, single, stroke
 from planner.view.shown_path import W_UNIT
 

@@ -17,8 +17,8 @@ from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker, is_free
 from planner.kinematics.manipulability import jacobian
-from planner.models.robot import Robot
 from planner.roadmap.roadmap import Roadmap
+from planner.robot.robot import Robot
 from planner.view.colours import ramp_stops
 
 _HATCHED: dict[str, Any] = {"colors": ["0.85"], "hatches": ["////"]}

@@ -14,10 +14,10 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from planner.base.arrays import Floats
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.models.robot import Robot
-from planner.models.scene import Scene
-from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from planner.paths.measure import dense_path
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.trajectory.measure import dense_path
 from planner.view.figures.strokes import MARKS, stroke
 
 Polygons: TypeAlias = list[Floats]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from planner.problem.request import SweepRequest
-from planner.setup.open import Query
+from planner.query.query import Query
 from reproduce.manipulator.case import SeedStudy, query_of, study_seed
 from reproduce.manipulator.run import run_manipulator
 from reproduce.report import Report

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.cost.scale import manipulability_cost
 from planner.kinematics.manipulability import manipulability
-from planner.objective.scale import manipulability_cost
-from planner.setup.open import Query
+from planner.query.query import Query
 from reproduce.manipulator.case import BETAS, RRT, SHORTENED, SeedStudy, label_of
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.setup.open import Query
+from planner.query.query import Query
 from reproduce.manipulator import run as experiment
 from reproduce.manipulator.case import LABELS, SeedStudy
 from reproduce.manipulator.run import manipulator_figures, run_manipulator, shown_case

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from planner import gabf
-from planner.planning.network import build_network
+from planner.search.network import build_network
 from planner.view.figures import healing_fields
 from tests import worlds
 

@@ -9,8 +9,8 @@ import pytest
 
 from planner.base.errors import OptionError
 from planner.kinematics.manipulability import manipulability
-from planner.paths.measure import dense_path, path_clearance
 from planner.planning.result import Plan
+from planner.trajectory.measure import dense_path, path_clearance
 from planner.view import figures
 from tests.view.figures.panels import data, lines, require_labels
 

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from planner import gabf
 from planner.base.errors import OptionError
-from planner.planning.network import build_network
 from planner.planning.result import Plan
+from planner.search.network import build_network
 from planner.view import figures
 from planner.view.figures.space import blocked_grid, determinant_grid
 from tests import worlds

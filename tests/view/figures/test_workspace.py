@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from planner.kinematics.forward import tool_positions
-from planner.models.poses import pose
-from planner.models.shapes import Box, Capsule, Cylinder, Shape, Sphere
-from planner.paths.measure import dense_path
 from planner.planning.result import Plan
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Capsule, Cylinder, Shape, Sphere
+from planner.trajectory.measure import dense_path
 from planner.view import figures
 from planner.view.figures.workspace import clipped, faces_of
 from tests.random_shapes import box_mesh

@@ -1,0 +1,1 @@
+"""Costs of motions: scale, integral along edges, objective."""

@@ -1,0 +1,113 @@
+"""What straight motions cost, as the network of a roadmap charges them, before they are edges of one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from planner.base.arrays import Floats, frozen
+from planner.base.resolutions import TOOL_ALONG_EDGE, W_IN_COST, W_STATES_PER_EDGE
+from planner.cost.scale import CostScale, cost_number, length_cost, manipulability_cost
+from planner.kinematics.forward import Chain
+from planner.kinematics.manipulability import measured_tool
+from planner.native.library import Charge, MotionPrices
+from planner.problem.objective import Objective
+from planner.robot.robot import Robot
+
+LONGEST = 2.0  # rad: longer motions take no part in refinement
+
+
+class MeasuredEdges(Protocol):
+    """What is kept of edges (m,): lengths in rad and metres, w along them, and each of the ``COSTS`` on ``scale``."""
+
+    @property
+    def scale(self) -> CostScale: ...
+    @property
+    def joint_length(self) -> Floats: ...
+    @property
+    def tool_length(self) -> Floats: ...
+    @property
+    def edge_manipulability(self) -> Floats: ...
+    @property
+    def edge_cost(self) -> Floats: ...
+
+
+@dataclass(frozen=True, eq=False)
+class MotionCost:
+    """What straight motions cost under an :class:`Objective`, as ``planning.network.build_network`` charges.
+
+    The length is divided by the longest edge of the roadmap that ``scale`` was measured on; omega is integrated along
+    the motion and multiplied by that, or with ``charge`` "nodes" that of the state it leads to. Infinite for motions
+    with a state below the floor, where a continuous joint turns by half a turn or more, and unless beta is 1 for
+    those longer than ``longest``. ``states``: in how many, at least, w is looked at along each.
+    """
+
+    robot: Robot
+    scale: CostScale
+    objective: Objective
+    longest: float = LONGEST  # rad
+    states: int = W_STATES_PER_EDGE
+
+    @staticmethod
+    def of_length(robot: Robot) -> MotionCost:
+        """What motions cost that are to be short: how far all joints together go (rad)."""
+        unit = CostScale(w_low=1.0, w_high=2.0, joint_length=1.0, tool_length=1.0, zeta=0.0)
+        return MotionCost(robot, unit, Objective(1.0), longest=np.inf)
+
+    def above(self, floor: float) -> MotionCost:
+        """The same with another floor under w."""
+        return replace(self, objective=replace(self.objective, floor=floor))
+
+    @property
+    def of_pieces(self) -> MotionCost:
+        """The same without the least length that an edge is charged: pieces of a motion cost together what it does.
+
+        That length is zeta, and omega is zeta + (1 - zeta) of what it is from 0 on: beta takes the first part of it.
+        """
+        beta, zeta = self.objective.beta, self.scale.zeta
+        whole = replace(self.objective, beta=beta + (1.0 - beta) * zeta)
+        return replace(self, scale=replace(self.scale, zeta=0.0), objective=whole)
+
+    def __call__(self, a: Floats, b: Floats) -> Floats:
+        """(k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
+        return self.charge.costs(a, b)
+
+    @cached_property
+    def charge(self) -> Charge:
+        """The same for the compiled library."""
+        scale, objective = self.scale, self.objective
+        by_joints = objective.metric == "joint"
+        unit, chord = (scale.joint_length, 0.0) if by_joints else (scale.tool_length, TOOL_ALONG_EDGE)
+        numbers = (scale.w_low, scale.w_high, scale.zeta, unit, objective.beta, objective.floor)
+        joint, point, rows = measured_tool(self.robot)
+        prices = MotionPrices(
+            numbers=frozen([*numbers, self.longest, W_IN_COST, chord], np.float64),
+            kind=cost_number(objective.manipulability_cost),
+            at_end=objective.charge == "nodes",
+            fewest=self.states,
+            wraps=self.robot.continuous,
+            joint=joint,
+            point=point,
+            rows=rows,
+        )
+        return Charge(Chain.of(self.robot).native, prices)
+
+    def of_edges(self, edges: MeasuredEdges) -> Floats:
+        """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them.
+
+        Their scale is this one.
+        """
+        assert self.scale == edges.scale
+        objective, w = self.objective, edges.edge_manipulability
+        cost = distance = length_cost(self.scale, objective.metric, edges.joint_length, edges.tool_length)
+        if objective.beta < 1.0:
+            name = objective.manipulability_cost
+            if objective.charge == "nodes":
+                omega = manipulability_cost(w[:, -1], self.scale, name)
+            else:
+                omega = edges.edge_cost[:, cost_number(name)] * distance
+            cost = np.where(edges.joint_length > self.longest, np.inf, objective.total(omega, distance))
+        return np.where(w.min(axis=1, initial=np.inf) < objective.floor, np.inf, cost)

@@ -1,1 +1,0 @@
-"""Robots, scenes and shapes as the planner has them, and how plausible they are."""

@@ -1,0 +1,190 @@
+"""From a request to the robot as the scene sets it up, a checker, and start and goal configurations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.errors import SceneError, choices
+from planner.base.files import StrPath
+from planner.base.notes import tell
+from planner.collision import make_checker
+from planner.collision.checker import CollisionChecker, with_conditions
+from planner.constraints.keeps import bound_to, unbound
+from planner.problem.conditions import AND, Condition, parse_keeps
+from planner.problem.request import IkSolutions, RoadmapRequest, WorldRequest
+from planner.problem.targets import HOME, Joints, Target, joints_text, parse_target, parse_targets
+from planner.query.resolve import check_limits, joint_values, other_turns, resolve
+from planner.query.robots import robot_of, widened_for
+from planner.robot import model_checks
+from planner.robot.moveit.message import goals_of, in_request, joints_of, kept_of, unasked, with_path_limits
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+
+if TYPE_CHECKING:
+    from planner.robot.moveit.requests import MotionPlanRequest
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """A robot in a scene with where it starts (k, dof) and where it may end (g, dof), rad.
+
+    ``goal_names`` (g,) is the text of the goal that each row of ``goals`` reaches; ``end_notes`` are on the start.
+    """
+
+    robot: Robot
+    scene: Scene
+    checker: CollisionChecker
+    starts: Floats
+    goals: Floats
+    goal_names: tuple[str, ...]
+    end_notes: tuple[str, ...] = ()
+
+    def goal_at(self, q: Floats) -> str:
+        """The text of the goal that the configuration ``q`` (dof,) reaches, of all the nearest one."""
+        away = np.abs(self.robot.difference(self.goals, q)).max(axis=1)
+        return self.goal_names[int(away.argmin())]
+
+
+def open_world(
+    request: WorldRequest, message: StrPath | None = None, start: Callable[[CollisionChecker], Floats] | None = None
+) -> CollisionChecker:
+    """A checker of the robot in the scene that ``request`` names, without start and goal.
+
+    Joints that are not planned are held as the MoveIt request in the file ``message`` has them. ``start`` gives the
+    configuration (dof,) whose orientation is meant where what is kept names none.
+    """
+    said = _message(message)
+    scene, robot = _set_up(request, said)
+    robot, keep = _constrained(request, robot, scene, said)
+    _judge(request, robot, scene)
+    turns = unbound(keep) if start is not None else ()
+    rest = [each for each in keep if each not in turns]
+    checker = make_checker(robot, scene, request.collision, request.margin, rest)
+    return _bound(checker, turns, start(checker)) if start is not None and turns else checker
+
+
+def _bound(checker: CollisionChecker, turns: tuple[Condition, ...], start: Floats) -> CollisionChecker:
+    """The checker with ``turns`` as they are meant at ``start`` (dof,) besides."""
+    return with_conditions(checker, (*checker.world.conditions, *bound_to(turns, checker.robot, start)))
+
+
+def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool = False) -> Query:
+    """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable.
+
+    The configurations that a position or pose as goal becomes are chosen by their manipulability and by how near they
+    are to the start; by manipulability alone without ``near_start``. A scene in which obstacles move along known
+    motions is refused, but where the answer has times (``in_time``).
+    """
+    message = _message(request.motion_plan_request)
+    scene, robot = _set_up(request, message)
+    if scene.moving and not in_time:
+        raise SceneError(
+            f"in scene '{scene.name}' obstacles move ({choices(item.name for item in scene.moving)}), and a path "
+            "without times cannot keep clear of them: plan in time, by 'planner plan' without --no-timing, or by "
+            "Session.plan_in_time."
+        )
+    start, goals = _targets(request, robot, scene, message)
+    if request.widen_limits:
+        robot = widened_for(robot, [start, *(goal for _, goal in goals)])
+    _require_limits(robot, [("start", start), *((_role(name, goals), goal) for name, goal in goals)])
+    robot, keep = _constrained(request, robot, scene, message)
+    _judge(request, robot, scene)
+    turns = unbound(keep)
+    bound = [each for each in keep if each not in turns]
+    checker = make_checker(robot, scene, request.collision, request.margin, bound)
+    return resolve_query(checker, start, goals, request, near_start, turns)
+
+
+def resolve_query(
+    checker: CollisionChecker,
+    start: Target,
+    goals: list[tuple[str, Target]],
+    ik: IkSolutions,
+    near_start: bool = True,
+    turns: tuple[Condition, ...] = (),
+) -> Query:
+    """The configurations of a start and of goals with their texts; raises :class:`StateError` for unusable ones.
+
+    ``ik`` says how many configurations a goal becomes, and how exactly.
+    ``near_start`` as in :func:`make_query`; ``turns`` are conditions that mean the orientation at the start.
+    """
+    robot, scene = checker.robot, checker.world.scene
+    states = states_of(robot, scene)
+    starts = resolve(start, checker, states, "start", tolerance=ik.tolerance)
+    if turns:
+        checker = _bound(checker, turns, starts[0])
+    ends, names = [], []
+    for name, goal in goals:
+        near = starts if near_start else None
+        ends.append(resolve(goal, checker, states, _role(name, goals), ik.ik_solutions, near, ik.tolerance))
+        names += [name] * len(ends[-1])
+    _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
+    rows.sort()
+    told = tuple(other_turns(start, checker, states))
+    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows), told)
+
+
+def _role(name: str, goals: list[tuple[str, Target]]) -> str:
+    return "goal" if len(goals) == 1 else f"goal '{name}'"
+
+
+def _require_limits(robot: Robot, targets: list[tuple[str, Target]]) -> None:
+    """As :func:`resolve` refuses them, with the remedy for joint values that only a request with ends has."""
+    for role, target in targets:
+        if isinstance(target, Joints):
+            values = joint_values(np.array(target.values), robot, role)
+            check_limits(robot, values, role, "bring it inside, or widen them with --widen-limits.")
+
+
+def _constrained(
+    request: WorldRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
+) -> tuple[Robot, tuple[Condition, ...]]:
+    """The robot, and the conditions that motions keep, by the request, the scene and a message."""
+    keep = parse_keeps(AND.join((str(request.keep or ""), scene.keep)))
+    if message is not None:
+        robot, keep = with_path_limits(robot, message, scene), (*keep, *kept_of(message, robot, scene))
+    return robot, tuple(dict.fromkeys(keep))
+
+
+def _message(path: StrPath | None) -> MotionPlanRequest | None:
+    if path is None:
+        return None
+    from planner.robot.moveit.requests import read_motion_plan_request
+
+    return read_motion_plan_request(path)
+
+
+def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:
+    """The scene, and the robot in it, as a MoveIt request changes them: every command loads its robot here."""
+    scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
+    scene = unasked(scene) if message is None else in_request(scene, message)
+    return scene, robot_of(request, scene, message)
+
+
+def states_of(robot: Robot, scene: Scene) -> dict[str, str]:
+    """The named states of a robot, each as its text: those of its SRDF, and of the scene, which come first."""
+    own = {name: joints_text(values) for name, values in robot.states.items() if name != HOME}
+    return {**own, **scene.states_of(robot.name)}
+
+
+def _targets(
+    request: RoadmapRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
+) -> tuple[Target, list[tuple[str, Target]]]:
+    """Start, and goals with their texts; an explicit --start or --goal takes precedence over the MoveIt request."""
+    plain = RoadmapRequest()
+    start, goals = parse_target(str(request.start)), parse_targets(str(request.goal))
+    if message is not None and request.start == plain.start:
+        start = joints_of(message, robot, scene)
+    if message is not None and request.goal == plain.goal:
+        goals = goals_of(message, robot, scene)
+    return start, goals
+
+
+def _judge(request: WorldRequest, robot: Robot, scene: Scene) -> None:
+    model_checks.require_bodies(robot)
+    tell(*(note.text for note in model_checks.notes(robot, scene) if note.grave))

@@ -1,0 +1,422 @@
+"""The configurations that bring the arm to a target."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, frozen
+from planner.base.errors import StateError, choices, metric
+from planner.base.notes import tell
+from planner.base.yamlfile import FARTHEST, shown
+from planner.collision.checker import CollisionChecker, contact_of, is_free
+from planner.collision.world import Contact
+from planner.constraints.keeps import Keeps, bound_to, require_bound
+from planner.kinematics import inverse
+from planner.kinematics.manipulability import manipulability
+from planner.problem.conditions import Condition, KeepBox
+from planner.problem.reasons import BeyondLimit, BreaksKept, OutOfReach, Touching
+from planner.problem.request import IK_LARGEST, IK_LEAST
+from planner.problem.targets import (
+    FORMS,
+    HOME,
+    TURN,
+    Joints,
+    Named,
+    Pose,
+    Position,
+    Target,
+    ToolGoal,
+    follow,
+    parse_target,
+)
+from planner.robot.poses import pose, se3
+from planner.robot.robot import Robot, with_tool
+
+IK_STARTS = 100
+NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
+DEGREES = "degrees? As degrees they would lie within limits; give them in rad."  # the remedy for what looks like it
+IK_SEED = 0  # its own, so that the same target gives the same configuration whatever --seed says
+_AROUND = 15  # seeds around every configuration to come from: other solutions near it, where the nearest is blocked
+_SPREAD = 0.4  # rad (m), of these seeds
+_FORGIVEN = 1e-9  # rad (m): beyond a limit that was printed and read back
+_SEEDS, _BRANCH = 300, 0.3  # of goals with tolerance; rad (m): configurations nearer to each other are one branch
+_GLANCE = 0.1  # rad (m) of the largest joint motion between the states in which a straight motion is looked at
+
+
+def resolve(
+    target: Target,
+    checker: CollisionChecker,
+    states: Mapping[str, str],
+    role: str,
+    count: int = 1,
+    starts: Floats | None = None,
+    tolerance: inverse.Tolerance = inverse.TOLERANCE,
+) -> Floats:
+    """Up to ``count`` collision-free configurations (k, dof) that reach ``target``, best manipulability first.
+
+    ``states`` are the scene's named states of this robot, ``role`` is "start", "goal" or, where there are several,
+    "goal '<its text>'" for the messages; what ``home`` is :mod:`planner.problem.targets` says. Inverse
+    kinematics starts from ``IK_STARTS`` seeds; of the solutions that are free and within limits the ones with the
+    highest manipulability are kept, those within ``NEAR_LIMIT`` of a joint limit only if there are too few others.
+    With ``starts`` (s, dof) it begins at these too, and takes the best left in manipulability and the one left that is
+    nearest to a start alternately: a good choice for beta 0 and one for beta 1, of which the dynamics takes one.
+    A pose that cannot be reached exactly is reached within the ``tolerance`` (m, rad).
+    Raises :class:`StateError`: out of limits, in collision, out of reach.
+    """
+    match target:
+        case Named(names):
+            inner = [target for name in names for target in _look_up(name, states, checker, role)]
+            return np.vstack([resolve(each, checker, states, role, count, starts, tolerance) for each in inner])
+        case Joints(values):
+            found = free_configuration(np.array(values), checker, role)
+            if role == "start":
+                tell(*other_turns(target, checker, states))
+            return found[None]
+        case ToolGoal(conditions):
+            found = _spread(within(conditions, checker, role, starts), checker.robot)
+            return _choose(found, checker, role, count, starts)
+        case Position((x, y, z)) if checker.world.keeps:
+            here = ToolGoal((KeepBox((x, y, z), (x, y, z), frame=target.frame),))
+            return resolve(here, checker, states, role, count, starts)
+        case Position() | Pose():
+            robot = with_tool(checker.robot, target.frame)
+            solutions = _reach(target, robot, role, starts, tolerance)
+            if not len(solutions.configurations):
+                raise _out_of_reach(solutions, robot, target, role)
+            return _choose(_kept(solutions.configurations, checker, role), checker, role, count, starts)
+
+
+def other_turns(start: Target, checker: CollisionChecker, states: Mapping[str, str]) -> list[str]:
+    """A sentence for each joint that turns freely and begins in another turn than joint values of the start say."""
+    if isinstance(start, Named):
+        inner = [target for name in start.names for target in _look_up(name, states, checker, "start")]
+        return [sentence for each in inner for sentence in other_turns(each, checker, states)]
+    if not isinstance(start, Joints):
+        return []
+    robot, given = checker.robot, joint_values(np.array(start.values), checker.robot, "start")
+    begun = robot.normalise(given)
+    return [
+        f"the start has joint '{robot.joints[k]}' at {given[k]:.6g} rad, the plan begins at {begun[k]:.6g}, the same "
+        "place in another turn: have a controller that counts turns begin there, or it turns back first."
+        for k in np.flatnonzero(robot.continuous & (np.abs(given - begun) > _FORGIVEN))
+    ]
+
+
+def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:
+    """One configuration (dof,) that ``target`` names, to be checked: it may be in collision or out of limits.
+
+    Joint values stand as given; for a position or pose the free solution of the highest manipulability is taken,
+    or the best of those in collision. Raises :class:`StateError`: wrong joint count, out of reach, unknown name.
+    """
+    match target:
+        case Named(names):
+            inner = [found for name in names for found in _look_up(name, states, checker, role)]
+            if len(inner) > 1:
+                raise StateError(f"{role} names {len(inner)} states, {choices(names)}: name one.")
+            return resolve_as_is(inner[0], checker, states, role)
+        case Joints(values):
+            return frozen(joint_values(np.array(values), checker.robot, role))
+        case Position() | Pose():
+            robot = with_tool(checker.robot, target.frame)
+            solutions = _reach(target, robot, role, None, inverse.TOLERANCE)
+            found = solutions.configurations
+            if not len(found):
+                raise _out_of_reach(solutions, robot, target, role)
+            return _best_as_is(found, checker)
+        case ToolGoal(conditions):
+            return _best_as_is(within(conditions, checker, role), checker)
+
+
+def _best_as_is(found: Floats, checker: CollisionChecker) -> Floats:
+    """The best (dof,) of configurations (k, dof): free ones first, then the highest manipulability."""
+    touching = np.array([contact_of(checker, q) is not None for q in found])
+    return frozen(found[np.lexsort((-manipulability(checker.robot, found), touching))[0]])
+
+
+def within(
+    conditions: tuple[Condition, ...], checker: CollisionChecker, role: str, starts: Floats | None = None
+) -> Floats:
+    """Configurations (k, dof) that meet ``conditions``, and what motions keep, all over what they leave free.
+
+    Projected from ``IK_STARTS`` seeds, and seeds around ``starts``, each to a depth of its own. :class:`StateError`
+    where none is found.
+    """
+    robot, rng = checker.robot, np.random.default_rng(IK_SEED)
+    if starts is not None:
+        conditions = bound_to(conditions, robot, starts[0])
+    require_bound(conditions, robot)
+    asked = Keeps(robot, (*conditions, *checker.world.conditions))
+    seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SEEDS - 1, robot.dof))])
+    if starts is not None:
+        seeds = np.vstack([seeds, _seeds(robot, starts)])
+    found, good = asked.projected(seeds, rng.random(len(seeds)), inverse.POSITION_TOLERANCE)
+    good &= checker.world.keeps.holds(found)
+    if good.any():
+        return robot.normalise(found[good])
+    spare = asked.spare(found)
+    nearest = int(spare.min(axis=1).argmax())
+    missed = asked.conditions[int(spare[nearest].argmin())]
+    raise StateError(
+        f"{role} cannot be reached by frame '{robot.tool}': the nearest configuration of {len(seeds)} tries misses "
+        f"'{missed.text}' by {-spare[nearest].min():.3g} {missed.unit}; choose a nearer one, or more tolerance.",
+        BreaksKept(role, missed.text, float(-spare[nearest].min())),
+    )
+
+
+def _spread(found: Floats, robot: Robot) -> Floats:
+    """Those of ``found`` (k, dof), best first, that are no neighbours of a better one: branches of the inverse."""
+    order = np.argsort(-manipulability(robot, found), kind="stable")
+    kept = np.zeros((0, robot.dof))
+    for q in found[order]:
+        if (np.abs(robot.difference(q, kept)).max(axis=1, initial=0.0) > _BRANCH).all():
+            kept = np.vstack([kept, q])
+    return kept
+
+
+def _reach(
+    target: Position | Pose, robot: Robot, role: str, starts: Floats | None, tolerance: inverse.Tolerance
+) -> inverse.Solutions:
+    rng, position = np.random.default_rng(IK_SEED), np.array(target.xyz)
+    near = None if starts is None else _seeds(robot, starts)
+    if isinstance(target, Position):
+        _check_finite(position, role)
+        return inverse.solve(robot, position, rng, IK_STARTS, near)
+    _check_finite(np.array([*target.xyz, *target.quaternion]), role)
+    return inverse.solve(robot, se3(_matrix(target, role)), rng, IK_STARTS, near, tolerance)
+
+
+def _seeds(robot: Robot, starts: Floats) -> Floats:
+    """Seeds (k, dof) for inverse kinematics: the ``starts`` (s, dof), and configurations around them."""
+    noise = np.random.default_rng(IK_SEED).normal(scale=_SPREAD, size=(_AROUND, *starts.shape))
+    around = np.where(robot.continuous, starts + noise, np.clip(starts + noise, robot.lower, robot.upper))
+    return np.vstack([starts, around.reshape(-1, robot.dof)])
+
+
+def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> list[Target]:
+    """What a state's name stands for: more than one where the scene names alternatives."""
+    return [_numbers_of(text, states, checker, role) for text in follow(name, states)]
+
+
+def _numbers_of(text: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
+    target, robot, end = parse_target(text), checker.robot, role.partition(" '")[0]
+    if not isinstance(target, Named):
+        return target
+    if text == HOME:
+        return Joints(tuple(robot.home.tolist()))
+    names = choices(dict.fromkeys([*states, HOME]))
+    known = f"its states are {names}" if states else f"it names none, but {HOME} is known"
+    raise StateError(
+        f"{end} {shown(text)} is not among the scene's states for {robot.name} ({known}): choose another one, as "
+        f"{FORMS}."
+    )
+
+
+def _matrix(target: Pose, role: str) -> Floats:
+    try:
+        return pose(target.xyz, quaternion=target.quaternion)
+    except ValueError as error:
+        raise StateError(f"{role}: {error}; give a unit quaternion qx,qy,qz,qw.") from None
+
+
+def _check_finite(values: Floats, role: str) -> None:
+    if not np.isfinite(values).all():
+        raise StateError(f"{role} holds a value that is not finite: give plain numbers.")
+    farthest = float(np.abs(values).max(initial=0.0))
+    if farthest > FARTHEST:
+        raise StateError(f"{role} holds the value {farthest:g}, beyond any arm's {FARTHEST:g}: give rad and metres.")
+
+
+def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
+    """Joint values (dof,), see :func:`free_configurations`."""
+    return free_configurations([(role, values)], checker)[0]
+
+
+def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> Floats:
+    """Joint values (n, dof) of rows (role, (dof,)), continuous ones in [-pi, pi), with one look at all of them.
+
+    :class:`StateError` unless within limits and free. What is beyond a limit by no more than rounding is brought to it:
+    OMPL forgives less.
+    """
+    robot = checker.robot
+    for role, values in rows:
+        check_limits(robot, joint_values(values, robot, role), role)
+    values = brought_within(robot, np.array([values for _, values in rows]).reshape(-1, robot.dof))
+    _require_kept([(role, q) for (role, _), q in zip(rows, values, strict=True)], checker)
+    found = checker.first_contact(values) if len(values) else None
+    if found is not None:
+        (role, _), contact = rows[found[0]], found[1]
+        raise StateError(
+            f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.", touching(role, contact)
+        )
+    return frozen(robot.normalise(values))
+
+
+def brought_within(robot: Robot, values: Floats) -> Floats:
+    """Joint values (n, dof), those beyond a limit brought to it."""
+    return np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
+
+
+def _require_kept(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> None:
+    """Raise :class:`StateError` for the first of ``rows`` that breaks what motions keep, with by how much."""
+    keeps, values = checker.world.keeps, np.array([q for _, q in rows]).reshape(-1, checker.robot.dof)
+    for row in np.flatnonzero(~keeps.holds(values)).tolist():
+        spare = keeps.spare(values[row : row + 1])[0]
+        role, kept, by = rows[row][0], keeps.conditions[spare.argmin()], float(-spare.min())
+        raise StateError(
+            f"{role} lies outside '{kept.text}', which is to be kept, by {by:.3g} {kept.unit}: choose "
+            "another one, or keep less.",
+            BreaksKept(role, kept.text, by),
+        )
+
+
+def joint_values(values: Floats, robot: Robot, role: str) -> Floats:
+    """The values (dof,) themselves; :class:`StateError` unless they are as many as joints, finite and of real arms."""
+    if values.shape != (robot.dof,):
+        raise StateError(
+            f"{role} has {values.size} joint values, {robot.name} has {robot.dof} planned joints: "
+            f"{choices(robot.joints)}."
+        )
+    _check_finite(values, role)
+    return values
+
+
+def check_limits(robot: Robot, values: Floats, role: str, remedy: str = "bring it inside.") -> None:
+    """Raise :class:`StateError` naming the first joint that is out of its limits and by how much.
+
+    ``remedy`` is what to do about it, of a command that can do more than to refuse.
+    """
+    beyond = beyond_limits(robot, values)
+    for k in np.nonzero(beyond)[0]:
+        unit = "m" if robot.prismatic[k] else "rad"
+        raise StateError(
+            f"{role} puts joint '{robot.joints[k]}' at {values[k]:.6g}, outside its limits "
+            f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} {unit}: "
+            + (DEGREES if looks_like_degrees(robot, values) else remedy),
+            BeyondLimit(role, robot.joints[k], float(values[k]), float(robot.lower[k]), float(robot.upper[k])),
+        )
+
+
+def beyond_limits(robot: Robot, values: Floats) -> Floats:
+    """How far (..., dof) joint values lie outside their limits (rad, m), 0 within; continuous joints have none."""
+    beyond = np.maximum(robot.lower - values, values - robot.upper)
+    return np.where(robot.continuous | (beyond <= _FORGIVEN), 0.0, beyond)
+
+
+def position_bounds(robot: Robot) -> tuple[Floats, Floats]:
+    """The lowest and the highest values (dof,) that are not beyond limits."""
+    lower, upper = robot.lower - _FORGIVEN, robot.upper + _FORGIVEN
+    return np.where(robot.continuous, -np.inf, lower), np.where(robot.continuous, np.inf, upper)
+
+
+def looks_like_degrees(robot: Robot, values: Floats) -> bool:
+    """Whether joint values (..., dof) out of limits, some by more than a turn from zero, lie within them as degrees.
+
+    A wrong guess would hide the true remedy, so a value of up to 2 pi is taken for what it says.
+    """
+    turns = ~(robot.prismatic | robot.continuous)
+    beyond = beyond_limits(robot, values) > 0
+    as_degrees = np.where(robot.prismatic, values, np.radians(values))
+    return bool((beyond & turns & (np.abs(values) > TURN)).any()) and not beyond_limits(robot, as_degrees).any()
+
+
+def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, starts: Floats | None) -> Floats:
+    @cache
+    def free(row: int) -> bool:  # of few is it asked: a check takes as long as a solution
+        return is_free(checker, found[row])
+
+    if not any(map(free, range(len(found)))):
+        first = contact_of(checker, found[0])
+        assert first is not None
+        raise StateError(
+            f"{role} is reached by {len(found)} configurations, all in collision (the first: "
+            f"{_describe(first, checker)}); move it or the obstacle.",
+            touching(role, first),
+        )
+    robot = checker.robot
+    room = np.minimum(found - robot.lower, robot.upper - found)
+    at_limit: Bools = np.any(np.where(robot.continuous, np.inf, room) < NEAR_LIMIT, axis=1)
+    best: Iterator[int] = filter(free, np.lexsort((-manipulability(robot, found), at_limit)).tolist())
+    if starts is None:
+        return frozen(found[_distinct(best, count)])
+    nearest = _nearest(found, free, at_limit, checker, starts)
+    alternately = itertools.chain.from_iterable(zip(best, nearest, strict=True))
+    return frozen(found[_distinct(alternately, count)])
+
+
+def _kept(found: Floats, checker: CollisionChecker, role: str) -> Floats:
+    """Those of ``found`` (k, dof) that keep what motions keep; :class:`StateError` where none does."""
+    good = checker.world.keeps.holds(found)
+    if not good.any():
+        _require_kept([(role, found[int(checker.world.keeps.slack(found).argmax())])], checker)
+    return found[good]
+
+
+def _distinct(numbers: Iterable[int], count: int) -> list[int]:
+    """The first ``count`` different ones of ``numbers``."""
+    chosen: dict[int, None] = {}
+    for number in numbers:
+        chosen[number] = None
+        if len(chosen) == count:
+            break
+    return list(chosen)
+
+
+def _nearest(
+    found: Floats, free: Callable[[int], bool], at_limit: Bools, checker: CollisionChecker, starts: Floats
+) -> Iterator[int]:
+    """Indices of the ``free`` ones of ``found`` (k, dof), nearest to one of ``starts`` first.
+
+    Those ``at_limit`` come last, and of either kind those to which the straight motion is seen to touch something: it
+    is sampled in a few states, so what looks free may still touch, but is likely a short way.
+    """
+    delta = checker.robot.difference(starts[:, None], found)  # (s, k, dof)
+    lengths = np.linalg.norm(delta, axis=2)
+    start, k = lengths.argmin(axis=0), np.arange(len(found))
+    order = np.argsort(lengths[start, k], kind="stable")
+    for group in (order[~at_limit[order]], order[at_limit[order]]):
+        blocked = []
+        for row in group.tolist():  # whether it is free is asked last: that takes the longest
+            if checker.bound.looks_free(_states(starts[start[row]], delta[start[row], row])) and free(row):
+                yield row
+            else:
+                blocked.append(row)
+        yield from filter(free, blocked)
+
+
+def _states(first: Floats, delta: Floats) -> Floats:
+    """States (n, dof) on the motion from ``first`` by ``delta`` (dof,), no joint moving further than ``_GLANCE``."""
+    count = max(1, int(np.ceil(np.abs(delta).max() / _GLANCE)))
+    return first + (np.arange(1, count) / count)[:, None] * delta if count > 1 else (first + delta)[None]
+
+
+def touching(role: str, contact: Contact) -> Touching:
+    """A contact where ``role`` puts the robot, as a reason."""
+    return Touching(role, contact.first, contact.second, contact.enclosed)
+
+
+def _describe(contact: Contact, checker: CollisionChecker) -> str:
+    return f"{contact} {contact.how(checker.world.margin)}"
+
+
+def _out_of_reach(solutions: inverse.Solutions, robot: Robot, target: Position | Pose, role: str) -> StateError:
+    place = ", ".join(f"{value:g}" for value in target.xyz)
+    beyond = inverse.beyond_reach(robot, np.array(target.xyz))
+    reach = (
+        f"the target lies {metric(beyond, 'm')} beyond the arm's reach"
+        if beyond > 0
+        else "joint limits or orientation forbid it"
+    )
+    distance, angle, remedy = solutions.distance, solutions.angle, "choose a nearer one"
+    if isinstance(target, Pose) and distance <= IK_LARGEST[0] / 2 and angle <= IK_LARGEST[1] / 2:
+        allowed = ",".join(f"{max(1.1 * miss, IK_LEAST):.2g}" for miss in (distance, angle))
+        remedy += f", or allow as much by --ik-tolerance {allowed}"
+    turn = f" and {metric(angle, 'rad')}" if isinstance(target, Pose) else ""
+    return StateError(
+        f"{role} ({place}) cannot be reached by frame '{robot.tool}': the nearest configuration of {IK_STARTS} tries "
+        f"stays {metric(distance, 'm')}{turn} away ({reach}); {remedy}.",
+        OutOfReach(role, float(distance)),
+    )

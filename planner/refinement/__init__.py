@@ -1,1 +1,0 @@
-"""Better paths from a path: refined, shortened and simplified, over proven motions only."""

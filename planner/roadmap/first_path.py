@@ -1,0 +1,220 @@
+"""The first path: tree planners on states, then proofs, repair where one fails, and shortcuts that are proven too.
+
+States are a tenth of the price of a proof and most motions that planners try are refused, so they search with states
+only. What it finds is not believed: every motion of the path is then proven or replaced by proven ones.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.products import length
+from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
+from planner.cost.motion_cost import MotionCost
+from planner.kinematics.manipulability import measured_tool
+from planner.native.tree_search import SearchSpace, tree_path
+from planner.roadmap.informed_set import InformedSet
+from planner.roadmap.joint_space import JointSpace
+from planner.roadmap.refine import PathRefiner
+from planner.roadmap.shortcuts import in_pieces, straight_paths
+from planner.roadmap.straight_motions import Motions
+
+# tries, one after the other and again: steps in ranges, motions that are looked at
+_TRIES = ((1.0, 10_000), (2.0, 10_000), (0.5, 20_000))
+_REPAIR_MOTIONS = 300
+_REPAIR_BOX = (0.3, 1.0)  # rad beyond the ends of a refused motion in which a detour is searched, one after the other
+# (rad, motions) of the boxes around a gap: there nine of ten gaps are bridged, by a tenth of the motions, shorter ones
+_GAP_BOXES = ((0.3, 500), (0.6, 1000), (1.0, 2000))
+_REPORT_EVERY = 500
+FIRST_PATH = "first path"  # a stage of progress
+
+
+@dataclass(frozen=True)
+class JoinSettings:
+    """How long to search the first path, in counts instead of seconds: so a run can be repeated on any load.
+
+    ``range`` (rad): the path is cut into pieces no longer than this. ``motions``: what RRTConnect may check before it
+    gives up; ``shortcuts``: how often partial shortcuts of its path are tried.
+    """
+
+    range: float
+    motions: int
+    shortcuts: int
+
+
+class FirstPathSearch:
+    """Searches a proven path between sets of configurations; ``checked`` counts the motions it checked.
+
+    With ``within`` RRTConnect stays in that set, so that a path is found which may be shorter than the one known.
+    """
+
+    def __init__(
+        self,
+        motions: Motions,
+        settings: JoinSettings,
+        rng: np.random.Generator,
+        progress: Progress = QUIET,
+        within: InformedSet | None = None,
+    ) -> None:
+        self._robot, self._motions, self._settings = motions.robot, motions, settings
+        self._rng, self._progress, self._within = rng, progress, within
+        self.checked = 0
+
+    def straight(self, starts: Floats, goals: Floats) -> list[Floats]:
+        """The proven ones of the straight motions from every row of ``starts`` to every row of ``goals``, in pieces."""
+        found = straight_paths(self._motions, starts, goals, self._settings.range)
+        self.checked += len(starts) * len(goals)
+        return found
+
+    def join(self, starts: Floats, goals: Floats) -> Floats | None:
+        """A path (k, dof) of proven motions from a row of ``starts`` to a row of ``goals``; None if none was found.
+
+        Tries alternate between long and short steps: short ones leave narrow passages.
+        """
+        if not len(starts) or not len(goals):
+            return None
+        end, sample = self._settings.motions, MOTION_IN_FIRST_PATH
+        space = JointSpace.of(self._robot) if self._within is None else self._within.space
+        for factor, most in itertools.cycle(_TRIES):
+            left = end - self.checked
+            if left <= 0 or self._progress.stopped:
+                return None
+            found = self._search(space, starts, goals, factor * self._settings.range, sample, min(most, left))
+            if found is None:
+                continue
+            path = self._prove(found)
+            if path is not None:
+                return self._finished(path)
+            sample = max(0.5 * sample, FINEST_IN_FIRST_PATH)
+
+    def join_near(self, starts: Floats, goals: Floats, gap: Floats) -> Floats | None:
+        """As :meth:`join`, in boxes around a ``gap`` (2, dof) between a row of ``starts`` and a row of ``goals``.
+
+        Only what lies within a box is joined, where motions are short and most states are near the gap.
+        """
+        robot, middle = self._robot, gap[0] + 0.5 * self._robot.difference(gap[0], gap[1])
+
+        def unwound(q: Floats) -> Floats:
+            return np.where(robot.continuous, middle + robot.difference(middle, q), q)
+
+        first, last, ends = unwound(starts), unwound(goals), unwound(gap)
+        for beyond, limit in _GAP_BOXES:
+            box = self._box(ends[0], ends[1], beyond)
+            mine, theirs = box.holds(first), box.holds(last)
+            step = self._settings.range
+            found = self._search(box, first[mine], last[theirs], step, MOTION_IN_FIRST_PATH, limit)
+            if found is None:
+                continue
+            a, b = (int(np.argmin(np.abs(q - end).max(axis=1))) for q, end in ((first, found[0]), (last, found[-1])))
+            path = self._prove(np.vstack([starts[a], robot.normalise(found[1:-1]), goals[b]]))
+            if path is not None:
+                return self._finished(path)
+        return None
+
+    def _finished(self, path: Floats) -> Floats:
+        """A proven path after shortcuts, in pieces."""
+        self._progress(FIRST_PATH, self._settings.motions, self._settings.motions)
+        return in_pieces(self._motions.prover, self._shorten(path), self._settings.range)
+
+    def _search(
+        self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
+    ) -> Floats | None:
+        """A path of motions that look free; by OMPL's planner where motions keep something, as it projects states."""
+        if not self._motions.keeps:
+            self._progress(FIRST_PATH, self.checked, self._settings.motions)
+            path, looked_at = self._looked_for(space, starts, goals, step, sample, limit)
+            self.checked += max(looked_at, 1)  # a try that could not even begin counts, so that tries end
+            return path
+        from planner.roadmap.ompl_planners import TreePlanners  # takes 0.02 s to load, and few first paths need it
+
+        look, inside = self._motions.looks_free(sample), self._within and self._within.holds
+
+        def check(first: Floats, delta: Floats) -> bool:
+            if planners.checked % _REPORT_EVERY == 0:
+                self._progress(FIRST_PATH, self.checked + planners.checked, self._settings.motions)
+            return look(first, delta)
+
+        with TreePlanners(space, check, self._rng, self._progress, self._motions.keeps, inside) as planners:
+            path = planners.rrt_connect(starts, goals, self._motions.step(step), limit)
+        self.checked += max(planners.checked, 1)
+        return path
+
+    def _looked_for(
+        self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
+    ) -> tuple[Floats | None, int]:
+        """What :func:`tree_path` finds in ``space``, and how many motions it looked at."""
+        bound, seed = self._motions.prover.checker.bound, int(self._rng.integers(2**63))
+        longest, tool = np.inf if self._within is None else self._within.longest, measured_tool(self._robot)
+        asked = SearchSpace(space.lower, space.upper, space.wrap, longest, tool, self._motions.floor, W_IN_GROWTH)
+        return tree_path(bound.native, bound.of_all, asked, starts, goals, step, sample, seed, limit)
+
+    def _prove(self, path: Floats) -> Floats | None:
+        """The path with every motion proven, refused ones replaced by a proven detour; None where there is none."""
+        delta = self._robot.difference(path[:-1], path[1:])
+        free = self._motions.prover.free(path[:-1], delta)
+        rows = [path[:1]]
+        for k, proven in enumerate(free):
+            piece = path[k : k + 2] if proven else self._detour(path[k], delta[k])
+            if piece is None:
+                return None
+            rows += [piece[1:-1], path[k + 1 : k + 2]]
+        return np.concatenate(rows)
+
+    def _detour(self, first: Floats, delta: Floats) -> Floats | None:
+        """Proven motions (k, dof) from ``first`` to ``first + delta`` within a box around both, angles unwound."""
+        from planner.roadmap.ompl_planners import TreePlanners
+
+        robot, last = self._robot, first + delta
+        for beyond in _REPAIR_BOX:
+            box = self._box(first, last, beyond)
+            with TreePlanners(box, self._motions.proven, self._rng, self._progress, self._motions.keeps) as planners:
+                step = self._motions.step(max(0.5 * length(delta), 0.1))
+                path = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
+            self.checked += planners.checked
+            if path is not None:
+                return robot.normalise(path)
+        return None
+
+    def _box(self, first: Floats, last: Floats, beyond: float) -> JointSpace:
+        """The joint values within limits not farther than ``beyond`` (rad) from a box around two; no angle wraps."""
+        robot = self._robot
+        lower, upper = np.minimum(first, last) - beyond, np.maximum(first, last) + beyond
+        lower = np.where(robot.continuous, lower, np.maximum(lower, robot.lower))
+        upper = np.where(robot.continuous, upper, np.minimum(upper, robot.upper))
+        return JointSpace(lower, upper, np.zeros(robot.dof, dtype=bool))
+
+    def _shorten(self, path: Floats) -> Floats:
+        """The path past all states that need not be passed, before and after some joints move evenly on parts of it."""
+        if self._settings.shortcuts < 1:
+            return path
+        robot, prover, floor, longest = self._robot, self._motions.prover, self._motions.floor, self._settings.range
+        roomy, cost = Motions(prover, floor, EXTRA_CLEARANCE), MotionCost.of_length(robot)
+        tries, seed = self._settings.shortcuts, int(self._rng.integers(2**31))
+        refiner = PathRefiner(prover, cost, EXTRA_CLEARANCE, seed, self._progress, tries, floor)
+        path = roomy.shortest_way(path)
+        shorter = robot.normalise(refiner.partial_shortcuts(robot.unwound(path)))
+        shorter[[0, -1]] = path[[0, -1]]  # to the last bit: they are nodes already
+        return roomy.shortest_way(in_pieces(prover, shorter, longest))
+
+
+def shorter_path(
+    motions: Motions,
+    settings: JoinSettings,
+    starts: Floats,
+    goals: Floats,
+    longest: float,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> tuple[Floats | None, int]:
+    """What :meth:`FirstPathSearch.join` finds where a path no longer than ``longest`` (rad) may pass, without reports.
+
+    With the number of motions that were checked.
+    """
+    silent, within = progress.renamed(lambda *report: None), InformedSet(motions.robot, starts, goals, longest)
+    search = FirstPathSearch(motions, settings, rng, silent, within)
+    return search.join(starts, goals), search.checked

@@ -1,0 +1,168 @@
+"""A forest of proven motions: first paths, then RRT from all of their nodes (LaValle 1998)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import MOTION_IN_GROWTH
+from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.manipulability import manipulability
+from planner.roadmap.escape_singularity import ascend_manipulability
+from planner.roadmap.first_path import FirstPathSearch, JoinSettings, shorter_path
+from planner.roadmap.forest import Forest
+from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.joint_space import JointSpace
+from planner.roadmap.straight_motions import Motions
+from planner.robot.robot import Robot
+
+if TYPE_CHECKING:
+    from planner.roadmap.ompl_planners import Tree
+
+_JOIN_PER_JOINT = 8000  # motions
+_SHORTER_PER_NODE, _SHORTER = 5, 10_000  # motions at most that the search for shorter first paths may check
+_NEARLY_STRAIGHT = 1.1  # times the distance of the nearest start and goal: a path so short is short enough
+_SHARE_OF_PATHS = 0.3  # of the nodes: first paths that have more are enough
+_PART = 250  # nodes at least that a tree grows before its motions are proven
+_ABOVE = 0.02  # growth keeps so much above the floor, relative: between two sampled states w may dip
+ROADMAP = "roadmap"  # a stage of progress
+
+
+@dataclass(frozen=True, eq=False)
+class Growth:
+    """A forest of proven motions: ``nodes`` (n, dof), starts first, then goals; ``edges`` (m, 2)."""
+
+    nodes: Floats
+    edges: Ints
+    starts: Ints
+    goals: Ints
+    joined: bool  # a start and a goal, by a straight motion or by RRTConnect
+    motions: int  # motions checked
+
+
+def grow(
+    prover: EdgeProver,
+    starts: Floats,
+    goals: Floats,
+    nodes: int,
+    seed: int,
+    settings: GrowthSettings,
+    progress: Progress = QUIET,
+) -> Growth:
+    """Grow about ``nodes`` configurations around first paths from ``starts`` (s, dof) to ``goals`` (g, dof).
+
+    These are all straight motions that are proven, and where there is none the path that RRTConnect finds, and more
+    that it finds where a shorter one may pass: what is found first is often several times as long as need be, and no
+    refinement leads from one way around the obstacles to another. Should the first path need more than ``nodes``, all
+    of it is kept. The same seed gives the same growth.
+    """
+    rng = np.random.default_rng(seed)
+    motions, forest = Motions(prover, (1.0 + _ABOVE) * settings.floor), Forest()
+    first = np.array([forest.add(q) for q in starts], dtype=np.int64)
+    last = np.array([forest.add(q) for q in goals], dtype=np.int64)
+    search = FirstPathSearch(motions, join_settings(settings, prover.robot), rng, progress)
+    if settings.floor > 0 and len(goals):  # else ``starts`` are a tree whose paths reach the floor already
+        starts, goals = _risen(forest, motions, starts), _risen(forest, motions, goals)
+    straight = search.straight(starts, goals)
+    spine = None if straight or np.isin(first, last).any() else search.join(starts, goals)
+    joining = straight if spine is None else [spine]
+    for path in joining:
+        forest.add_path(path)
+    checked = search.checked
+    if spine is not None:
+        checked += _add_shorter_paths(motions, forest, starts, goals, spine, nodes, settings, rng, progress)
+    checked += grow_tree(motions, forest, nodes - len(forest), settings, rng, progress)
+    return Growth(forest.nodes(), forest.edges(), first, last, bool(joining), checked)
+
+
+def join_settings(settings: GrowthSettings, robot: Robot) -> JoinSettings:
+    """How long a first path is searched for a ``robot``."""
+    return JoinSettings(settings.range, settings.join_motions or _JOIN_PER_JOINT * robot.dof, settings.shortcuts)
+
+
+def _add_shorter_paths(
+    motions: Motions,
+    forest: Forest,
+    starts: Floats,
+    goals: Floats,
+    path: Floats,
+    nodes: int,
+    settings: GrowthSettings,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> int:
+    """Add paths to ``forest``, each searched where one shorter than all before may pass; the motions checked."""
+    robot, checked, longest = motions.robot, 0, _length(motions.robot, path)
+    enough = _NEARLY_STRAIGHT * float(np.linalg.norm(robot.difference(starts[:, None], goals[None]), axis=2).min())
+    limit = min(_SHORTER_PER_NODE * nodes, _SHORTER)
+    join = join_settings(settings, robot)
+    while longest > enough and checked < limit and len(forest) < _SHARE_OF_PATHS * nodes and not progress.stopped:
+        within_limit = replace(join, motions=limit - checked)
+        found, tried = shorter_path(motions, within_limit, starts, goals, longest, rng, progress)
+        checked += max(tried, 1)  # a search that could not even begin counts, so that this ends
+        if found is not None:
+            forest.add_path(found)
+            longest = min(longest, _length(robot, found))
+    return checked
+
+
+def _length(robot: Robot, path: Floats) -> float:
+    return float(np.linalg.norm(robot.difference(path[:-1], path[1:]), axis=1).sum())
+
+
+def _risen(forest: Forest, motions: Motions, ends: Floats) -> Floats:
+    """The states (m, dof) where paths up from ``ends`` (k, dof) reach the floor; all paths are added to the forest."""
+    paths = [ascend_manipulability(motions.prover, q, motions.floor) for q in ends]
+    for path in paths:
+        forest.add_path(path)
+    tops = np.array([path[-1] for path in paths]).reshape(ends.shape)
+    return tops[manipulability(motions.robot, tops) >= motions.floor]  # no motion may leave the others
+
+
+def grow_tree(
+    motions: Motions,
+    forest: Forest,
+    wanted: int,
+    settings: GrowthSettings,
+    rng: np.random.Generator,
+    progress: Progress = QUIET,
+) -> int:
+    """RRT from every node of ``forest``, until ``wanted`` more are added or too many motions were refused.
+
+    Motions are sampled in a few states while the tree grows and proven many at a time afterwards, which takes half as
+    long as proving them one by one. Branches behind a motion without a proof are dropped, and the tree grows on.
+    Returns the number of motions that were checked.
+    """
+    full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
+    while len(forest) < full and checked < limit and not progress.stopped:
+        from planner.roadmap.ompl_planners import TreePlanners  # not loaded where nothing is to grow
+
+        before = len(forest)
+        check = motions.looks_free(MOTION_IN_GROWTH)
+        with TreePlanners(JointSpace.of(motions.robot), check, rng, progress, motions.keeps) as planners:
+            planners.on_accept = lambda accepted, before=before: progress(ROADMAP, before + accepted, full)
+            part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
+            tree = planners.rrt(forest.nodes(), motions.step(settings.range), part, limit - checked)
+        checked += max(planners.checked, 1)  # a tree that could not even begin counts, so that growing ends
+        _add_proven(motions, forest, tree)
+    return checked
+
+
+def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
+    """Add to ``forest`` what proven motions connect to it of ``tree``, which begins with its nodes."""
+    if not len(tree.edges):
+        return
+    motions_of_tree = tree.nodes[tree.edges]
+    a, b = np.moveaxis(motions_of_tree, 1, 0)
+    proven = motions.prover.free(a, motions.robot.difference(a, b), motions.room).tolist()
+    joined = [True] * len(forest) + [False] * (len(tree.nodes) - len(forest))
+    kept = []
+    for row, ((parent, child), is_proven) in enumerate(zip(tree.edges.tolist(), proven, strict=True)):
+        if is_proven and joined[parent]:
+            kept.append(row)
+            joined[child] = True
+    forest.add_edges(motions_of_tree[kept])

@@ -1,0 +1,176 @@
+"""The obstacles that keep the parts of a roadmap apart: the fewest found without which a start would reach a goal.
+
+That is the minimum constraint removal problem (Hauser 2014, "The minimum constraint removal problem with three robotics
+applications"), which is NP-hard. Here it is searched over straight motions between the parts of the roadmap, each with
+the obstacles that block it.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.progress import QUIET, Progress
+from planner.collision.checker import CollisionChecker, with_conditions
+from planner.collision.edge_prover import EdgeProver
+from planner.problem.reasons import BudgetSpent, Gap, KeptTooNarrow, NoWay, Separated
+from planner.roadmap.connections import nearest_of
+from planner.roadmap.roadmap import Roadmap
+
+_PARTS = 12  # the largest parts, from whose nodes links are tried, beside those of starts and goals
+_NEAREST = 4  # nodes of other parts that a node is linked to
+_LINKS = 1000  # the shortest are tried
+_MOST_SETS = 20_000  # sets of obstacles that the search takes up
+
+Blockers = frozenset[int]
+"""Numbers of obstacles in the scene."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Links:
+    """Straight motions between parts of a roadmap, shortest first: node ``pairs`` (k, 2) and joint ``length`` (k,)."""
+
+    pairs: Ints
+    length: Floats
+
+    def rows(self, rows: Ints | Bools) -> _Links:
+        return _Links(self.pairs[rows], self.length[rows])
+
+
+def why_apart(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> NoWay:
+    """The reason why the starts of a roadmap lie in other parts of it than its goals.
+
+    The obstacles that it names suffice: without them, and without constraints on the path, straight motions between the
+    parts that are proven free lead from a start to a goal. Fewer may suffice, as only some motions are tried. An answer
+    after ``progress`` was asked to stop is of no use.
+    """
+    gap, keeps = _gap(roadmap, checker), checker.world.keeps
+    unconstrained = with_conditions(checker, ())
+    links = _links(roadmap, unconstrained)
+    fewest = _fewest(roadmap, links, _blockers(roadmap, unconstrained, links, progress))
+    if fewest:
+        return Separated(tuple(checker.world.obstacles[k].name for k in sorted(fewest)), gap)
+    if keeps and fewest is not None:
+        return KeptTooNarrow(keeps.texts, gap)
+    return BudgetSpent(len(roadmap.nodes), gap)
+
+
+def _links(roadmap: Roadmap, checker: CollisionChecker) -> _Links:
+    """Motions from the nodes of the largest parts, and of those of starts and goals, to the nearest of other parts."""
+    labels = roadmap.components
+    largest = np.argsort(-np.bincount(labels), kind="stable")[:_PARTS]
+    found = []
+    for part in dict.fromkeys([*_ends(roadmap, labels), *largest.tolist()]):
+        inside = labels == part
+        found.append(_across(roadmap, checker, inside, ~inside))
+    pairs = np.unique(np.sort(np.vstack([links.pairs for links in found]), axis=1), axis=0)
+    length = _lengths(roadmap, checker, pairs)
+    ends = np.isin(pairs, np.concatenate([roadmap.starts, roadmap.goals])).any(axis=1)
+    order = np.lexsort((length, ~ends))[:_LINKS]  # a goal in a box has long links only
+    return _Links(pairs[order], length[order])
+
+
+def _across(roadmap: Roadmap, checker: CollisionChecker, inside: Bools, others: Bools) -> _Links:
+    """Motions from the nodes in one mask (n,) to the nearest of those in another, shortest first."""
+    first, last = np.flatnonzero(inside), np.flatnonzero(others)
+    if not len(first) or not len(last):
+        return _Links(np.zeros((0, 2), dtype=np.int64), np.zeros(0))
+    count = min(_NEAREST, len(last))
+    length, rows = nearest_of(checker.robot, roadmap.nodes[last], roadmap.nodes[first], count)
+    pairs = np.column_stack([np.repeat(first, count), last[rows.ravel()]])
+    order = np.argsort(length.ravel(), kind="stable")
+    return _Links(pairs[order], length.ravel()[order])
+
+
+def _gap(roadmap: Roadmap, checker: CollisionChecker) -> Gap:
+    """How near the parts of the starts and those of the goals came."""
+    sides = _sides(roadmap)
+    nearest = _across(roadmap, checker, *sides).rows(np.arange(1))
+    (start,), (delta,) = _motions(roadmap, checker, nearest.pairs)
+    proof = EdgeProver(checker).prove(start, delta)
+    pair = None if proof.pair[0] < 0 else checker.world.contact(int(proof.pair[0]))
+    between = None if pair is None else (pair.first, pair.second)
+    return Gap(float(nearest.length[0]), tuple(start.tolist()), tuple((start + delta).tolist()), between)
+
+
+def _blockers(roadmap: Roadmap, checker: CollisionChecker, links: _Links, progress: Progress) -> list[Blockers | None]:
+    """Of each link the obstacles that keep it from being proven free; None where the robot itself does."""
+    world = checker.world
+    motions = _motions(roadmap, checker, links.pairs)
+    alone = _prover(checker, np.zeros(len(world.obstacles), dtype=bool), own=True).free(*motions)
+    blocked = np.zeros((len(links.pairs), len(world.obstacles)), dtype=bool)
+    for k in np.flatnonzero(world.checked.any(axis=0)):
+        if progress.stopped:
+            break
+        prover = _prover(checker, np.arange(len(world.obstacles)) == k, own=False)
+        blocked[alone, k] = ~prover.free(motions[0][alone], motions[1][alone])
+    return [frozenset(np.flatnonzero(row).tolist()) if ok else None for row, ok in zip(blocked, alone, strict=True)]
+
+
+def _fewest(roadmap: Roadmap, links: _Links, blockers: list[Blockers | None]) -> Blockers | None:
+    """The fewest obstacles without which links join a start's part to a goal's; None where no links do.
+
+    Sets are taken up by their size, those that hold another one of the same part are left out: what is found first is
+    the smallest, unless ``_MOST_SETS`` were taken up.
+    """
+    labels = roadmap.components
+    steps: dict[int, dict[int, list[Blockers]]] = {}
+    for (i, j), found in zip(labels[links.pairs].tolist(), blockers, strict=True):
+        if found is not None:
+            for here, there in ((i, j), (j, i)):
+                _keep_least(steps.setdefault(here, {}).setdefault(there, []), found)
+    goals = set(labels[roadmap.goals].tolist())
+    waiting = [(0, [], part) for part in dict.fromkeys(labels[roadmap.starts].tolist())]
+    least: dict[int, list[Blockers]] = {}
+    for _ in range(_MOST_SETS):
+        if not waiting:
+            return None
+        _, members, part = heapq.heappop(waiting)
+        found = frozenset(members)
+        if part in goals:
+            return found
+        if not _keep_least(least.setdefault(part, []), found):
+            continue
+        for other, ways in steps.get(part, {}).items():
+            for way in ways:
+                heapq.heappush(waiting, (len(found | way), sorted(found | way), other))
+    return None
+
+
+def _keep_least(sets: list[Blockers], new: Blockers) -> bool:
+    """Add ``new`` to ``sets`` unless it holds one of them; those that hold it go. Whether it was added."""
+    if any(known <= new for known in sets):
+        return False
+    sets[:] = [known for known in sets if not new <= known] + [new]
+    return True
+
+
+def _prover(checker: CollisionChecker, obstacles: Bools, own: bool) -> EdgeProver:
+    """A prover in the world of some obstacles in a mask, with or without the robot's own pairs."""
+    world = checker.world
+    scene = world.checked & obstacles
+    pairs = np.concatenate([scene.ravel(), np.full(len(world.self_pairs), own)])
+    return EdgeProver(type(checker)(world.only(pairs)))
+
+
+def _ends(roadmap: Roadmap, labels: Ints) -> list[int]:
+    return labels[np.concatenate([roadmap.starts, roadmap.goals])].tolist()
+
+
+def _sides(roadmap: Roadmap) -> tuple[Bools, Bools]:
+    """(n,) the nodes that a start reaches, and those that reach a goal."""
+    labels = roadmap.components
+    return np.isin(labels, labels[roadmap.starts]), np.isin(labels, labels[roadmap.goals])
+
+
+def _motions(roadmap: Roadmap, checker: CollisionChecker, pairs: Ints) -> tuple[Floats, Floats]:
+    """Beginnings and motions (k, dof) between node ``pairs`` (k, 2)."""
+    start = roadmap.nodes[pairs[:, 0]]
+    return start, checker.robot.difference(start, roadmap.nodes[pairs[:, 1]])
+
+
+def _lengths(roadmap: Roadmap, checker: CollisionChecker, pairs: Ints) -> Floats:
+    return np.linalg.norm(_motions(roadmap, checker, pairs)[1], axis=1)

@@ -1,0 +1,199 @@
+"""Refining a path: shortcuts among its points, among some of its joints, and steps downhill, all of proven motions.
+
+Three moves, alternately. Shortcuts: the cheapest chain of proven motions through points of the path, which drops every
+waypoint that does not pay. Partial shortcuts: on a stretch of the path some joints move evenly and the others stay as
+they are (Geraerts and Overmars, Creating high-quality paths for motion planning, 2007). Descent: every second waypoint
+moves downhill in cost, or at random near that, so that it slides along what it touches.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner.base import polylines
+from planner.base.arrays import Bools, Floats, Ints, so_far
+from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import PROOF, W_ALONG_PATH
+from planner.collision.edge_prover import EdgeProver, MotionTest
+from planner.cost.motion_cost import MotionCost
+from planner.kinematics.manipulability import manipulability
+from planner.native.refinement import Descent, EvenStretches, Step
+
+_CORNER, _ROUNDS_PER_CORNER = 0.004, 6  # of the cost: what a waypoint must gain, a third of it after so many rounds
+_ROUNDING = (0.02, 0.6)  # rad: how far from a corner points are tried that cut it
+_LEAST_GAIN = 1e-4  # relative: less is not worth a proof
+_POINTS = 40  # of a path at most among which shortcuts are searched
+_SHORT, _LONG = 0.5, 1.0  # rad: the pieces that shortcuts are taken among, and those that descent moves
+_STRETCHES, _PROVEN_STRETCHES = 12, 2  # per try of partial shortcuts
+_SWEEPS = 12  # of descent; each moves every second waypoint
+_FIRST_STEP, _LEAST_STEP = 0.3, 0.02  # rad
+# how much of a step downhill, and of the way to the middle of the neighbours, which is downhill in length
+_MIXES = np.array([[1.0, 0], [0.5, 0], [0.25, 0], [0.1, 0], [0, 1.0], [0, 0.5], [0.5, 0.5], [0.25, 0.5]])
+_RANDOM, _SPREAD = 6, 1.4  # random directions per waypoint; length of what is added to the downhill one, of length 1
+_PROVEN_PER_WAYPOINT = 3  # of its candidates, the best ones are proven
+_ENDLESS = 1e6  # instead of an infinite cost, of motions on which w falls below the floor
+_STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
+
+
+@dataclass(eq=False)
+class PathRefiner:
+    """Makes paths of proven motions cheaper under ``cost``; a motion is proven with ``room`` (m) beyond the margin.
+
+        refiner = PathRefiner(prover, MotionCost(robot, scale, Objective()))
+        path = refiner.round(path)                     # again and again, until it gains nothing
+
+    Paths are (k, dof), angles unwound, their ends stay. Under ``floor``, or that of the cost, w, sampled
+    ``W_ALONG_PATH`` apart, does not fall on what is new. The same ``seed`` gives the same paths.
+    """
+
+    prover: EdgeProver
+    cost: MotionCost
+    room: float = PROOF
+    seed: int = 0
+    progress: Progress = QUIET
+    tries: int = 16  # partial shortcuts per round
+    floor: float = 0.0
+    _rng: np.random.Generator = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._rng = np.random.default_rng(self.seed)
+        self.floor = max(self.floor, self.cost.objective.floor)
+
+    def total(self, path: Floats) -> float:
+        """The cost of a path."""
+        return float(self.cost(path[:-1], path[1:]).sum())
+
+    def round(self, path: Floats, number: int = 0) -> Floats:
+        """The path after one round of all three moves; the same path where that gained nothing.
+
+        A waypoint counts as a cost of its own, so that few are left; in a round of higher ``number`` as less.
+        """
+        corner = self._corner(path, number)
+        moved = self.shortcut(self._cornered(cut(path, _SHORT, _POINTS)), corner / 3)
+        moved = self.partial_shortcuts(moved)
+        moved = self.shortcut(moved, corner)
+        moved = self.descend(self._cornered(cut(moved, _LONG, _POINTS)))
+        moved = self.shortcut(moved, corner)
+        if self.progress.stopped:
+            return path
+        better = self.total(moved) + corner * len(moved) < self.total(path) + corner * len(path)
+        return moved if better else path
+
+    def finish(self, path: Floats, number: int = 0) -> Floats:
+        """The path after a last descent, without the waypoints that gain too little."""
+        return self.shortcut(self.descend(path), self._corner(path, number))
+
+    def _corner(self, path: Floats, number: int) -> float:
+        return _CORNER * self.total(path) / 3.0 ** (number // _ROUNDS_PER_CORNER)
+
+    def shortcut(self, points: Floats, corner: float) -> Floats:
+        """The cheapest chain of proven motions through some of ``points`` (k, dof), of which consecutive ones are free.
+
+        Each motion is charged ``corner`` besides its cost. Motions are proven only once a cheapest chain has them.
+        """
+        k = len(points)
+        if k < 3:
+            return points
+        return points[self.prover.cheapest_chain(points, self._pairs(points, corner), self.room, self._test)]
+
+    def partial_shortcuts(self, path: Floats) -> Floats:
+        """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
+        points = cut(path, _SHORT, _POINTS)
+        if len(points) < 3:
+            return path
+        stretches = EvenStretches(points, *self._stretches(*points.shape), _LEAST_GAIN, _PROVEN_STRETCHES)
+        return self.prover.straighten(self.cost.charge, stretches, self.room, self._test)
+
+    def first_allowed(self, start: Floats, end: Floats, motions: Ints, alternatives: Ints) -> Ints:
+        """For each item its first alternative of motions from ``start`` to ``end`` (m, dof) that are all allowed.
+
+        See :meth:`planner.collision.edge_prover.EdgeProver.first_free`.
+        """
+        return self.prover.first_free(start, end - start, motions, alternatives, self.room, self._test)
+
+    def allowed(self, a: Floats, b: Floats) -> Bools:
+        """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""
+        free = self.prover.free(a, b - a, self.room)
+        if self._test is not None:
+            free[free] = self._test(a[free], (b - a)[free])
+        return free
+
+    @property
+    def _test(self) -> MotionTest | None:
+        """What motions have to pass besides being proven."""
+        return self._above_floor if self.floor > 0 else None
+
+    def _above_floor(self, start: Floats, delta: Floats) -> Bools:
+        """(k,) whether w is above the floor along the motions from ``start`` by ``delta`` (k, dof)."""
+        above = np.ones(len(start), dtype=bool)
+        for row in range(len(start)):
+            count = max(1, int(np.ceil(np.abs(delta[row]).max() / W_ALONG_PATH)))
+            states = start[row] + np.linspace(0.0, 1.0, count + 1)[:, None] * delta[row]
+            above[row] = (manipulability(self.prover.robot, states) >= self.floor).all()
+        return above
+
+    def _cornered(self, path: Floats) -> Floats:
+        """The path with two points more at each corner, as far before it as behind it."""
+        step = np.diff(path, axis=0)
+        far = np.linalg.norm(step, axis=1)
+        ahead = step / np.maximum(far, 1e-300)[:, None]
+        turns = np.linalg.norm(np.diff(ahead, axis=0), axis=1) > _STRAIGHT
+        # NumPy's own exp has other last bits on other processors
+        reach = np.array([math.exp(r) for r in self._rng.uniform(*map(math.log, _ROUNDING), size=len(turns)).tolist()])
+        rows = [path[:1]]
+        for k, turn in enumerate(turns):
+            near = min(reach[k], 0.45 * far[k], 0.45 * far[k + 1])
+            here = path[k + 1 : k + 2]
+            rows += [here - near * ahead[k], here, here + near * ahead[k + 1]] if turn else [here]
+        return np.concatenate([*rows, path[-1:]])
+
+    def _pairs(self, points: Floats, corner: float) -> Floats:
+        """(k, k) prices of the motions forward between points; infinite where it is no cheaper than along the path."""
+        k = len(points)
+        i, j = np.triu_indices(k, 1)
+        cost = self.cost(points[i], points[j])
+        along = so_far(np.minimum(cost[j == i + 1], _ENDLESS))  # of infinite costs no difference is left
+        pays = (j == i + 1) | (cost + corner < along[j] - along[i] + corner * (j - i))
+        price = np.full((k, k), np.inf)
+        price[i, j] = np.where(pays, cost + corner, np.inf)
+        return price
+
+    def _stretches(self, count: int, dof: int) -> tuple[Ints, Bools, Floats]:
+        """Random stretches of a path of ``count`` rows, k for each try, by their ends (tries, k, 2).
+
+        Which joints move evenly on each (tries, k, dof), and the share (tries, k) of the way they are brought to that.
+        """
+        rng, shape = self._rng, (self.tries, _STRETCHES)
+        first = rng.integers(0, count - 2, size=shape)
+        ends = np.stack([first, rng.integers(first + 2, count)], axis=2)
+        joints = rng.random((*shape, dof)) < rng.uniform(0.1, 0.6, size=(*shape, 1))
+        joints |= rng.integers(dof, size=(*shape, 1)) == np.arange(dof)
+        return ends, joints, np.where(rng.random(shape) < 2.0 / 3.0, 1.0, 0.5)
+
+    def descend(self, path: Floats) -> Floats:
+        """The path after its waypoints moved downhill; steps shrink where few of them gain."""
+        if len(path) < 3:
+            return path
+        dof, shape = path.shape[1], (_SWEEPS, (len(path) - 1) // 2, _RANDOM)
+        aside = _SPREAD * self._rng.normal(size=(*shape, dof)) / np.sqrt(dof)
+        draws = np.concatenate([aside, self._rng.uniform(0.2, 1.0, size=(*shape, 1))], axis=3)
+        robot = self.prover.robot
+        limits = robot.lower, robot.upper
+        descent = Descent(
+            path, 1, Step(_FIRST_STEP), _LEAST_STEP, _LEAST_GAIN, limits, _MIXES, draws, _PROVEN_PER_WAYPOINT
+        )
+        return self.prover.descend(self.cost.charge, descent, self.room, self._test)
+
+
+def cut(path: Floats, piece: float, most: int | None = None) -> Floats:
+    """The path with no motion longer than ``piece`` (rad): part of a proven motion is proven.
+
+    With more than ``most`` points that would have, its pieces are longer.
+    """
+    length = polylines.lengths_of(path)
+    if most is not None:
+        piece = max(piece, float(length.sum()) / max(most - len(path), 1))
+    return polylines.cut(path, polylines.parts_of(length, piece))

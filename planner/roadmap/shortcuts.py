@@ -1,0 +1,162 @@
+"""Shortcuts: straight motions from starts to goals, and past waypoints of a roadmap's best paths, all proven."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints, frozen, so_far
+from planner.base.polylines import cut, parts_of
+from planner.base.products import length
+from planner.base.progress import QUIET, Progress
+from planner.base.shares import traded_off
+from planner.collision.edge_prover import EdgeProver
+from planner.cost.motion_cost import MotionCost
+from planner.native.graphs import cheapest_nodes
+from planner.problem.objective import Objective
+from planner.roadmap.best_paths import BETAS
+from planner.roadmap.edge_certificates import RecordingProver
+from planner.roadmap.forest import Forest
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.straight_motions import Motions
+from planner.robot.robot import Robot
+
+_LEAST_GAIN = 1e-4  # relative
+_MOST_PER_PATH = 60  # of the motions past waypoints, those that save most
+
+
+def straight_paths(motions: Motions, starts: Floats, goals: Floats, longest: float) -> list[Floats]:
+    """The proven ones of the straight motions from every row of ``starts`` (s, dof) to every row of ``goals`` (g, dof).
+
+    Each is a path (k, dof) of pieces no longer than ``longest`` (rad).
+    """
+    robot = motions.robot
+    paths = []
+    for a, b in itertools.product(starts, goals):
+        delta = robot.difference(a, b)
+        if delta.any() and motions.proven(a, delta):
+            paths.append(in_pieces(motions.prover, np.array([a, b]), longest))
+    return paths
+
+
+def in_pieces(prover: EdgeProver, path: Floats, longest: float) -> Floats:
+    """A path (k, dof) of proven motions in pieces no longer than ``longest`` (rad): they are proven as the motions are.
+
+    Each has its motion's certificate.
+    """
+    rows, parts = subdivided(prover.robot, path, longest)
+    prover.note_pieces(path, rows, parts)
+    return rows
+
+
+def subdivided(robot: Robot, path: Floats, longest: float) -> tuple[Floats, Ints]:
+    """The path (k, dof) with no motion longer than ``longest`` (rad), and into how many parts (m,) each was cut."""
+    delta = robot.difference(path[:-1], path[1:])
+    parts = parts_told_by_ends(robot, delta, longest)
+    rows = robot.normalise(cut(path, parts, delta))
+    rows[so_far(parts)] = path
+    return rows, parts
+
+
+def parts_told_by_ends(robot: Robot, delta: Floats, longest: float) -> Ints:
+    """Into how many parts (m,) motions (m, dof) are cut so that their ends tell each, and none is over ``longest``."""
+    parts = parts_of(np.array([length(motion) for motion in delta]), longest)
+    return np.where(robot.told_by_ends(delta), parts, np.maximum(parts, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Linked:
+    """A roadmap and what is about to be added to it: nodes (k, dof) that follow its own, and proven edges (j, 2).
+
+    ``starts`` and ``goals`` are node numbers.
+    """
+
+    roadmap: Roadmap
+    added_nodes: Floats
+    added_edges: Ints
+    starts: Ints
+    goals: Ints
+
+    @cached_property
+    def nodes(self) -> Floats:
+        """(n, dof) all of them."""
+        return np.concatenate([self.roadmap.nodes, self.added_nodes])
+
+    @cached_property
+    def arcs(self) -> Ints:
+        """(2 m, 2) the roadmap's edges and those that were added, then all of them backwards."""
+        edges = np.concatenate([self.roadmap.edges, self.added_edges])
+        return np.concatenate([edges, edges[:, ::-1]])
+
+    def costs(self, cost: MotionCost) -> Floats:
+        """(m,) what the edges cost."""
+        a, b = self.nodes[self.added_edges.T]
+        return np.concatenate([cost.of_edges(self.roadmap), cost(a, a + cost.robot.difference(a, b))])
+
+
+def shortcuts(linked: Linked, prover: RecordingProver, longest: float, progress: Progress = QUIET) -> Forest:
+    """Proven motions past waypoints of the best path from every start, for each of ``BETAS``, where they are cheaper.
+
+    The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
+    """
+    robot, pairs = prover.robot, dict[tuple[int, int], None]()
+    ends = [MotionCost(robot, linked.roadmap.scale, Objective(beta), longest=np.inf) for beta in (0.0, 1.0)]
+    edges = [linked.costs(cost) for cost in ends]
+    between: dict[bytes, list[Floats]] = {}  # betas often have one best path
+    for beta in BETAS:
+        for nodes in _best_paths(linked, _traded_off(beta, *edges)):
+            if progress.stopped:
+                break
+            path, key = robot.unwound(linked.nodes[nodes]), nodes.tobytes()
+            if key not in between:
+                i, j = _pairs(len(path))
+                between[key] = [cost(path[i], path[j]) for cost in ends]
+            for i, j in _cheaper(prover, path, _traded_off(beta, *between[key])):
+                pairs[int(nodes[i]), int(nodes[j])] = None
+    forest = Forest(linked.nodes)
+    for pair in pairs:
+        forest.add_path(in_pieces(prover, linked.nodes[list(pair)], longest))
+    return forest
+
+
+def _traded_off(beta: float, omega: Floats, distance: Floats) -> Floats:
+    """Costs at ``beta`` from those at 0 and at 1, where one is infinite also the other."""
+    if beta in (0.0, 1.0):
+        return distance if beta else omega
+    return traded_off(beta, omega, distance)
+
+
+@lru_cache
+def _pairs(count: int) -> tuple[Ints, Ints]:
+    """The smaller and the larger of every two of ``count`` numbers."""
+    i, j = np.triu_indices(count, 1)
+    return frozen(i, np.int64), frozen(j, np.int64)
+
+
+def _best_paths(linked: Linked, cost: Floats) -> list[Ints]:
+    """The nodes (k,) of the cheapest path to a goal from every start that reaches one; edges have ``cost`` (m,)."""
+    n, arcs, both, goals = len(linked.nodes), linked.arcs, np.tile(cost, 2), linked.goals
+    starts = dict.fromkeys(linked.starts.tolist())
+    ways = (cheapest_nodes(n, arcs, both, np.array([start]), goals) for start in starts)
+    return [nodes for nodes in ways if len(nodes)]
+
+
+def _cheaper(prover: RecordingProver, path: Floats, direct: Floats) -> list[tuple[int, int]]:
+    """Proven pairs (i, j) of waypoints of ``path`` (k, dof) that the cheapest way along it skips from one to the other.
+
+    ``direct``: what the motions between all pairs of waypoints cost, in the order of :func:`_pairs`.
+    """
+    i, j = _pairs(len(path))
+    along = j == i + 1
+    passed = so_far(direct[along])
+    around = passed[j] - passed[i]
+    worth = np.flatnonzero(direct < (1.0 - _LEAST_GAIN) * around)
+    worth = worth[np.argsort((direct - around)[worth], kind="stable")[:_MOST_PER_PATH]]
+    price = np.full((len(path), len(path)), np.inf)
+    for rows in (np.flatnonzero(along), worth):
+        price[i[rows], j[rows]] = direct[rows]
+    way = prover.cheapest_chain(path, price).tolist()
+    return [(a, b) for a, b in itertools.pairwise(way) if b > a + 1][::-1]

@@ -1,0 +1,1 @@
+"""Robots, scenes, shapes and moving obstacles, and the files that describe them."""

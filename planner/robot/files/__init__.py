@@ -1,0 +1,1 @@
+"""Files of robots, meshes and scenes."""

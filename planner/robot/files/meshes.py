@@ -1,0 +1,153 @@
+"""Mesh files as shapes: the door of trimesh, which reads STL, OBJ, PLY, COLLADA (through pycollada) and GLB."""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import re
+import warnings
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints, distinct_rows
+from planner.base.cache import cached
+from planner.base.errors import FileError
+from planner.base.files import StrPath
+from planner.base.process_lock import PROCESS
+from planner.base.yamlfile import FARTHEST, shown
+from planner.robot.files.collada import bare_collada
+from planner.robot.files.thinned import CELL, MANY, thinned
+from planner.robot.shapes import Mesh
+
+_MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
+_SMALLEST = 1e-6  # m
+_PASSED_OVER = {  # lines and fields that trimesh passes over, or takes for others: indices from the end, weights
+    "obj": re.compile(
+        rb"(?m)^(?:[VF] .*|[vf] \S+(?: \S+)?$|f(?: \S+)* (?:-|0(?![.\d])).*|v(?: \S+){3} (?!1(?:\.0*)?$)\S+$"
+        rb"|(?:call|cstype|curv2?|surf|csh|bzp|bsp|cd[pc]|res)\b.*)"
+    ),
+    "glb": re.compile(rb'"mode"\s*:\s*6|KHR_draco\w+|\w+_meshopt\w+'),  # fans, compressed parts
+}
+_FACET = re.compile(rb"(?i)\bfacet\b")
+
+
+def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
+    """The triangles of a mesh file, in metres after ``scale``; :class:`FileError` for a file without a usable mesh.
+
+    Numbers count as they stand, whatever unit or up axis the file states. Nothing but the file itself is read.
+    """
+    path = Path(path)
+    if not os.path.isfile(path):
+        raise FileError(f"mesh file {path} not found: check 'file', which is relative to the scene file.")
+    try:
+        vertices, triangles = _triangles(path.read_bytes(), path.suffix.lower().removeprefix("."))
+    except Exception as error:  # trimesh raises errors of every kind for damaged files
+        raise FileError(
+            f"mesh file {path} cannot be read ({_reason(error)}): export it again as STL, OBJ, PLY, DAE or GLB."
+        ) from None
+    vertices = vertices * scale
+    if wrong := _fault(vertices, triangles):
+        raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
+    return Mesh(*_join(vertices[triangles].reshape(-1, 3)))
+
+
+def link_mesh(path: Path, scale: Floats) -> Mesh:
+    """The mesh file of a link, :func:`~planner.robot.files.thinned.thinned`, in metres after ``scale`` (3,).
+
+    It is made once: then it comes from the cache. :class:`FileError` as :func:`read_mesh`.
+    """
+    content = np.frombuffer(path.read_bytes(), dtype=np.uint8)
+    made_of = [path.suffix.lower(), scale, content, CELL, MANY, version("trimesh")]
+    arrays = cached(
+        "meshes", made_of, lambda: {k: np.asarray(v) for k, v in vars(thinned(read_mesh(path, scale))).items()}
+    )
+    return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
+
+
+def split_at_creases(mesh: Mesh, angle: float) -> Mesh:
+    """The mesh with vertices shared, but for edges at which faces meet at more than ``angle`` (rad)."""
+    import trimesh
+
+    welded = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+    welded.merge_vertices()
+    made = trimesh.graph.smooth_shade(welded, angle=angle, facet_minarea=None)
+    return Mesh(np.asarray(made.vertices), np.asarray(made.faces))
+
+
+def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
+    """Vertices (n, 3) and triangles (m, 3) of a file of that ``kind``; it raises whatever trimesh raises."""
+    import trimesh  # 0.4 s to load
+    from trimesh.exchange.load import mesh_loaders
+
+    if kind not in ("stl", "obj", "ply", "dae", "glb"):
+        raise ValueError(f"no reader for '.{kind}'")
+    if kind == "obj":
+        content = re.sub(rb"\\\r?\n", b" ", content)
+        content = b"\n".join(b" ".join(line.partition(b"#")[0].split()) for line in content.splitlines())
+    if kind == "dae":
+        content = bare_collada(content)
+    if kind in _PASSED_OVER and (wrong := _PASSED_OVER[kind].search(content)):
+        raise ValueError(f"{shown(wrong[0].decode(errors='replace'))} is not supported")
+    options: dict[str, Any] = {"dae": {"ignore_broken": False}}.get(kind, {"skip_materials": True})
+    trimesh.util.log.setLevel(logging.ERROR)  # it warns with tracebacks
+    with PROCESS, np.errstate(all="ignore"), warnings.catch_warnings():  # filters belong to the process
+        warnings.filterwarnings("error", "string or file could not be read")  # NumPy's, of text that is not a number
+        loaded: dict[str, Any] = mesh_loaders[kind](io.BytesIO(content), file_type=kind, resolver=None, **options)
+        for part in loaded.get("geometry", {"": loaded}).values():
+            part["process"] = False  # else it joins vertices and drops those that are not finite
+        mesh = trimesh.load_scene(loaded).to_mesh()
+    if kind == "ply":
+        _require_whole_ply(loaded["metadata"]["_ply_raw"])
+    if kind == "stl" and "face_attributes" not in loaded and len(_FACET.findall(content)) != len(mesh.faces):
+        raise ValueError(f"{len(mesh.faces)} of {len(_FACET.findall(content))} facets are whole")
+    return np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
+
+
+def _require_whole_ply(elements: dict[str, Any]) -> None:
+    """Raise ValueError where a PLY file holds fewer rows than its header says, or lists that are misread."""
+    for name, element in elements.items():
+        data = element.get("data", {})
+        for key in data if isinstance(data, dict) else data.dtype.names:
+            column = data[key]
+            if len(column) != element["length"]:
+                raise ValueError(f"{len(column)} of {element['length']} rows of '{name}'")
+            if column.dtype.names and np.ptp(column["f0"].astype(int)):  # of binary lists
+                raise ValueError(f"lists '{key}' of different lengths are not supported in binary files")
+            if key.startswith("vertex_ind") and column.dtype == object and min(map(len, column)) < 3:
+                raise ValueError(f"a '{name}' has fewer than 3 corners")
+
+
+def _reason(error: Exception) -> str:
+    text = " ".join(str(error).partition(";")[0].split())[:160].rstrip(".")
+    return text if isinstance(error, ValueError) and text else f"{type(error).__name__} {text}".rstrip()
+
+
+def _fault(vertices: Floats, triangles: Ints) -> str | None:
+    """The reason why a mesh is unusable, as words after its name; None for a usable one."""
+    if not len(triangles):
+        return "holds no triangles"
+    if not np.isfinite(vertices).all():
+        return "has vertices that are not finite"
+    if len(triangles) > _MOST:
+        return f"has {len(triangles)} triangles, more than {_MOST}"
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        return "has triangles of vertices that are not there"
+    largest = float(np.abs(vertices).max())
+    if largest > FARTHEST:
+        return f"reaches {largest:g} m far"
+    if float(np.ptp(vertices.T.copy(), axis=1).max()) < _SMALLEST:
+        return "is smaller than a micrometre"
+    return None
+
+
+def _join(corners: Floats) -> tuple[Floats, Ints]:
+    """Vertices (n, 3), equal ones joined, in the order of ``corners`` (3 m, 3), and the triangles (m, 3) of these."""
+    first, which = distinct_rows(corners)
+    order = np.argsort(first)
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    return corners[first[order]], rank[which].reshape(-1, 3)

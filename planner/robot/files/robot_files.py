@@ -1,0 +1,275 @@
+"""A robot's files, read once: its robot.yaml, URDF and SRDF, and which joints and tool are chosen of them."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import pinocchio as pin
+import pydantic
+
+from planner.base.errors import RobotError, choices
+from planner.base.files import StrPath
+from planner.base.notes import Note
+from planner.base.resources import robot_names, robots_folder
+from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
+from planner.problem.targets import HOME
+from planner.robot.files import urdf
+from planner.robot.files.descriptions import described, is_description
+from planner.robot.files.packages import example_robot_data
+from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf, require_fitting
+
+_log = logging.getLogger(__name__)
+
+Rows = Literal["pose", "translation", "planar"]
+
+_ROBOT_FILE = "robot.yaml"
+
+
+class Source(Strict):
+    """A file beside the robot file, or inside a Python package that ships robot data."""
+
+    file: str
+    package: Literal["example-robot-data"] | None = None
+    args: dict[str, str] = pydantic.Field(default_factory=dict)  # of a xacro file
+
+    def path(self, folder: Path) -> Path:
+        return (example_robot_data() / "robots" if self.package else folder) / self.file
+
+
+class MotionFile(Strict):
+    """How fast the joints may change their velocity: one number for all planned joints, or one for each."""
+
+    acceleration: Number | list[Number]  # rad/s², m/s² where a joint slides
+    jerk: Number | list[Number] | None = None  # rad/s³, m/s³
+    source: str  # who says so
+
+
+class RobotFile(Strict):
+    """What a ``robot.yaml`` holds."""
+
+    name: Name | None = None
+    description: str = ""
+    urdf: Source
+    srdf: Source | None = None
+    joints: list[str] | None = None
+    tool: str | None = None
+    home: list[Coordinate] | None = None
+    manipulability: Rows | None = None
+    fixed_joints: dict[str, Coordinate] = pydantic.Field(default_factory=dict)
+    disabled_pairs: list[tuple[str, str]] | None = None
+    motion: MotionFile | None = None
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _old_key(cls, data: Any) -> Any:
+        """Files of version 0.1 call it ``rows``."""
+        if isinstance(data, dict) and "rows" in data and "manipulability" not in data:
+            _log.warning("the robot file's key 'rows' is called 'manipulability' now: rename it.")
+            return {"manipulability" if key == "rows" else key: value for key, value in data.items()}
+        return data
+
+
+@dataclass(frozen=True)
+class JointChoice:
+    """Which joints are planned: those that are named, or those of a group of the SRDF; else what the robot file says.
+
+    Where that says nothing either, these are the joints between base and tool frame.
+    """
+
+    group: str | None = None
+    joints: tuple[str, ...] | None = None
+
+
+ALL_JOINTS = JointChoice()
+
+
+@dataclass(frozen=True, eq=False)
+class RobotFiles:
+    """A robot as its files describe it, before a scene and a request have said how it is set up; each is read once."""
+
+    name: str
+    origin: str  # what was asked for: a name or a path
+    file: RobotFile | None
+    description: urdf.Description
+    srdf: Srdf | None
+
+    @cached_property
+    def model(self) -> pin.Model:
+        """Pinocchio's model of every movable joint."""
+        return urdf.build_model(self.description)
+
+    def planned_joints(self, tool: str | None, choice: JointChoice, fixed: Mapping[str, float]) -> list[str]:
+        """Names of the planned joints, base first: of those chosen the ones that nothing holds.
+
+        Raises :class:`RobotError` for names that the robot does not have, and where a joint chosen by name is held.
+        """
+        held = {**(self.file.fixed_joints if self.file else {}), **fixed}
+        chosen = self._chosen_joints(self.tool(tool, choice), choice, held)
+        for name in chosen:
+            if not self.model.existJointName(name):
+                known = (
+                    "does not move: plan others; moving joints"
+                    if name in self.description.joints
+                    else "not found; joints"
+                )
+                raise RobotError(f"joint '{name}' {known} are {choices(self.model.names[1:])}.")
+            if choice.joints is not None and name in held:
+                raise RobotError(
+                    f"joint '{name}' is planned and held fixed as well: leave it out of --joints, or out of "
+                    "fixed_joints of the robot or scene file."
+                )
+        return [name for name in self.model.names[1:] if name in chosen and name not in held]
+
+    def leaders(self, frame: str, held: Collection[str] = ()) -> list[str]:
+        """The joints that move ``frame``, base first; leaders stand for those that follow them.
+
+        A joint that is ``held`` follows no other.
+        """
+        joints = urdf.chain_joints(self.model, frame)
+        leaders = {self.description.mimic(joint, held).leader for joint in joints}
+        return [joint for joint in self.model.names[1:] if joint in leaders]
+
+    def _chosen_joints(self, tool: str, choice: JointChoice, held: Collection[str]) -> list[str]:
+        if choice.joints is not None:
+            return list(choice.joints)
+        if choice.group is not None:
+            return group_joints(self._groups(), choice.group, self.description, self.model)
+        if self.file and self.file.joints:
+            return list(self.file.joints)
+        passive = self.srdf.passive if self.srdf else frozenset()
+        return [joint for joint in self.leaders(tool, held) if joint not in passive]
+
+    def _groups(self) -> Srdf:
+        if self.srdf is None:
+            raise RobotError(f"robot '{self.name}' has no SRDF, so there are no groups: give --srdf, or use --joints.")
+        return self.srdf
+
+    def tool(self, tool: str | None, choice: JointChoice) -> str:
+        """The tool frame: as asked for, else the robot file's if the chosen group moves it, else the group's tip."""
+        tool = tool or (self.file.tool if self.file else None)
+        if choice.group is not None:
+            joints = group_joints(self._groups(), choice.group, self.description, self.model)
+            if tool is None or joints[-1] not in self.leaders(tool):
+                return group_tip(self._groups(), choice.group, self.description, self.model)
+        return _known_tool(self.model, tool)
+
+    @cached_property
+    def home(self) -> Mapping[str, float]:
+        """What the state home says of the joints that it names: the robot file, else the SRDF's states of that name."""
+        found: dict[str, float] = {}
+        for state in sorted(self.srdf.states if self.srdf else (), key=lambda item: -len(item.values)):
+            found |= state.values if state.name == HOME else {}
+        if self.file and self.file.home:
+            found |= self._by_joint(self.file, self.file.home, "home")
+        return {joint: value for joint, value in found.items() if self.model.existJointName(joint)}
+
+    def motion(self, planned: Sequence[str]) -> MotionFile | None:
+        """What the robot file says of accelerations and jerks, its lists in the order of ``planned`` joints.
+
+        None where it says nothing, or not of all of these joints.
+        """
+        motion = self.file.motion if self.file else None
+        if self.file is None or motion is None:
+            return None
+        lists = {kind: values for kind in ("acceleration", "jerk") if isinstance(values := getattr(motion, kind), list)}
+        of_joint = {kind: self._by_joint(self.file, values, kind) for kind, values in lists.items()}
+        if any(joint not in values for values in of_joint.values() for joint in planned):
+            return None
+        return motion.model_copy(
+            update={kind: [values[joint] for joint in planned] for kind, values in of_joint.items()}
+        )
+
+    def _by_joint(self, file: RobotFile, values: Sequence[float], what: str) -> dict[str, float]:
+        """One value for each joint that the robot file plans; :class:`RobotError` where there are more or fewer."""
+        joints = file.joints or self.leaders(_known_tool(self.model, file.tool))
+        if len(joints) != len(values):
+            raise RobotError(
+                f"robot file {self.origin}: {what} has {len(values)} values, the robot {len(joints)} joints, "
+                f"{choices(joints)}: give one value per joint."
+            )
+        return dict(zip(joints, values, strict=True))
+
+    @cached_property
+    def disabled_pairs(self) -> frozenset[frozenset[str]] | None:
+        """What SRDF and robot file say needs no check; None where neither says anything."""
+        # some SRDFs disable nothing at all
+        said = self.srdf.disabled_among(self.description.links) if self.srdf else frozenset()
+        listed = self.file.disabled_pairs if self.file else None
+        if listed is None:
+            return said or None
+        unknown = [link for pair in listed for link in pair if link not in self.description.links]
+        if unknown:
+            raise RobotError(
+                f"robot file {self.origin}: disabled_pairs names link {shown(unknown[0])}, which the URDF has not; "
+                f"links are {choices(sorted(self.description.links))}."
+            )
+        return said | frozenset(frozenset(pair) for pair in listed)
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What the files say that is not followed."""
+        is_own = self.file is not None and self.file.srdf is not None
+        return (*self.description.notes, *(self.srdf.notes(self.description, is_own) if self.srdf else ()))
+
+
+def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
+    """The files of a robot given by name, or by the path of its robot.yaml or URDF; ``srdf`` replaces its own."""
+    name, srdf = os.fspath(name), None if srdf is None else Path(srdf)
+    folder, file = find_robot(name)
+    description = urdf.read_description(file.urdf.path(folder) if file else Path(name), file.urdf.args if file else {})
+    own = file.srdf if file else None
+    said = srdf or (own.path(folder) if own else None)
+    called = (file.name if file else None) or (name if name in robot_names() else description.name)
+    arguments = own.args if own and srdf is None else {}
+    files = RobotFiles(called, name, file, description, read_srdf(said, arguments) if said else None)
+    if files.srdf is not None and srdf is not None:
+        require_fitting(files.srdf, files.model)
+    return files
+
+
+def robot_file(name: str) -> Path:
+    """The robot.yaml or URDF that a name or path stands for, whether it is there or not."""
+    if name in robot_names():
+        return robots_folder() / name / _ROBOT_FILE
+    return Path(name) / _ROBOT_FILE if name and os.path.isfile(Path(name) / _ROBOT_FILE) else Path(name)
+
+
+def find_robot(name: str) -> tuple[Path, RobotFile | None]:
+    """The folder that the robot's files are in, and its robot file, None for a URDF by path."""
+    path = robot_file(name)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        where = f"robot file {path}"
+        return path.parent, validate(RobotFile, parse_yaml(read_text(path, "robot file"), where), where, RobotError)
+    if path.suffix.lower() in (".urdf", ".xml", ".xacro") or "/" in name:
+        return path.parent, None
+    if is_description(name) and not os.path.isfile(path):
+        return Path(), _of_description(name)
+    if os.path.isfile(path):
+        raise RobotError(f"robot file {path} ends neither in .urdf nor in .yaml: rename it, or choose another file.")
+    raise RobotError(
+        f"robot '{name}' not found; robots are {choices(robot_names())}, or give the path of a URDF or of a robot.yaml "
+        "('planner robot-yaml' writes one), or a name of robot_descriptions, as panda_description."
+    )
+
+
+def _of_description(name: str) -> RobotFile:
+    """What a robot file would say of a robot of the package robot_descriptions."""
+    found = described(name)
+    srdf = Source(file=str(found.srdf), args=found.srdf_arguments) if found.srdf else None
+    return RobotFile(name=name, urdf=Source(file=str(found.file), args=found.arguments), srdf=srdf)
+
+
+def _known_tool(model: pin.Model, tool: str | None) -> str:
+    if tool is None:
+        tips = urdf.tips_of(model)
+        if len(tips) != 1:
+            raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
+        return tips[0]
+    urdf.frame_id(model, tool)
+    return tool

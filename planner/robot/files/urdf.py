@@ -1,0 +1,366 @@
+"""URDF and SRDF into a Pinocchio model of the planned joints and backend-neutral bodies."""
+
+from __future__ import annotations
+
+import contextlib
+import xml.etree.ElementTree as ET
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Bools, Floats
+from planner.base.errors import RobotError, choices
+from planner.base.notes import Note
+from planner.base.silenced import Silenced
+from planner.base.yamlfile import FARTHEST, shown
+from planner.robot.files.mjcf import Sites, convert_mjcf
+from planner.robot.files.packages import find_package
+from planner.robot.files.urdf_rules import ends, require_sane_urdf
+from planner.robot.files.xacro import read_root
+from planner.robot.poses import se3
+from planner.robot.shapes import Mesh
+
+MJCF = "mujoco"  # the root element of MJCF files
+_LINK = " (link)"
+_MOST = 1000.0  # rad, m: a joint that follows goes no farther
+_SAME = 1e-9  # relative to rad, m: limits that are nearer to each other are the same
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint whose value is ``multiplier`` times that of the joint ``leader``, plus ``offset`` (rad, m)."""
+
+    joint: str
+    leader: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Description:
+    """A URDF as read: its text made fit for Pinocchio, where its meshes are looked for, its continuous joints."""
+
+    path: Path
+    name: str
+    xml: str
+    continuous: frozenset[str]
+    collision_elements: int
+    mimics: tuple[Mimic, ...] = ()
+    bare: frozenset[str] = frozenset()  # links with visual and without collision geometry
+    links: frozenset[str] = frozenset()
+    joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
+    meshes: Mapping[str, Mesh] = field(default_factory=dict)  # of an MJCF, by their names in ``xml``
+    sites: Sites = field(default_factory=dict)  # of an MJCF
+    notes: tuple[Note, ...] = ()
+
+    @cached_property
+    def package_dirs(self) -> list[str]:
+        """Folders that the files of its meshes may be relative to."""
+        return [str(folder) for folder in self.path.resolve().parents][:4]
+
+    @cached_property
+    def mesh_names(self) -> dict[str, list[str]]:
+        """The meshes that it names, for collision and for visual geometry."""
+        root = ET.fromstring(self.xml)
+        return {
+            kind: sorted({mesh.get("filename", "") for element in root.iter(kind) for mesh in element.iter("mesh")})
+            for kind in ("collision", "visual")
+        }
+
+    def mimic(self, joint: str, held: Collection[str] = ()) -> Mimic:
+        """How ``joint`` follows the joint at the end of its chain of leaders, or the first one that is ``held``.
+
+        A joint that mimics no other follows itself. Raises :class:`RobotError` for leaders in a circle.
+        """
+        own, found = {item.joint: item for item in self.mimics}, Mimic(joint, joint, 1.0, 0.0)
+        for _ in range(len(own) + 1):
+            if found.leader in held or found.leader not in own:
+                return found
+            above = own[found.leader]
+            offset = found.multiplier * above.offset + found.offset
+            found = Mimic(joint, above.leader, found.multiplier * above.multiplier, offset)
+        raise RobotError(
+            f"joint '{joint}' of {self.path} mimics '{own[joint].leader}', and their leaders form a circle: mend it."
+        )
+
+    def child_of(self, joint: str) -> str:
+        """The link that ``joint`` moves."""
+        return self.joints[joint][1]
+
+
+def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> Description:
+    """The URDF at ``path``; continuous joints become revolute ones of one turn, so that every joint is one angle.
+
+    It may be xacro, which is expanded with ``arguments``, or MuJoCo's MJCF. Capsules are read only from version 1.1 on
+    (they vanish otherwise), so the version is raised.
+    """
+    root = read_root(path, "URDF", arguments)
+    meshes, sites, foreign = {}, {}, ()
+    if root.tag == MJCF:
+        root, meshes, sites, foreign = convert_mjcf(path, root.get("model") or path.stem)
+    if root.tag != "robot":
+        raise RobotError(
+            f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot> (run xacro first)."
+        )
+    require_sane_urdf(root, path)
+    root.set("version", "1.1")
+    _find_meshes(root, path)
+    links, joints = root.findall("link"), root.findall("joint")
+    notes = (*foreign, *_notes(joints))
+    for joint in joints:
+        _keep_soft_limits(joint)
+    continuous = frozenset(_make_revolute(joint) for joint in joints if joint.get("type") == "continuous")
+    bare = [link for link in links if link.find("visual/geometry") is not None and link.find("collision") is None]
+    return Description(
+        path=path,
+        name=root.get("name") or path.stem,
+        xml=ET.tostring(root, encoding="unicode"),
+        continuous=continuous,
+        collision_elements=sum(1 for _ in root.iterfind("link/collision")),
+        # talos_reduced leaves <mimic> in joints that it makes fixed: those follow nobody
+        mimics=tuple(_mimics(joint for joint in joints if joint.get("type") != "fixed")),
+        bare=frozenset(link.get("name", "") for link in bare),
+        links=frozenset(link.get("name", "") for link in links),
+        joints={joint.get("name", ""): ends(joint) for joint in joints},
+        meshes=meshes,
+        sites=sites,
+        notes=notes,
+    )
+
+
+def _find_meshes(root: ET.Element, path: Path) -> None:
+    """Give meshes that the URDF names by a package their paths; where the package is not found the name stays."""
+    find = cache(find_package)
+    for mesh in root.iter("mesh"):
+        kind, _, place = mesh.get("filename", "").partition("://")
+        name, _, inside = place.lstrip("/").partition("/")  # talos writes package:///
+        if kind in ("package", "model"):
+            with contextlib.suppress(LookupError):
+                mesh.set("filename", f"file://{find(name, path) / inside}")
+
+
+def _notes(joints: Sequence[ET.Element]) -> Iterator[Note]:
+    """Limits that a URDF gives and nothing here follows."""
+    limits = [(joint, limit) for joint in joints if (limit := joint.find("limit")) is not None]
+    kinds = ("acceleration", "deceleration", "jerk")
+    changing = [kind for kind in kinds if any(kind in limit.attrib for _, limit in limits)]
+    if changing:
+        yield Note(
+            f"limits on {choices(changing)} in the URDF are not followed: give them with --limits, or in a robot.yaml."
+        )
+    for what, tag, sides in (
+        ("lower and upper", "limit", ("lower", "upper")),
+        ("soft limits", "safety_controller", ("soft_lower_limit", "soft_upper_limit")),
+    ):
+        endless = [
+            joint.get("name", "")
+            for joint in joints
+            for said in joint.findall(tag)
+            if joint.get("type") == "continuous" and any(float(said.get(side, 0)) for side in sides)
+        ]
+        if endless:
+            text = f"{what} of {choices(endless)} are not followed, as in MoveIt: these joints are continuous."
+            yield Note(text, grave=False)
+
+
+def _mimics(joints: Iterable[ET.Element]) -> Iterator[Mimic]:
+    for joint in joints:
+        for said in joint.findall("mimic")[:1]:
+            factor, offset = float(said.get("multiplier", 1.0)), float(said.get("offset", 0.0))
+            yield Mimic(joint.get("name", ""), said.get("joint", ""), factor, offset)
+
+
+def _keep_soft_limits(joint: ET.Element) -> None:
+    """Narrow a joint's limits to those of its safety controller, which lets no motion come beyond them."""
+    limit, safety = joint.find("limit"), joint.find("safety_controller")
+    if limit is None or safety is None or joint.get("type") not in ("revolute", "prismatic"):
+        return
+    soft = [safety.get(f"soft_{side}_limit") for side in ("lower", "upper")]
+    if not any(float(value or 0) for value in soft):  # it has no soft limits
+        return
+    if None in soft or not float(soft[0] or 0) < float(soft[1] or 0):  # of one alone others take 0 for the other
+        said = " and ".join(shown(value) for value in soft if value is not None)
+        raise RobotError(
+            f"joint {shown(joint.get('name'))} of the URDF has a safety_controller with soft limits of {said}: give "
+            "both, the lower one below the upper, or neither."
+        )
+    for side, narrower, text in zip(("lower", "upper"), (max, min), soft, strict=True):
+        own = limit.get(side, "0")
+        limit.set(side, narrower(own, str(text), key=float))
+
+
+def _make_revolute(joint: ET.Element) -> str:
+    joint.set("type", "revolute")
+    limit = joint.find("limit")
+    if limit is None:
+        limit = ET.SubElement(joint, "limit", effort="0", velocity="0")
+    limit.set("lower", repr(-np.pi))
+    limit.set("upper", repr(np.pi))
+    return joint.get("name", "")
+
+
+def build_model(description: Description) -> pin.Model:
+    """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
+    printed = Silenced()
+    try:
+        with printed:
+            model = pin.buildModelFromXML(description.xml)
+    except (ValueError, RuntimeError) as error:
+        said = printed.complaint() or str(error).partition("\n")[0].rstrip(".")
+        raise RobotError(f"URDF {description.path} cannot be built: {said}; mend the file.") from None
+    for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
+        if joint.nv != 1 or joint.nq != 1:
+            raise RobotError(
+                f"joint '{name}' of {description.path} has {joint.nv} degrees of freedom: "
+                "only revolute, continuous and prismatic joints are supported. Make it fixed, where --base places the "
+                "robot, or give each degree of freedom a joint of its own."
+            )
+    for name, (link, place) in description.sites.items():
+        holder = model.frames[on := frame_id(model, link)]
+        model.addFrame(pin.Frame(name, holder.parentJoint, on, holder.placement * place, pin.FrameType.OP_FRAME))
+    return model
+
+
+def follow(
+    description: Description, model: pin.Model, planned: Sequence[str], fixed: Mapping[str, float]
+) -> tuple[dict[str, float], tuple[Mimic, ...]]:
+    """The values of all joints that are held, and the joints that follow ``planned`` ones.
+
+    Held are ``fixed`` joints, which may not follow a planned one, and those that mimic joints that stand. Raises
+    :class:`RobotError`.
+    """
+    held, followers = dict(fixed), list[Mimic]()
+    for own in description.mimics:
+        if not (model.existJointName(own.leader) and model.existJointName(own.joint)):
+            raise RobotError(
+                f"joint '{own.joint}' of {description.path} mimics {shown(own.leader)}, but those are not two "
+                "moving joints of which one leads: mend the file."
+            )
+        item = description.mimic(own.joint)
+        if item.joint in planned:
+            raise RobotError(
+                f"joint '{item.joint}' mimics '{item.leader}' and cannot be planned by itself: plan '{item.leader}', "
+                "or remove its <mimic>."
+            )
+        if item.joint in fixed and item.leader in planned:
+            raise RobotError(
+                f"joint '{item.joint}' mimics '{item.leader}', which is planned, so it cannot be held: take it out of "
+                "fixed_joints, or remove its <mimic> from the URDF."
+            )
+        if item.leader in planned and item.multiplier:
+            followers.append(item)
+        elif item.joint not in fixed:
+            item = description.mimic(own.joint, fixed)
+            value = item.multiplier * fixed.get(item.leader, 0.0) + item.offset
+            held |= {item.joint: value} if value else {}
+    return held, tuple(followers)
+
+
+def narrow(model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[str]) -> tuple[set[str], list[Note]]:
+    """Narrow limits in ``model`` so that followers keep theirs; the joints that turn without end, and notes.
+
+    Of the ``continuous`` joints those turn without end whose followers all do, by whole multiples.
+    """
+    endless, notes = set(continuous), list[Note]()
+    lower, upper, velocity = model.lowerPositionLimit, model.upperPositionLimit, model.upperVelocityLimit
+    for item in followers:
+        leader, own = (model.getJointId(name) - 1 for name in (item.leader, item.joint))
+        before, low, high, fast = (lower[leader], upper[leader], velocity[leader]), -np.inf, np.inf, np.inf
+        if item.joint not in continuous:
+            low, high = sorted((end - item.offset) / item.multiplier for end in (lower[own], upper[own]))
+        if item.joint not in continuous or item.multiplier != round(item.multiplier):
+            endless.discard(item.leader)
+        if velocity[own] > 0:
+            fast = velocity[own] / abs(item.multiplier)
+        lower[leader] = low if low > before[0] + _SAME else before[0]
+        upper[leader] = high if high < before[1] - _SAME else before[1]
+        velocity[leader] = fast if fast < (before[2] or np.inf) - _SAME else before[2]
+        narrower, slower = before[:2] != (lower[leader], upper[leader]), before[2] != velocity[leader]
+        farthest = max(abs(item.multiplier * end[leader] + item.offset) for end in (lower, upper))
+        if not lower[leader] < upper[leader] or farthest > _MOST:
+            raise RobotError(
+                f"joint '{item.joint}' mimics '{item.leader}' and cannot follow it within its own limits: mend its "
+                "<mimic> or the limits in the URDF."
+            )
+        if narrower or slower or item.leader in continuous - endless:
+            speed = f" and to a velocity of {velocity[leader]:.6g}" if slower else ""
+            text = f"joint '{item.joint}' follows '{item.leader}', which is kept to [{lower[leader]:.6g}, "
+            notes.append(Note(f"{text}{upper[leader]:.6g}]{speed}, so that both keep their limits.", grave=False))
+    return endless, notes
+
+
+def slides(model: pin.Model) -> Bools:
+    """(joints,) which joints of ``model`` slide (their values are metres)."""
+    return np.array([joint.shortname().startswith("JointModelP") for joint in list(model.joints)[1:]])
+
+
+def reduce(
+    model: pin.Model,
+    geometry: pin.GeometryModel,
+    moving: Collection[str],
+    fixed: Mapping[str, float],
+    base: Floats,
+) -> tuple[pin.Model, pin.GeometryModel]:
+    """The model of the ``moving`` joints, the others held at ``fixed`` (else at neutral), placed at ``base``."""
+    reference = pin.neutral(model)
+    for name, value in fixed.items():
+        if not model.existJointName(name):
+            raise RobotError(f"joint '{name}' not found; joints are {choices(model.names[1:])}.")
+        if not abs(value) <= FARTHEST:
+            raise RobotError(f"joint '{name}' cannot be held at {value:g}: give a value of at most {FARTHEST:g}.")
+        reference[model.joints[model.getJointId(name)].idx_q] = value
+    locked = [model.getJointId(name) for name in model.names[1:] if name not in moving]
+    _rename(model, "", _LINK)  # for now: Pinocchio looks joints up among all frames
+    try:
+        reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)
+    finally:
+        _rename(model, _LINK, "")
+    _rename(reduced, _LINK, "")
+    _move_base(reduced, geometry, se3(base))
+    return reduced, geometry
+
+
+def _rename(model: pin.Model, old: str, new: str) -> None:
+    """Another ending for the names of links: of all that have the ``old`` one, or, without one, the name of a joint."""
+    joints = {frame.name for frame in model.frames if frame.type != pin.FrameType.BODY}  # of fixed ones too
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and (frame.name.endswith(old) if old else frame.name in joints):
+            frame.name = frame.name.removesuffix(old) + new
+
+
+def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> None:
+    for joint in range(1, model.njoints):
+        if model.parents[joint] == 0:
+            model.jointPlacements[joint] = base * model.jointPlacements[joint]
+    for frame in list(model.frames)[1:]:
+        if frame.parentJoint == 0:
+            frame.placement = base * frame.placement
+    for item in geometry.geometryObjects:
+        if item.parentJoint == 0:
+            item.placement = base * item.placement
+
+
+def tips_of(model: pin.Model) -> list[str]:
+    """The candidates for a tool: links that no joint hangs on, each replaced by its site where it has exactly one."""
+    parents = {frame.parentFrame for frame in model.frames if frame.type != pin.FrameType.OP_FRAME}
+    links = [k for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
+    sites = [[f.name for f in model.frames if f.parentFrame == k and f.type == pin.FrameType.OP_FRAME] for k in links]
+    return [own[0] if len(own) == 1 else model.frames[k].name for k, own in zip(links, sites, strict=True)]
+
+
+def frame_id(model: pin.Model, name: str) -> int:
+    """The index of the frame called ``name``, the link where a joint has the same name; raises naming the frames."""
+    matches = [k for k, frame in enumerate(model.frames) if frame.name == name]
+    if not matches:
+        raise RobotError(f"frame {shown(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")
+    return next((k for k in matches if model.frames[k].type == pin.FrameType.BODY), matches[0])
+
+
+def chain_joints(model: pin.Model, frame: str) -> list[str]:
+    """Movable joints between the base and ``frame``, base first."""
+    joint = model.frames[frame_id(model, frame)].parentJoint
+    return [model.names[k] for k in model.supports[joint] if k != 0]

@@ -1,0 +1,1 @@
+"""MoveIt's scenes and requests."""

@@ -1,0 +1,110 @@
+"""Obstacles that move along a known motion: poses at times, in between on a line and about one axis."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Floats, frozen, numbers, placement
+from planner.base.errors import SceneError
+from planner.base.yamlfile import FARTHEST
+from planner.robot.shapes import Obstacle, Shape, farthest
+
+LONGEST = 1e5  # s: a motion that takes more than a day is none that an arm waits for
+SHORTEST = 1e-6  # s: nothing that is planned for changes its place sooner
+
+
+def wrong_times(times: Sequence[float] | Floats) -> str | None:
+    """What is wrong with the times (k,) s of a motion, as the end of a sentence; None where nothing is."""
+    if not len(times):
+        return "are none: give at least the pose at 0 s"
+    if times[0] != 0:
+        return "have to begin at 0 s"
+    steps = np.diff(times)
+    if not (steps > 0).all():
+        return "have to increase strictly"
+    short = steps < 0.999 * SHORTEST  # sums of times are rounded
+    if short.any():
+        k = int(np.argmax(short))
+        return f"have to be at least {SHORTEST:g} s apart, and {times[k]:.12g} s and {times[k + 1]:.12g} s are not"
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class KnownMotion:
+    """Poses (k, 4, 4) at ``times`` (k,) s, which begin at 0 and increase strictly.
+
+    Between two of them the frame's origin runs along a line and the frame turns about one axis, the shorter way, both
+    at one speed; after the last it stands still. Two times are at least a microsecond apart: what vanishes
+    leaves within a millisecond, say. Raises :class:`SceneError` for times or poses that are none.
+
+        KnownMotion([0, 4], [pose([1, -1, 0.5]), pose([1, 1, 0.5])])
+    """
+
+    times: Floats
+    poses: Floats
+
+    def __init__(self, times: Sequence[float] | Floats, poses: Sequence[Floats] | Floats) -> None:
+        if any(isinstance(time, bool | np.bool_) for time in np.ravel(np.asarray(times, dtype=object))):
+            raise SceneError("KnownMotion.times holds true or false: give seconds.")
+        object.__setattr__(self, "times", frozen(numbers("KnownMotion.times", times, ("k",), SceneError, LONGEST)))
+        k = len(self.times)
+        if why := wrong_times(self.times):
+            raise SceneError(f"the times of a motion {why}; mend them.")
+        found = numbers("KnownMotion.poses", poses, (k, 4, 4), SceneError, FARTHEST)
+        placed = [placement(f"KnownMotion.poses[{row}]", pose, SceneError) for row, pose in enumerate(found)]
+        object.__setattr__(self, "poses", frozen(placed))
+
+    @property
+    def end(self) -> float:
+        """When (s) it stands still for good."""
+        return float(self.times[-1])
+
+    @cached_property
+    def turns(self) -> Floats:
+        """(k - 1, 3) rotation vectors from each pose to the next, in the moving frame; rad."""
+        turns = self.poses[:, :3, :3]
+        return frozen([pin.log3(a.T @ b) for a, b in itertools.pairwise(turns)]).reshape(-1, 3)
+
+    def at(self, t: Floats | float) -> Floats:
+        """The poses (n, 4, 4) at times ``t`` (n,) s."""
+        t = np.clip(numbers("t", np.atleast_1d(t), ("n",)), 0.0, self.end)
+        if len(self.times) == 1:
+            return np.repeat(self.poses, len(t), axis=0)
+        k = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
+        share = (t - self.times[k]) / np.diff(self.times)[k]
+        found = np.array(self.poses[k])
+        found[:, :3, 3] += share[:, None] * (self.poses[k + 1, :3, 3] - self.poses[k, :3, 3])
+        if not self.turns.any():
+            return found
+        parts = zip(found[:, :3, :3], share[:, None] * self.turns[k], strict=True)
+        found[:, :3, :3] = [turn @ pin.exp3(part) for turn, part in parts]
+        return found
+
+    def speeds(self, shape: Shape) -> Floats:
+        """(k - 1,) m/s that no point of a ``shape`` exceeds between two poses."""
+        seconds = np.diff(self.times)
+        line = np.linalg.norm(np.diff(self.poses[:, :3, 3], axis=0), axis=1)
+        return (line + np.linalg.norm(self.turns, axis=1) * farthest(shape, np.eye(4))) / seconds
+
+    def speeds_at(self, t: Floats, shape: Shape) -> Floats:
+        """(n,) the same at times ``t`` (n,) s, none of which is among the motion's own; 0 where it stands."""
+        return np.concatenate([[0.0], self.speeds(shape), [0.0]])[np.searchsorted(self.times, t)]
+
+
+@dataclass(frozen=True, eq=False)
+class MovingObstacle:
+    """A shape that moves through the scene along a known motion; it has a place in time only."""
+
+    name: str
+    shape: Shape
+    motion: KnownMotion
+
+    def standing(self, t: float = 0.0) -> Obstacle:
+        """The obstacle where it is at ``t`` s."""
+        return Obstacle(self.name, self.shape, self.motion.at(t)[0])

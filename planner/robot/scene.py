@@ -1,0 +1,297 @@
+"""The obstacles around the robot, with named starts and goals: our own small YAML format."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import reduce
+from operator import or_
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_type_hints
+
+import pydantic
+
+from planner.base.arrays import Floats
+from planner.base.errors import OptionError, SceneError, choices
+from planner.base.files import StrPath
+from planner.base.hashing import content_hash
+from planner.base.notes import Note
+from planner.base.resources import published_scene_names, scene_file, scene_names
+from planner.base.yamlfile import (
+    FARTHEST,
+    Coordinate,
+    Name,
+    Number,
+    Strict,
+    parse_yaml,
+    read_text,
+    repeated,
+    shown,
+    validate,
+)
+from planner.problem.conditions import keeps_text
+from planner.problem.targets import TURN
+from planner.robot.files.collada import collada_notes
+from planner.robot.files.meshes import read_mesh
+from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
+
+if TYPE_CHECKING:
+    from planner.robot.moveit.scenes import PlanningScene
+
+Triple = tuple[Coordinate, Coordinate, Coordinate]
+
+
+class PoseFile(Strict):
+    """A placement: metres, and either rpy (rad) or a quaternion [x, y, z, w]."""
+
+    position: Triple = (0.0, 0.0, 0.0)
+    rpy: Triple | None = None
+    quaternion: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_rotation(self) -> PoseFile:
+        if self.rpy is not None and self.quaternion is not None:
+            raise ValueError("give rpy or quaternion, not both")
+        if self.rpy is not None and max(map(abs, self.rpy)) > TURN:
+            raise ValueError(f"rpy is in rad, and {list(self.rpy)} is more than a turn: degrees? 90 degrees are 1.5708")
+        self.matrix()
+        return self
+
+    def matrix(self) -> Floats:
+        return pose(self.position, self.rpy, self.quaternion)
+
+
+class _Named(PoseFile):
+    name: Name = pydantic.Field(min_length=1)
+
+
+class TimedPoseFile(PoseFile):
+    """Where an obstacle that moves is at ``t`` s."""
+
+    t: Annotated[Number, pydantic.Field(ge=0, le=LONGEST)]
+
+
+class _Standing(_Named):
+    """An obstacle: it stands, or goes along a ``motion``, or may go anywhere within its ``speed_limit`` (m/s)."""
+
+    motion: tuple[TimedPoseFile, ...] = ()
+    speed_limit: Annotated[Number, pydantic.Field(ge=0, le=FARTHEST)] = 0.0
+
+    @pydantic.model_validator(mode="after")
+    def _one_place(self) -> _Standing:
+        placed = {"position", "rpy", "quaternion"} & self.model_fields_set
+        if self.motion and placed:
+            raise ValueError(f"give a motion or a {min(placed)}, not both: the motion's poses are where it is")
+        if self.motion and self.speed_limit:
+            raise ValueError("give a motion, which is known, or a speed_limit of one that is not, not both")
+        if "motion" in self.model_fields_set and (why := wrong_times([pose.t for pose in self.motion])):
+            raise ValueError(f"the times of a motion {why}")
+        return self
+
+
+class _Held(_Named):
+    """What is carried: placed in the frame of a link of the robot, which it may touch, as it may ``touch_links``."""
+
+    link: Name = pydantic.Field(min_length=1)
+    touch_links: tuple[Name, ...] = ()
+
+
+@dataclass(frozen=True)
+class _MeshFile:
+    file: str
+    scale: Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
+
+
+_SHAPES = {"box": Box, "sphere": Sphere, "cylinder": Cylinder, "capsule": Capsule, "mesh": _MeshFile}
+
+
+def _with_shapes(thing: type[_Named], name: str) -> Any:
+    """The file models of a ``thing``, one per shape, which has the keys of both; ``type`` selects the model."""
+    models = []
+    for kind, shape in _SHAPES.items():
+        hints = get_type_hints(shape, include_extras=True)
+        keys: dict[str, Any] = {key: (hint, getattr(shape, key, ...)) for key, hint in hints.items()}
+        keys["type"] = Literal[kind], ...
+        models.append(pydantic.create_model(f"{name}{kind.capitalize()}File", __base__=thing, **keys))
+    return Annotated[reduce(or_, models), pydantic.Field(discriminator="type")]
+
+
+ObstacleFile: TypeAlias = _with_shapes(_Standing, "")  # pyright: ignore[reportInvalidTypeForm]
+CarriedFile: TypeAlias = _with_shapes(_Held, "Carried")  # pyright: ignore[reportInvalidTypeForm]
+
+
+class PlacementFile(Strict):
+    """How a scene sets a robot up: where its base stands, which tool it uses, what is held fixed."""
+
+    base: PoseFile = PoseFile()
+    tool: str | None = None
+    fixed_joints: dict[str, Coordinate] = pydantic.Field(default_factory=dict)
+
+
+class SceneFile(Strict):
+    """What a scene file holds."""
+
+    name: Name | None = None
+    description: str = ""
+    obstacles: list[ObstacleFile] = pydantic.Field(default_factory=list)
+    carried: list[CarriedFile] = pydantic.Field(default_factory=list)
+    states: dict[str, dict[str, str]] = pydantic.Field(default_factory=dict)
+    robots: dict[str, PlacementFile] = pydantic.Field(default_factory=dict)
+    allowed: list[tuple[Name, Name]] = pydantic.Field(default_factory=list)  # obstacles and links that may touch
+    keep: list[str] = pydantic.Field(default_factory=list)  # what motions keep all along
+
+    @pydantic.field_validator("keep")
+    @classmethod
+    def _kept(cls, keep: list[str]) -> list[str]:
+        try:
+            keeps_text(keep)
+        except OptionError as error:
+            raise ValueError(str(error)) from None
+        return keep
+
+    @pydantic.model_validator(mode="after")
+    def _distinct_names(self) -> SceneFile:
+        twice = repeated(item.name for item in (*self.obstacles, *self.carried))
+        if twice:
+            raise ValueError(f"name '{twice[0]}' is used twice; names must differ, also those of carried things")
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Obstacles in the world frame and the named states and set-up of each robot. Load with :meth:`load`.
+
+    ``moving`` are obstacles with a known motion. They are no part of the world that stands still, of its roadmaps and
+    paths: only what has times can keep clear of them, see :meth:`planner.Session.plan_in_time`.
+    """
+
+    name: str
+    obstacles: tuple[Obstacle, ...] = ()
+    description: str = ""
+    states: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    robots: Mapping[str, PlacementFile] = field(default_factory=dict)
+    moving: tuple[MovingObstacle, ...] = ()
+    carried: tuple[Carried, ...] = ()  # shapes that a link of the robot holds
+    allowed: frozenset[frozenset[str]] = frozenset()  # pairs of names that may touch
+    message: PlanningScene | None = None  # MoveIt's, where it is one: what else it says
+    notes: tuple[Note, ...] = ()  # of what was passed over in its file, or in a request
+    keep: str = ""  # what motions keep all along, as ``--keep`` takes it; no part of what stands there
+
+    def __post_init__(self) -> None:
+        for name in ("obstacles", "moving", "carried", "notes"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        if twice := repeated(item.name for item in (*self.obstacles, *self.moving, *self.carried)):
+            raise SceneError(f"scene '{self.name}' has {shown(twice[0])} twice: name each once.")
+
+    def __repr__(self) -> str:
+        kinds = (self.obstacles, "obstacles"), (self.moving, "that move"), (self.carried, "carried")
+        return f"<Scene: {self.name}, {', '.join(f'{len(items)} {kind}' for items, kind in kinds if items) or 'empty'}>"
+
+    @staticmethod
+    def load(name: StrPath) -> Scene:
+        """A built-in scene by name, or by path: our own YAML, MoveIt's PlanningScene as YAML or its ``.scene`` text.
+
+        Raises :class:`SceneError` or ``FileError``.
+        """
+        name = os.fspath(name)
+        path = scene_file(name) or Path(name)
+        known = path.suffix.lower() in (".yaml", ".yml", ".scene")
+        if not known and "/" not in name and not os.path.isfile(path):
+            there = choices([*scene_names(), *published_scene_names()])
+            raise SceneError(f"scene '{name}' not found; scenes are {there}, or give the path of a scene file.")
+        where = f"scene file {path}"
+        text = read_text(path, "scene file")
+        if path.suffix.lower() == ".scene":
+            from planner.robot.moveit.scene_text import scene_text
+
+            return _from_moveit(scene_text(text, path))
+        data = parse_yaml(text, where)
+        if _is_planning_scene(data):
+            from planner.robot.moveit.scenes import planning_scene
+
+            return _from_moveit(planning_scene(data, path))
+        return _build(validate(SceneFile, data, where, SceneError), path)
+
+    def placement(self, robot: str) -> PlacementFile:
+        """How this scene sets up a robot; the default where it says nothing."""
+        return self.robots.get(robot, PlacementFile())
+
+    @property
+    def limited(self) -> tuple[Obstacle, ...]:
+        """The obstacles that may leave their place, each within its speed limit."""
+        return tuple(item for item in self.obstacles if item.speed_limit > 0)
+
+    def states_of(self, robot: str) -> Mapping[str, str]:
+        return self.states.get(robot, {})
+
+    @property
+    def identity(self) -> str:
+        """A hash of obstacles and permissions; their order does not matter, nor does a name without a permission."""
+        solid = sorted(content_hash([*item.shape.content(), item.placement]) for item in self.obstacles)
+        named = {item.object for item in self.obstacles}
+        allowed = sorted(sorted(pair) for pair in self.allowed if pair & named)
+        owners = sorted((item.object, item.placement.tolist()) for item in self.obstacles) if allowed else []
+        return content_hash([solid, allowed, owners])
+
+
+def _is_planning_scene(data: Any) -> bool:
+    """Whether plain data is MoveIt's PlanningScene message rather than one of our own scene files."""
+    return isinstance(data, dict) and bool({"world", "robot_model_name", "allowed_collision_matrix"} & set(data))
+
+
+def _from_moveit(scene: PlanningScene) -> Scene:
+    said = {"carried": scene.carried, "allowed": scene.allowed, "message": scene, "notes": scene.notes}
+    return Scene(scene.name, scene.obstacles, "from MoveIt", **said)
+
+
+def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
+    """The shape that a file describes; a mesh is read from its own file in ``folder``."""
+    if item.type == "mesh":
+        return read_mesh(folder / item.file, item.scale)
+    shape = _SHAPES[item.type]
+    return shape(*(getattr(item, key) for key in get_type_hints(shape)))
+
+
+def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle:
+    """An obstacle that stands, as a file in that ``folder`` has it; :class:`SceneError` for one with a motion."""
+    if item.motion:
+        raise SceneError(f"obstacle '{item.name}' has a motion: here give one that stands, or a speed_limit.")
+    return Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
+
+
+def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path()) -> tuple[Note, ...]:
+    """What was passed over in the mesh files that ``items`` name, in that ``folder``."""
+    return tuple(collada_notes(folder / item.file for item in items if item.type == "mesh"))
+
+
+def _build(file: SceneFile, path: Path) -> Scene:
+    folder = path.parent
+    obstacles = tuple(obstacle_of(item, folder) for item in file.obstacles if not item.motion)
+    moving = tuple(
+        MovingObstacle(
+            item.name,
+            _shape(item, folder),
+            KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion]),
+        )
+        for item in file.obstacles
+        if item.motion
+    )
+    carried = tuple(
+        Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links) for item in file.carried
+    )
+    allowed = frozenset(frozenset(pair) for pair in file.allowed)
+    return Scene(
+        file.name or path.stem,
+        obstacles,
+        file.description,
+        file.states,
+        file.robots,
+        moving,
+        carried,
+        allowed,
+        notes=mesh_notes((*file.obstacles, *file.carried), folder),
+        keep=keeps_text(file.keep),
+    )

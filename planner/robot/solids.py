@@ -1,0 +1,156 @@
+"""Closed meshes as solids: which triangles enclose a volume, and whether a point lies in it (winding numbers)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+
+_CHUNK = 200_000  # solid angles at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """The closed pieces of a mesh: ``corners`` (m, 3, 3) of their triangles, within ``low`` and ``high`` (3,), m."""
+
+    corners: Floats
+    low: Floats
+    high: Floats
+
+    def contains(self, points: Floats) -> Bools:
+        """(k,) whether the points (k, 3) lie inside: the surface winds around them.
+
+        A hollow body of two surfaces that face away from the material is hollow. Whether a single surface faces in
+        or out does not matter. On the surface itself the answer may be either.
+        """
+        found: Bools = np.all((points > self.low) & (points < self.high), axis=1)
+        rows = np.flatnonzero(found)
+        step = max(1, _CHUNK // len(self.corners))
+        for k in range(0, len(rows), step):
+            part = rows[k : k + step]
+            found[part] = np.abs(_winding(self.corners, points[part])) > 0.5
+        return found
+
+
+def _winding(corners: Floats, points: Floats) -> Floats:
+    """How often triangles (m, 3, 3) wind around points (k, 3): solid angles, Van Oosterom and Strackee 1983."""
+    a, b, c = (corners[None, :, k] - points[:, None] for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
+    volume = np.einsum("kmi,kmi->km", a, np.cross(b, c))
+    ab, bc, ca = (np.einsum("kmi,kmi->km", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    return np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb).sum(axis=1) / (2 * np.pi)
+
+
+@lru_cache(maxsize=1024)
+def solid_of(mesh: Mesh) -> Solid | None:
+    """The closed pieces of ``mesh`` as a solid; None where there are none."""
+    triangles, piece = _welded(mesh)
+    kept = np.isin(piece, np.flatnonzero(_closed_pieces(mesh)))
+    if not kept.any():
+        return None
+    corners = mesh.vertices[triangles[kept]]
+    points = corners.reshape(-1, 3)
+    return Solid(frozen(corners), frozen(points.min(axis=0)), frozen(points.max(axis=0)))
+
+
+@lru_cache(maxsize=1024)
+def is_watertight(mesh: Mesh) -> bool:
+    """Whether every piece of ``mesh`` is closed, its triangles all facing in one direction, in or out."""
+    closed = _closed_pieces(mesh)
+    return len(closed) > 0 and all(closed)
+
+
+@lru_cache(maxsize=1024)
+def _closed_pieces(mesh: Mesh) -> tuple[bool, ...]:
+    """Which of the connected pieces of ``mesh`` are closed."""
+    triangles, piece = _welded(mesh)
+    return tuple(is_closed(triangles[piece == k]) for k in range(int(piece.max(initial=-1)) + 1))
+
+
+def is_closed(triangles: Ints) -> bool:
+    """Whether every edge of the triangles (m, 3) is passed as often in one direction as in the other.
+
+    That is what makes winding numbers whole, edges of more than two triangles included.
+    """
+    a, b = triangles[:, [0, 1, 2]].ravel(), triangles[:, [1, 2, 0]].ravel()
+    _, edge = distinct_rows(np.column_stack([np.minimum(a, b), np.maximum(a, b)]))
+    return not np.bincount(edge, weights=np.where(a < b, 1.0, -1.0)).any()
+
+
+@lru_cache(maxsize=1024)
+def points_of_pieces(shape: Shape) -> Floats:
+    """A point (k, 3) of every connected piece of a shape, in its own frame.
+
+    If all of them are outside another body, and no surfaces cross, all of the shape is outside.
+    """
+    if not isinstance(shape, Mesh):
+        return np.zeros((1, 3))
+    triangles, piece = _welded(shape)
+    _, first = np.unique(piece, return_index=True)
+    return frozen(shape.vertices[triangles[first, 0]])
+
+
+def may_hold(solid: Solid, measures: Floats) -> Bools:
+    """Which shapes of some ``measures`` (k, 2) are small enough for the solid's bounding box; never wrongly False."""
+    size = np.asarray(solid.high - solid.low)
+    fits: Bools = np.all(measures <= [np.linalg.norm(size), size.min()], axis=1)
+    return fits
+
+
+def measures_of(shapes: Sequence[Shape]) -> Floats:
+    """(k, 2) m, of each shape a distance of two of its points, and the diameter of a ball that it holds."""
+    return np.array([_measures(shape) for shape in shapes]).reshape(-1, 2)
+
+
+@lru_cache(maxsize=1024)
+def _measures(shape: Shape) -> tuple[float, float]:
+    """A distance of two points of the shape (m), and the diameter of a ball that it holds."""
+    match shape:
+        case Box(size):
+            return float(np.linalg.norm(size)), min(size)
+        case Sphere(radius):
+            return 2 * radius, 2 * radius
+        case Cylinder(radius, length):
+            return float(np.hypot(length, 2 * radius)), min(length, 2 * radius)
+        case Capsule(radius, length):
+            return length + 2 * radius, 2 * radius
+        case Mesh():
+            points = shape.vertices[points_used(shape)]
+            pieces = len(points_of_pieces(shape))
+            return (float(np.ptp(points, axis=0).max()) if pieces == 1 else 0.0), 0.0  # any one piece may be inside
+
+
+def points_used(mesh: Mesh) -> Ints:
+    """Indices of the vertices that some triangle has."""
+    return np.flatnonzero(np.bincount(mesh.triangles.ravel()))
+
+
+def pieces_of_vertices(mesh: Mesh) -> Ints:
+    """(n,) the number of the connected piece that each vertex belongs to; -1 where no triangle with an area has it."""
+    triangles, piece = _welded(mesh)
+    first, same = distinct_rows(mesh.vertices)
+    found = np.full(len(mesh.vertices), -1, dtype=np.int64)
+    found[triangles] = piece[:, None]
+    return found[first[same]]
+
+
+@lru_cache(maxsize=1024)
+def _welded(mesh: Mesh) -> tuple[Ints, Ints]:
+    """Triangles (m, 3) by the first of equal vertices, without those that have no area, and the piece (m,) of each."""
+    from scipy.sparse import coo_array  # 0.2 s to load
+    from scipy.sparse.csgraph import connected_components
+
+    first, same = distinct_rows(mesh.vertices)
+    triangles = first[same][mesh.triangles]
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    a, b, c = triangles.T
+    edges = np.concatenate([a, a]), np.concatenate([b, c])
+    graph = coo_array((np.ones(len(edges[0])), edges), shape=(len(same), len(same)))
+    label = connected_components(graph, directed=False)[1]
+    return triangles, np.unique(label[a], return_inverse=True)[1].astype(np.int64)

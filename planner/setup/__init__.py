@@ -1,1 +1,0 @@
-"""From a request to configurations: named, joint, position and pose targets become configurations."""

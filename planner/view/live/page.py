@@ -1,0 +1,208 @@
+"""The live page: obstacles and the goal are moved with a gizmo, and a path is planned after each change."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import viser
+
+from planner.base.arrays import Floats
+from planner.base.errors import PlannerError, choices
+from planner.kinematics.tool_bound import Frame
+from planner.planning.result import Plan
+from planner.problem.targets import HOME, Pose, follow, joints_text, parse_target, parse_targets
+from planner.query.query import states_of
+from planner.robot.files.scene_writer import write_scene
+from planner.robot.poses import pose, quaternion_of
+from planner.session.session import Session, Snapshot
+from planner.trajectory.path_clearance import clearance_text
+from planner.view.live.picture import HOST, Picture, place, start_server
+from planner.view.motion import configurations_at, path_shares
+
+GOAL = "the goal"
+
+
+@dataclass(frozen=True)
+class Question:
+    """Start and goal as text, and beta."""
+
+    start: str
+    goal: str
+    beta: float
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The plan for a question, and the session as it was then."""
+
+    question: Question
+    plan: Plan
+    snapshot: Snapshot
+
+
+class LivePage:
+    """A session, its question, and the page that changes both; ``out`` is the file that Save writes the scene to.
+
+    Raises :class:`PlannerError` for a question that cannot be planned.
+    """
+
+    def __init__(self, session: Session, question: Question, out: Path) -> None:
+        self._session, self._out = session, out
+        self._lock = threading.Lock()  # viser calls from several threads
+        self.answers = [self._plan(question)]
+        self.server = start_server()
+        q = self._start()
+        self._picture = Picture(self.server, session.robot, session.scene, q)
+        self._add_controls(self.server.gui, question)
+        self._gizmo = self.server.scene.add_transform_controls("/gizmo", scale=0.4 * self._picture.radius)
+        self._gizmo.on_update(self._drag)
+        self._gizmo.on_update(self._drop)
+        self._goal = self.server.scene.add_icosphere("/goal", 0.022, (204, 26, 38))
+        self._show()
+
+    @property
+    def address(self) -> str:
+        """Where the page is served."""
+        return f"http://{HOST}:{self.server.get_port()}/"
+
+    def close(self) -> None:
+        """End planning as soon as possible, then the server."""
+        self._session.close()
+        with self._lock:
+            self.server.stop()
+
+    def plan(self) -> None:
+        """Plan from the start that is written in the page, with beta of the slider."""
+        self._change(lambda question: replace(question, start=self.start.value, beta=float(self.beta.value)))
+
+    def undo(self) -> None:
+        """Go back to the answer before the last change."""
+        with self._lock:
+            if len(self.answers) > 1:
+                self.answers.pop()
+            self._show()
+
+    def save(self) -> None:
+        """Write the scene with its start and goal, for 'planner plan --scene FILE'."""
+        with self._lock:
+            robot, scene = self._session.robot, self._session.scene
+            own = {"start": joints_text(self._start().tolist()), "goal": self._goal_text()}
+            states = {**scene.states, robot.name: {**scene.states_of(robot.name), **own}}
+            try:
+                written = write_scene(replace(scene, name=self._out.stem, states=states), self._out)
+                self.outcome.value = f"Written: {', '.join(map(str, written))}"
+            except PlannerError as error:
+                self.outcome.value = str(error)
+
+    def move(self, name: str, position: Floats, quaternion: list[float]) -> None:
+        """Put an obstacle, or GOAL, to a position (m) and a quaternion [x, y, z, w], then plan."""
+        if name != GOAL:
+            return self._change(lambda question: self._move_obstacle(question, name, position, quaternion))
+        numbers = [*position.tolist(), *(quaternion if isinstance(parse_target(self._goal_text()), Pose) else ())]
+        kind = "xyz" if len(numbers) == 3 else "pose"
+        goal = f"{kind}:{','.join(map(repr, numbers))}"
+        return self._change(lambda question: replace(question, goal=goal))
+
+    def _move_obstacle(self, question: Question, name: str, position: Floats, quaternion: list[float]) -> Question:
+        self._session.move(name, position, quaternion=quaternion)
+        return question
+
+    def _change(self, apply: Callable[[Question], Question]) -> None:
+        """Apply a change and plan; a change that cannot be is undone, and the page says why."""
+        with self._lock:
+            self.outcome.value = "Planning ..."
+            refused = PlannerError("the planner failed at this; the terminal says why.")
+            try:
+                self.answers.append(self._plan(apply(self.answers[-1].question)))
+                refused = None
+            except PlannerError as error:
+                refused = error
+            finally:
+                self._show(refused)
+
+    def _plan(self, question: Question) -> Answer:
+        plan = self._session.plan(question.start, question.goal, question.beta)
+        return Answer(question, plan, self._session.snapshot())
+
+    def _goal_text(self) -> str:
+        """The goal that is reached, or the first one, in numbers."""
+        answer, robot = self.answers[-1], self._session.robot
+        known = {HOME: joints_text(robot.home), **states_of(robot, self._session.scene)}
+        return follow(answer.plan.goal or parse_targets(answer.question.goal)[0][0], known)[0]
+
+    def _start(self) -> Floats:
+        """(dof,) the first configuration of the path, or of the roadmap's starts without one."""
+        plan = self.answers[-1].plan
+        return plan.path[0] if plan.solved else plan.roadmap.nodes[plan.roadmap.starts[0]]
+
+    def _goal_placement(self) -> Floats:
+        """(4, 4) of the tool at the goal that is reached, or at the first one."""
+        plan, robot = self.answers[-1].plan, self._session.robot
+        q = plan.path[-1] if plan.solved else plan.roadmap.nodes[plan.roadmap.goals[0]]
+        rotation, position = Frame.tool(robot).poses(robot, q[None])
+        return pose(position[0].tolist(), quaternion=quaternion_of(rotation[0]))
+
+    # the page
+
+    def _add_controls(self, gui: viser.GuiApi, question: Question) -> None:
+        self.outcome = gui.add_text("outcome", "", multiline=True, disabled=True)
+        self.chosen = gui.add_dropdown("move", [GOAL, *self._picture.obstacles])
+        self.start = gui.add_text("start", question.start)
+        self.beta = gui.add_slider("beta", 0.0, 1.0, 0.01, question.beta, hint="0: manipulability, 1: distance")
+        self.share = gui.add_slider("along the path", 0.0, 1.0, 0.005, 0.0)
+        self.chosen.on_update(lambda _: self._place_gizmo())
+        self.share.on_update(lambda _: self._show_robot())
+        for name, act in (("Plan", self.plan), ("Undo", self.undo), ("Save", self.save)):
+            gui.add_button(name).on_click(lambda _, act=act: act())
+
+    async def _drag(self, event: viser.TransformControlsEvent) -> None:
+        """Let the obstacle follow the gizmo; async, so that viser keeps the order of the events."""
+        if self.chosen.value != GOAL:
+            handle = self._picture.obstacles[self.chosen.value]
+            handle.position, handle.wxyz = event.target.position, event.target.wxyz
+
+    def _drop(self, event: viser.TransformControlsEvent) -> None:
+        if event.phase == "end":
+            w, x, y, z = event.target.wxyz.tolist()
+            self.move(self.chosen.value, event.target.position, [x, y, z, w])
+
+    def _show(self, refused: PlannerError | None = None) -> None:
+        """Show the last answer, and bring the session back to it."""
+        answer = self.answers[-1]
+        self._session.restore(answer.snapshot)
+        plan = answer.plan
+        reason = plan.reason if refused is None else refused.reason
+        self._picture.show_scene(self._session.scene, frozenset() if reason is None else reason.names)
+        self._picture.show_path(plan.path)
+        place(self._goal, self._goal_placement())
+        self._place_gizmo()
+        self._show_robot()
+        self.start.value, self.beta.value = answer.question.start, answer.question.beta
+        self.outcome.value = "\n".join(self._sentences(plan)) if refused is None else str(refused)
+
+    def _sentences(self, plan: Plan) -> list[str]:
+        """The outcome, the cost and the clearance of a plan."""
+        rows = [plan.message]
+        if plan.cost is not None:
+            omega, distance = plan.cost.manipulability, plan.cost.distance
+            rows.append(f"cost {plan.cost.total:.4f} (manipulability {omega:.4f}, distance {distance:.4f})")
+        if plan.nearest is not None and plan.nearest.path is not None:
+            rows.append(f"clearance {clearance_text(plan.nearest.path.min)}")
+        if self._session.scene.moving:
+            rows.append(f"Left aside, because they move: {choices(o.name for o in self._session.scene.moving)}.")
+        return [*rows, f"planned in {plan.seconds:.2f} s"]
+
+    def _place_gizmo(self) -> None:
+        chosen: Any = self.chosen.value
+        obstacles = {item.name: item.placement for item in self._session.scene.obstacles}
+        place(self._gizmo, self._goal_placement() if chosen == GOAL else obstacles[chosen])
+
+    def _show_robot(self) -> None:
+        plan, share = self.answers[-1].plan, np.array([self.share.value])
+        q = configurations_at(plan.path, path_shares(plan.path)[0], share)[0] if plan.solved else self._start()
+        self._picture.show_robot(q)

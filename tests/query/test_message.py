@@ -1,0 +1,402 @@
+"""What a MoveIt request asks for is what is planned: the example's request with one field changed, measured."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import yaml
+from scipy.spatial.transform import Rotation
+
+import planner
+from planner.base.errors import PlannerError
+from planner.problem.conditions import KeepAxis, KeepTurn
+from planner.problem.request import LimitsRequest, PlanRequest
+from planner.problem.targets import ToolGoal
+from planner.query.query import Query, make_query
+from planner.robot.model_checks import notes
+from planner.robot.moveit.message import goals_of
+from planner.robot.moveit.requests import read_motion_plan_request
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.trajectory.limits import MotionLimits
+from tests.linkages import palletizer
+from tests.refusals import refusal_of
+from tests.robot.files.moveit.samples import REQUEST, SCENE, changed
+
+GOAL = "goal_constraints.0"
+ROD = {
+    "id": "rod",
+    "primitives": [{"type": "box", "dimensions": [0.02, 0.02, 0.04]}],
+    "primitive_poses": [{"position": [0, 0, 0.12]}],
+}
+ATTACHED = [{"link_name": "panda_hand", "object": ROD, "touch_links": ["panda_leftfinger", "panda_rightfinger"]}]
+
+
+def asked(folder: Path, request: dict, scene: dict | None = None, **options: Any) -> Query:
+    (folder / "r.yaml").write_text(yaml.safe_dump(request))
+    (folder / "s.yaml").write_text(yaml.safe_dump(SCENE if scene is None else scene))
+    options = {"robot": "panda", "collision": "coal", "ik_solutions": 1} | options
+    return make_query(PlanRequest(scene=str(folder / "s.yaml"), motion_plan_request=folder / "r.yaml", **options))
+
+
+def placement(robot: Robot, frame: str, q: np.ndarray) -> np.ndarray:
+    """Where Pinocchio's own kinematics puts a frame (4, 4)."""
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    return data.oMf[robot.model.getFrameId(frame)].homogeneous
+
+
+def told(query: Query) -> str:
+    return " ".join(note.text for note in notes(query.robot, query.scene))
+
+
+def link_goal(link: str, **more: Any) -> dict:
+    region = {
+        "primitives": [{"type": 2, "dimensions": [1e-3]}],
+        "primitive_poses": [{"position": [0.45, 0.25, 0.5]}],
+    }
+    place = {"link_name": link, "constraint_region": region} | more.pop("place", {})
+    return changed(REQUEST, GOAL, {"position_constraints": [place], **more})
+
+
+@pytest.mark.parametrize("link", ["panda_link7", "panda_hand", "panda_hand_tcp", "panda_link5", "panda_leftfinger"])
+def test_a_goal_of_any_link_brings_that_link_there(link: str, tmp_path: Path) -> None:
+    turn = [] if link == "panda_link5" else [{"link_name": link, "orientation": [1, 0, 0, 0]}]
+    query = asked(tmp_path, link_goal(link, orientation_constraints=turn))
+    reached = placement(query.robot, link, query.goals[0])
+    np.testing.assert_allclose(reached[:3, 3], [0.45, 0.25, 0.5], atol=1e-3)
+    if turn:
+        np.testing.assert_allclose(reached[:3, :3], np.diag([1, -1, -1]), atol=1e-5)
+    assert query.robot.tool == "panda_hand_tcp"
+    assert (f" of {link}" in query.goal_names[0]) == (link != "panda_hand_tcp")
+
+
+def test_an_offset_is_a_point_of_the_link(tmp_path: Path) -> None:
+    turn = [{"link_name": "panda_hand", "orientation": [0.9, 0.1, 0.2, 0.1]}]
+    goal = link_goal("panda_hand", place={"target_point_offset": [0.01, 0.02, 0.1]}, orientation_constraints=turn)
+    query = asked(tmp_path, goal)
+    reached = placement(query.robot, "panda_hand", query.goals[0]) @ [0.01, 0.02, 0.1, 1]
+    np.testing.assert_allclose(reached[:3], [0.45, 0.25, 0.5], atol=1e-3)
+
+
+def test_every_place_of_a_region_is_a_goal(tmp_path: Path) -> None:
+    goal = link_goal("panda_hand")
+    region = goal["goal_constraints"][0]["position_constraints"][0]["constraint_region"]
+    region["primitives"] *= 2
+    region["primitive_poses"].append({"position": [0.45, -0.25, 0.5]})
+    query = asked(tmp_path, goal)
+    reached = [placement(query.robot, "panda_hand", q)[:3, 3] for q in query.goals]
+    np.testing.assert_allclose(reached, [[0.45, 0.25, 0.5], [0.45, -0.25, 0.5]], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("link", "part"),
+    [
+        ("panda_hnd", "is for link 'panda_hnd' (did you mean 'panda_hand'?), which robot 'panda' has not"),
+        ("panda_link0", "which no planned joint moves"),
+    ],
+)
+def test_a_goal_of_no_link_that_moves_is_refused(link: str, part: str, tmp_path: Path) -> None:
+    assert part in refusal_of(lambda: asked(tmp_path, link_goal(link)))
+
+
+def test_a_goal_in_a_fixed_frame(tmp_path: Path) -> None:
+    """A camera's frame, turned by a quarter about z: its x is the world's y."""
+    quarter = [0, 0, 0.5**0.5, 0.5**0.5]
+    transforms = [{"child_frame_id": "camera", "transform": {"translation": [0.7, 0, 0.4], "rotation": quarter}}]
+    goal = link_goal("panda_hand", place={"header": {"frame_id": "camera"}})
+    goal["goal_constraints"][0]["orientation_constraints"] = [
+        {"header": {"frame_id": "/camera"}, "link_name": "panda_hand", "orientation": [1, 0, 0, 0]}
+    ]
+    region = goal["goal_constraints"][0]["position_constraints"][0]["constraint_region"]
+    region["primitive_poses"][0]["position"] = [0.25, 0.25, 0.1]
+    query = asked(tmp_path, goal, changed(SCENE, "fixed_frame_transforms", transforms))
+    reached = placement(query.robot, "panda_hand", query.goals[0])
+    np.testing.assert_allclose(reached[:3, 3], [0.45, 0.25, 0.5], atol=1e-3)
+    np.testing.assert_allclose(reached[:3, 0], [0, 1, 0], atol=1e-5)
+    wrong = link_goal("panda_hand", place={"header": {"frame_id": "camra"}})
+    text = refusal_of(lambda: asked(tmp_path, wrong, changed(SCENE, "fixed_frame_transforms", transforms)))
+    assert "goal 1 is given in frame 'camra' (did you mean 'camera'?)" in text
+
+
+def test_factors_scale_the_limits_of_the_motion(tmp_path: Path) -> None:
+    request = changed(changed(REQUEST, "max_velocity_scaling_factor", 0.1), "max_acceleration_scaling_factor", 0.25)
+    robot, plain = asked(tmp_path, request).robot, MotionLimits.of(Robot.load("panda"))
+    limits = MotionLimits.of(robot)
+    np.testing.assert_allclose(limits.velocity, 0.1 * plain.velocity)
+    np.testing.assert_allclose(limits.acceleration, 0.25 * plain.acceleration)
+    assert limits.source["velocity"] == "URDF, times 0.1 (the request's)"
+    said = MotionLimits.of(robot, LimitsRequest(velocity_scale=0.5))
+    np.testing.assert_allclose(said.velocity, 0.5 * plain.velocity)
+    assert said.source["velocity"] == "URDF, times 0.5 (in place of the request's 0.1)"
+    assert MotionLimits.of(asked(tmp_path, REQUEST).robot).source == plain.source
+
+
+def test_a_request_attaches_what_the_arm_carries(tmp_path: Path) -> None:
+    query = asked(tmp_path, changed(REQUEST, "start_state.attached_collision_objects", ATTACHED))
+    (rod,) = query.robot.carried
+    assert (rod.name, rod.joint) == ("rod", 7)
+    assert query.robot.identity != asked(tmp_path, REQUEST).robot.identity
+    assert frozenset(("rod", "panda_leftfinger")) in query.robot.touching
+    long = changed(REQUEST, "start_state.attached_collision_objects", ATTACHED)
+    long["start_state"]["attached_collision_objects"][0]["object"]["primitives"][0]["dimensions"] = [0.02, 0.02, 1.2]
+    assert "start is in collision: 'rod'" in refusal_of(lambda: asked(tmp_path, long))
+
+
+def test_what_is_attached_is_placed_in_the_frame_of_its_header(tmp_path: Path) -> None:
+    request = changed(REQUEST, "start_state.attached_collision_objects", ATTACHED)
+    request = changed(request, "start_state.attached_collision_objects.0.object.pose", {"position": [0, 0, -0.08]})
+    here = "start_state.attached_collision_objects.0.object.header"
+    (own,) = asked(tmp_path, request).robot.carried
+    (other,) = asked(tmp_path, changed(request, here, {"frame_id": "panda_hand_tcp"})).robot.carried
+    robot = Robot.load("panda")
+    hand, tip = (
+        robot.model.frames[robot.model.getFrameId(name)].placement for name in ("panda_hand", "panda_hand_tcp")
+    )
+    np.testing.assert_allclose(other.placement, (tip * hand.inverse()).homogeneous @ own.placement, atol=1e-12)
+    text = refusal_of(lambda: asked(tmp_path, changed(request, here, {"frame_id": "panda_link3"})))
+    assert "'rod' is attached to link 'panda_hand' and placed in frame 'panda_link3'" in text
+
+
+def test_attached_by_scene_and_request(tmp_path: Path) -> None:
+    """The request's replaces the scene's of the same name; what else the scene attaches is kept, and said to be."""
+    other = [{**ATTACHED[0], "object": {**ROD, "id": "other"}}]
+    scene = changed(SCENE, "robot_state.attached_collision_objects", ATTACHED)
+    request = changed(REQUEST, "start_state.attached_collision_objects", other)
+    query = asked(tmp_path, request, scene)
+    assert [item.name for item in query.robot.carried] == ["rod", "other"]
+    assert "MoveIt would let go of rod" in told(query)
+    query = asked(tmp_path, changed(request, "start_state.is_diff", True), scene)
+    assert [item.name for item in query.robot.carried] == ["rod", "other"]
+    assert "let go" not in told(query)
+    again = changed(REQUEST, "start_state.attached_collision_objects", ATTACHED)
+    assert [item.name for item in asked(tmp_path, again, scene).robot.carried] == ["rod"]
+    two = {key: 2 * ROD[key] for key in ("primitives", "primitive_poses")}
+    for shapes in ({}, two):
+        standing = [{**ATTACHED[0], "object": {**ROD, **shapes, "id": "post"}}]
+        both = changed(REQUEST, "start_state.attached_collision_objects", standing)
+        assert "'post' is attached, and stands in scene 'example' too" in refusal_of(
+            lambda both=both: asked(tmp_path, both)
+        )
+    more = changed(REQUEST, "start_state.attached_collision_objects", [{**ATTACHED[0], "object": {**ROD, **two}}])
+    assert [item.name for item in asked(tmp_path, more, scene).robot.carried] == ["rod.0", "rod.1"]
+
+
+def test_a_start_that_is_a_difference_is_the_scenes_for_the_rest(tmp_path: Path) -> None:
+    state = REQUEST["start_state"]["joint_state"]
+    few = {"joint_state": {"name": state["name"][:1], "position": [-0.5]}, "is_diff": True}
+    scene = changed(SCENE, "robot_state.joint_state", state)
+    query = asked(tmp_path, changed(REQUEST, "start_state", few), scene)
+    np.testing.assert_allclose(query.starts[0], [-0.5, *state["position"][1:7]])
+    assert query.robot.fixed_joints["panda_finger_joint1"] == 0.03
+    with pytest.raises(PlannerError, match="says nothing of panda_joint2"):
+        asked(tmp_path, changed(REQUEST, "start_state", few))
+
+
+def test_joints_that_are_held_must_be_where_a_goal_wants_them(tmp_path: Path) -> None:
+    def closing(value: float, **more: float) -> dict:
+        finger = {"joint_name": "panda_finger_joint1", "position": value, **more}
+        goals = [*REQUEST["goal_constraints"][0]["joint_constraints"], finger]
+        return changed(REQUEST, GOAL, {"joint_constraints": goals})
+
+    held = asked(tmp_path, closing(0.03))
+    np.testing.assert_array_equal(held.goals, asked(tmp_path, REQUEST).goals)
+    asked(tmp_path, closing(0.02, tolerance_above=0.01))
+    text = refusal_of(lambda: asked(tmp_path, closing(0.02)))
+    assert "wants joint 'panda_finger_joint1' at 0.02, but it is not planned, and held at 0.03" in text
+    lacking = changed(REQUEST, f"{GOAL}.joint_constraints.6.joint_name", "panda_joint_7")
+    assert "says nothing of panda_joint7" in refusal_of(lambda: asked(tmp_path, lacking))
+
+
+def test_the_group_is_what_is_planned(tmp_path: Path) -> None:
+    """The Panda's SRDF has the group arm_and_hand: with it a finger is planned, unless the options say otherwise."""
+    wide = changed(REQUEST, "group_name", "arm_and_hand")
+    wide["goal_constraints"][0]["joint_constraints"] += [{"joint_name": "panda_finger_joint1", "position": 0.02}]
+    assert "panda_finger_joint1" in refusal_of(lambda: asked(tmp_path, wide))  # which the robot file holds
+    arm = asked(tmp_path, changed(REQUEST, "group_name", "arm"))
+    assert arm.robot.joints == tuple(f"panda_joint{k}" for k in range(1, 8))
+    assert "group_name" not in told(arm)
+    named = link_goal("panda_hand")
+    assert "group_name 'panda_arm' is no group that the robot knows; planned are panda_joint1" in told(
+        asked(tmp_path, named)
+    )
+    assert "group_name" not in told(asked(tmp_path, changed(named, "group_name", "arm")))
+
+
+def test_what_the_robot_cannot_make_use_of_is_noted(tmp_path: Path) -> None:
+    request = changed(REQUEST, "start_state.joint_state.name.8", "gripper_joint")
+    query = asked(tmp_path, request, changed(SCENE, "robot_model_name", "fanuc"))
+    assert "names joints that the robot lacks, passed over: gripper_joint" in told(query)
+    assert "scene 'example' was made for robot 'fanuc', and this one is 'panda'" in told(query)
+    assert told(asked(tmp_path, REQUEST)) == ""
+    as_is = asked(tmp_path, REQUEST, robot=Robot.load("panda"))
+    assert "the robot holds panda_finger_joint1, panda_finger_joint2 elsewhere than start_state says" in told(as_is)
+
+
+def test_the_state_of_a_scene_counts_with_a_request_only(tmp_path: Path) -> None:
+    scene = changed(SCENE, "robot_state.joint_state", REQUEST["start_state"]["joint_state"])
+    (tmp_path / "s.yaml").write_text(yaml.safe_dump(scene))
+    state = "q:-0.6,0.25,0,-2.1,0,2.35,0.2"
+    query = make_query(PlanRequest(robot="panda", scene=str(tmp_path / "s.yaml"), start=state, goal="home"))
+    assert "robot_state.joint_state of scene 'example' counts with a request only" in told(query)
+
+
+def kept(**constraints: Any) -> dict:
+    return changed(REQUEST, "path_constraints", constraints)
+
+
+TILT = {"link_name": "panda_hand", "orientation": [1, 0, 0, 0], "weight": 1.0}
+
+
+def tolerances(x: float, y: float, z: float, **more: Any) -> dict:
+    given = {f"absolute_{axis}_axis_tolerance": value for axis, value in (("x", x), ("y", y), ("z", z))}
+    return {"orientation_constraints": [TILT | given | more]}
+
+
+PLACED = {"link_name": "panda_hand", "target_point_offset": [0, 0, 0.1]}
+
+
+@pytest.mark.parametrize(
+    ("constraints", "texts"),
+    [
+        (tolerances(3.0, 3.0, 3.2), ["axis:z,0,0,-1,1.5707963267948966"]),
+        (tolerances(3.2, 1.4, 1.5), ["axis:x,1,0,0,1.4"]),
+        (tolerances(1.5, 1.4, 3.14), ["axis:z,0,0,-1,1.4", "turn:1.5707963267948966,1,0,0,0"]),
+        (tolerances(1.4, 1.4, 1.4), ["turn:1.4,1,0,0,0"]),
+        (tolerances(1.4, 4.0, 1.3, parameterization=1), [f"axis:y,0,-1,0,{2 * math.asin(1.3 / math.pi)!r}"]),
+        (tolerances(3.2, 1.6, 3.2), []),
+    ],
+)
+def test_three_tolerances_become_a_cone_an_axis_or_both(constraints: dict, texts: list[str], tmp_path: Path) -> None:
+    """Written by hand from the docs: the hand of the panda points down at the request's start."""
+    query = asked(tmp_path, kept(**constraints))
+    assert list(query.checker.world.keeps.texts) == [f"{text} of panda_hand" for text in texts]
+    assert "inside them is followed: path_constraints." in told(query)
+
+
+@pytest.mark.parametrize("parameterization", [0, 1])
+def test_what_is_kept_lies_inside_the_tolerances(parameterization: int, tmp_path: Path) -> None:
+    """SciPy's angles and rotation vectors of thousands of orientations, many of them just inside the cone."""
+    robot, rng, inside = Robot.load("panda"), np.random.default_rng(parameterization), 0
+    for _ in range(40):
+        most = rng.choice([0.0, 0.02, 0.3, 1.0, 1.5, 1.6, 2.5, 3.0, 3.14, 3.2], 3) * rng.uniform(0.98, 1.0)
+        about = Rotation.from_quat(rng.normal(size=4))
+        turn = tolerances(*most, orientation=about.as_quat().tolist(), parameterization=parameterization)
+        (tmp_path / "r.yaml").write_text(yaml.safe_dump(json.loads(json.dumps(changed(REQUEST, GOAL, turn)))))
+        ((_, target),) = goals_of(read_motion_plan_request(tmp_path / "r.yaml"), robot, Scene("x")) if (
+            min(most[0], most[2], 2 * most[1]) < np.pi) else (("", None),)  # fmt: skip
+        if target is None:
+            continue
+        assert isinstance(target, ToolGoal)
+        size = np.minimum(rng.choice([0.05, 0.5, 1.0, 2.0, 4.0], 3000), np.pi)
+        axes = rng.normal(size=(3000, 3)) * (most + 1e-3) ** rng.choice([0, 1, 2], (3000, 1))
+        off = Rotation.from_rotvec(size[:, None] * axes / np.linalg.norm(axes, axis=1)[:, None])
+        turned = (about * off).as_matrix()
+        for each in target.conditions:
+            if isinstance(each, KeepAxis):
+                cosine = np.einsum("ni,i->n", turned[:, :, "xyz".index(each.axis)], each.direction)
+                holds = np.arccos(np.clip(cosine, -1, 1)) <= each.angle
+            else:
+                assert isinstance(each, KeepTurn)
+                holds = (
+                    Rotation.from_quat(each.quaternion).inv() * Rotation.from_matrix(turned)
+                ).magnitude() <= each.angle
+            off, turned = off[holds], turned[holds]
+        inside += len(off)
+        if len(off):
+            angles = off.as_rotvec() if parameterization else off.as_euler("XYZ")
+            assert (np.abs(angles) <= most + 1e-6).all()
+    assert inside > 2000
+
+
+def test_positions_on_the_path_are_boxes_planes_and_cubes_inside_spheres(tmp_path: Path) -> None:
+    def texts(solid: dict, turn: list[float]) -> list[str]:
+        region = {"primitives": [solid], "primitive_poses": [{"position": [0, 0, 1], "orientation": turn}]}
+        query = asked(tmp_path, kept(position_constraints=[{**PLACED, "constraint_region": region}]))
+        assert ("inside them is followed: path_constraints." in told(query)) == (solid["type"] == 2)
+        return list(query.checker.world.keeps.texts)
+
+    box, quarter = {"type": 1, "dimensions": [4, 4, 6]}, [0, 0, 0.5**0.5, 0.5**0.5]
+    assert texts(box, [0, 0, 0, 1]) == ["box:-2,-2,-2,2,2,4 of panda_hand at 0,0,0.1"]
+    assert [text[:6] for text in texts(box, quarter)] == 6 * ["plane:"]
+    (text,) = texts({"type": 2, "dimensions": [2.0]}, quarter)
+    numbers = np.array(text[4:].split(" of ")[0].split(","), dtype=float)
+    np.testing.assert_allclose(np.linalg.norm(numbers.reshape(2, 3) - [0, 0, 1], axis=1), 2.0)  # its corners touch
+
+
+def test_a_range_of_a_joint_narrows_its_limits(tmp_path: Path) -> None:
+    around = {"joint_name": "panda_joint1", "position": 0.5, "tolerance_above": 2.0, "tolerance_below": 1.5}
+    query = asked(tmp_path, kept(joint_constraints=[around]))
+    assert (query.robot.lower[0], query.robot.upper[0]) == (-1.0, 2.5)
+    for change, words in (
+        ({"joint_name": "panda_finger_joint1", "tolerance_below": 0.1}, "but it is not planned, and held at"),
+        ({"joint_name": "panda_joint22"}, "names joint 'panda_joint22' (did you mean 'panda_joint2'?)"),
+        ({"position": 9.0}, "to [7.5, 11], and it has [-2.8973, 2.8973]"),
+    ):
+        assert words in refusal_of(lambda change=change: asked(tmp_path, kept(joint_constraints=[around | change])))
+
+
+def test_a_constraint_that_the_start_breaks_or_that_is_too_thin_is_refused(tmp_path: Path) -> None:
+    text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.1, 0.1, 0.1, orientation=[0, 0, 0, 1]))))
+    assert text.startswith("start lies outside 'turn:0.1,0,0,0,1 of panda_hand'")
+    text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.0, 0.1, 0.1))))
+    assert "path_constraints: 'axis:z,0,0,-1,0 of panda_hand' leaves 0 rad" in text
+
+
+def test_tolerances_of_a_goal_are_met_and_used(tmp_path: Path) -> None:
+    """Within them, but all over them: a goal that may turn about its axis is reached in many turns."""
+    goal = link_goal("panda_hand", **tolerances(0.05, 0.1, 4))
+    query, turns = asked(tmp_path, goal, ik_solutions=8), []
+    assert "inside them is followed: goal 1." in told(query)
+    for q in query.goals:
+        reached = placement(query.robot, "panda_hand", q)
+        assert np.linalg.norm(reached[:3, 3] - [0.45, 0.25, 0.5]) <= 1e-3 + 2e-6
+        off = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]) @ reached[:3, :3]).as_euler("XYZ")
+        assert (np.abs(off[:2]) <= [0.05 + 2e-6, 0.1 + 2e-6]).all()
+        turns.append(off[2])
+    assert np.ptp(turns) > 1.0
+
+
+def test_a_pose_goal_as_moveit_writes_it_is_planned_to(tmp_path: Path) -> None:
+    """kinematic_constraints::constructGoalConstraints: a sphere of 1e-3 m, three tolerances of 0.01 rad."""
+    (tmp_path / "r.yaml").write_text(yaml.safe_dump(link_goal("panda_hand", **tolerances(0.01, 0.01, 0.01))))
+    (tmp_path / "s.yaml").write_text(yaml.safe_dump(SCENE))
+    plan = planner.plan(
+        robot="panda", scene=tmp_path / "s.yaml", motion_plan_request=tmp_path / "r.yaml", path_only=True, margin=0.0
+    )
+    assert plan.solved
+    reached = placement(plan.robot, "panda_hand", plan.path[-1])
+    assert np.linalg.norm(reached[:3, 3] - [0.45, 0.25, 0.5]) <= 1e-3
+    assert Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]) @ reached[:3, :3]).magnitude() <= 0.01
+
+
+def of_palletizer(goal: dict[str, float], rod: float = 0.2, kept: list[dict] | None = None) -> dict:
+    """From j2 = 0.2 to a goal of joints; ``rod`` is where the start says that the rod is, which follows j2."""
+    start = {"name": ["j1", "j2", "j3", "rod_joint"], "position": [0.0, 0.2, 0.1, rod]}
+    constraints = [{"joint_name": name, "position": value} for name, value in goal.items()]
+    asked_for = {"start_state": {"joint_state": start}, "goal_constraints": [{"joint_constraints": constraints}]}
+    return asked_for | ({"path_constraints": {"joint_constraints": kept}} if kept else {})
+
+
+def test_followers_are_where_their_leaders_put_them(tmp_path: Path) -> None:
+    ends = {"j1": 0.3, "j2": 0.4, "j3": 0.0}
+    named = {"robot": str(palletizer().path), "tool": "tcp"}
+    scene = {"name": "none", "world": {"collision_objects": []}}
+    query = asked(tmp_path, of_palletizer(ends | {"rod_joint": 0.4}), scene, **named)
+    assert query.robot.joints == ("j1", "j2", "j3")
+    assert not set(query.robot.fixed_joints) & {"rod_joint", "level_2", "level_3"}
+    assert "elsewhere than start_state says" not in told(query)
+    assert "holds rod_joint elsewhere than start_state" in told(
+        asked(tmp_path, of_palletizer(ends, 0.5), scene, **named)
+    )
+    wrong = of_palletizer(ends | {"rod_joint": 0.1})
+    assert "wants joint 'rod_joint' at 0.1" in refusal_of(lambda: asked(tmp_path, wrong, scene, **named))
+    bar = [{"joint_name": "level_2", "position": -0.3, "tolerance_above": 0.4, "tolerance_below": 0.2}]
+    kept = asked(tmp_path, of_palletizer(ends, kept=bar), scene, **named)
+    np.testing.assert_allclose([kept.robot.lower[1], kept.robot.upper[1]], [-0.1, 0.5])

@@ -1,0 +1,221 @@
+"""From a target to configurations: what comes first, what is refused, and in which words."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from planner.base.errors import PlannerError, StateError
+from planner.base.notes import LOGGER
+from planner.collision import make_checker
+from planner.collision.checker import is_free
+from planner.kinematics.forward import tool_pose, tool_positions
+from planner.kinematics.inverse import TOLERANCE
+from planner.kinematics.manipulability import manipulability
+from planner.problem.reasons import BeyondLimit, OutOfReach, Touching
+from planner.problem.request import IkSolutions
+from planner.problem.targets import Joints, Pose, Position, joints_text, parse_target
+from planner.query.resolve import (
+    beyond_limits,
+    free_configurations,
+    looks_like_degrees,
+    other_turns,
+    resolve,
+    resolve_as_is,
+)
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Sphere
+from planner.tasks.reach import along, solutions
+from tests.worlds import POST_GOAL, POST_START, ROBOTS, arm_of_few_axes, checker_of, load, make_post, random_q, scene_of
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return checker_of("iiwa14", "paper")
+
+
+def test_positions_come_best_manipulability_first(paper):
+    target = Position((0.6, -0.2, 0.7))
+    found = resolve(target, paper, {}, "goal", count=10)
+    w = manipulability(load("iiwa14"), found)
+    assert len(found) > 2
+    assert (np.diff(w) <= 0).all()
+    assert all(is_free(paper, q) for q in found)
+    np.testing.assert_allclose(tool_positions(load("iiwa14"), found), np.tile(target.xyz, (len(found), 1)), atol=2e-6)
+    np.testing.assert_array_equal(resolve(target, paper, {}, "goal"), found[:1])
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "kinova"])
+def test_near_the_start_there_is_a_goal_and_so_is_the_best(name):
+    """A straight motion of a few hundredths per joint ends at the goal: something as near is among the solutions."""
+    checker = checker_of(name, "empty")
+    robot, rng = checker.robot, np.random.default_rng(5)
+    inner = 0.15 * (robot.lower + robot.upper) + 0.7 * random_q(robot, 30)  # away from the limits
+    for start in [q for q in inner if is_free(checker, q)][:8]:
+        there = start + rng.uniform(-0.1, 0.1, robot.dof)
+        if not is_free(checker, there):
+            continue
+        target = Position(tuple(tool_positions(robot, there)[0]))
+        found = resolve(target, checker, {}, "goal", 8, start[None])
+        away = np.linalg.norm(robot.difference(start, found), axis=1)
+        assert away.min() <= np.linalg.norm(robot.difference(start, there)) + 1e-3
+        assert len(found) == 8
+        old = manipulability(robot, resolve(target, checker, {}, "goal", 1))
+        assert manipulability(robot, found[:1]) >= old - 1e-12
+        np.testing.assert_array_equal(found, resolve(target, checker, {}, "goal", 8, start[None]))
+
+
+def test_a_pose_keeps_its_orientation():
+    robot, checker = load("iiwa14"), checker_of("iiwa14", "empty")
+    tool = tool_pose(robot, np.array([0.3, 0.6, 0, -1.2, 0.2, 0.5, 0]))
+    q = tool.rotation
+    from pinocchio import Quaternion
+
+    x, y, z, w = Quaternion(q).coeffs()
+    found = resolve(Pose(tuple(tool.translation), (2 * x, 2 * y, 2 * z, 2 * w)), checker, {}, "start")
+    np.testing.assert_allclose(tool_pose(robot, found[0]).homogeneous, tool.homogeneous, atol=1e-5)
+
+
+def test_the_same_target_gives_the_same_configuration(paper):
+    one, two = (resolve(Position((0.5, 0.1, 0.8)), paper, {}, "start") for _ in range(2))
+    np.testing.assert_array_equal(one, two)
+    assert not one.flags.writeable
+
+
+def test_a_limit_that_was_printed_and_read_back_is_kept():
+    robot = load("planar_2r")
+    q = (float(f"{robot.upper[0]:.10f}"), 0.5)
+    assert resolve(Joints(q), checker_of("planar_2r"), {}, "start").shape == (1, 2)
+
+
+def test_a_start_in_another_turn_is_told_where_the_plan_begins(caplog):
+    checker = checker_of("kinova")
+    home = checker.robot.home
+    turned = Joints(tuple(home + 2 * np.pi * np.eye(6)[0]))
+    caplog.set_level("DEBUG", LOGGER)
+    for role, target in (("goal", turned), ("start", Joints(tuple(home)))):
+        resolve(target, checker, {}, role)
+    assert not caplog.records
+    np.testing.assert_allclose(resolve(turned, checker, {}, "start")[0], home, atol=1e-12)
+    assert f"'{checker.robot.joints[0]}' at 6.28319 rad, the plan begins at 0," in caplog.text
+    assert [record.message for record in caplog.records] == other_turns(turned, checker, {})
+    named = {"here": "there", "there": joints_text(turned.values)}
+    assert other_turns(parse_target("here"), checker, named) == other_turns(turned, checker, {})
+
+
+def test_a_state_may_be_the_name_of_others(paper):
+    """``start: home`` above all: the robot's own, where the scene has none of that name."""
+    q = ",".join(map(str, load("iiwa14").home + 0.1))
+    states = {"start": "home", "there": "xyz:0.5,0.1,0.8", "again": "start", "ends": "again, there", "here": f"q:{q}"}
+    home = load("iiwa14").home
+    for name in ("start", "again"):
+        np.testing.assert_array_equal(resolve(parse_target(name), paper, states, "start"), home[None])
+        np.testing.assert_array_equal(resolve_as_is(parse_target(name), paper, states, "start"), home)
+    assert len(resolve(parse_target("ends"), paper, states, "goal")) == 2
+    with pytest.raises(PlannerError, match="names 2 states"):
+        resolve_as_is(parse_target("ends"), paper, states, "start")
+    own = states | {"home": "here"}
+    np.testing.assert_allclose(resolve(parse_target("start"), paper, own, "start")[0], home + 0.1)
+    with pytest.raises(PlannerError, match=r"start 'nowhere' is not among the scene's states"):
+        resolve(parse_target("start"), paper, {"start": "nowhere"}, "start")
+
+
+# refusals; scenes of their own, so that they do not hang on the built-in ones
+
+WALL = [(Box((0.2, 2, 2)), pose([0.5, 0, 0.5]))]
+
+
+@pytest.fixture(scope="module")
+def walled():
+    return make_checker(load("iiwa14"), scene_of(*WALL))
+
+
+STATES = {"here": "q:0,0,0,0,0,0,0", "round": "and", "and": "round"}
+SEVEN = (0.0,) * 7
+REFUSED: dict[str, tuple] = {  # a target, a part of the sentence, the kind of the reason
+    "unknown name": (parse_target("goal"), "here, round, and, home", None),
+    "a circle": (parse_target("round"), "leads back to itself, by round, and", None),
+    "too few joints": (Joints((0.0,) * 6), "start has 6 joint values, iiwa14 has 7 planned joints", None),
+    "NaN": (Joints((float("nan"), *SEVEN[1:])), "start holds a value that is not finite", None),
+    "infinite position": (Position((float("inf"), 0, 0)), "not finite", None),
+    "above a limit": (Joints((0, 0, 0, 0, 0, 0, 3.2)), "by 0.146 rad", BeyondLimit),
+    "below a limit": (Joints((0, -2.2, 0, 0, 0, 0, 0)), "by 0.106 rad", BeyondLimit),
+    "in collision": (Joints((0, 1.0, 0, 0, 0, 0, 0)), "and 'thing0' touch", Touching),
+    "zero quaternion": (Pose((0.5, 0, 0.5), (0, 0, 0, 0)), "zero length", None),
+    "out of reach": (Position((0, 1.5, 0.36)), "0.554 m beyond the arm's reach", OutOfReach),
+    "limits forbid it": (Position((0, 0, 0.4)), "joint limits or orientation forbid it", OutOfReach),
+    "only in collision": (Position((0.5, 0, 0.5)), "configurations, all in collision", Touching),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(walled, case):
+    target, part, kind = REFUSED[case]
+    with pytest.raises(StateError) as caught:
+        resolve(target, walled, STATES, "start")
+    message, reason = str(caught.value), caught.value.reason
+    assert part in message
+    assert message.endswith(".")
+    assert "\n" not in message
+    assert caught.value.exit_code == 3
+    assert reason is None if kind is None else isinstance(reason, kind)
+    if isinstance(reason, BeyondLimit):
+        k = walled.robot.joints.index(reason.joint)
+        assert (reason.value, reason.upper) == (target.values[k], walled.robot.upper[k])
+
+
+def test_a_pose_that_few_axes_miss_is_refused_with_the_tolerance_that_reaches_it(urdf_file):
+    """The arm turns its tool by 3 mrad less than asked for; Pinocchio measures how far it is off."""
+    robot = arm_of_few_axes("scara", urdf_file)
+    checker, q = make_checker(robot, scene_of((Sphere(0.1), pose([5.0, 0, 0])))), np.array([0.3, 0.4, 0.1, 0.2])
+    to = tool_pose(robot, q) * pin.SE3(pin.exp3(np.array([3e-3, 0.0, 0.0])), np.zeros(3))
+    goal = Pose(tuple(to.translation), tuple(pin.Quaternion(to.rotation).coeffs()))
+    with pytest.raises(StateError, match=r"stays .* [nµ]m and (2\.99|3) mrad away .* by --ik-tolerance ") as refused:
+        resolve(goal, checker, {}, "goal")
+    allowed = IkSolutions(ik_tolerance=str(refused.value).split()[-1].rstrip(".")).tolerance
+    for found in resolve(goal, checker, {}, "goal", 4, tolerance=allowed):
+        off = to.actInv(tool_pose(robot, found))
+        assert np.linalg.norm(off.translation) <= allowed[0]
+        assert np.linalg.norm(pin.log3(off.rotation)) <= allowed[1]
+    near = tool_pose(robot, q)
+    along_z = near.homogeneous @ pose([0, 0, -0.05])
+    (first, *_) = solutions(robot, near.homogeneous, q[None] + 0.1, 4, TOLERANCE)
+    assert along(robot, first, along_z[None], TOLERANCE) is not None, "as tasks ask for grasps and lines"
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_what_looks_like_degrees(name):
+    """Of every robot: configurations in degrees, as long as a joint with limits shows it; none of those in rad."""
+    robot = load(name)
+    q = random_q(robot, 300)
+    degrees = np.where(robot.prismatic, q, np.degrees(q))
+    shows = np.abs(degrees) * (beyond_limits(robot, degrees) > 0) * ~robot.prismatic > 2 * np.pi
+    told = [looks_like_degrees(robot, row) for row in degrees]
+    assert told == shows.any(axis=1).tolist()
+    assert np.mean(told) > 0.9
+    assert looks_like_degrees(robot, degrees)
+    assert not any(looks_like_degrees(robot, row) for row in (*q, *np.clip(1.5 * q, -2 * np.pi, 2 * np.pi)))
+    assert not looks_like_degrees(robot, np.vstack([degrees, 400.0 + 0 * q[:1]])), "no limits hold as degrees either"
+
+
+def test_degrees_are_asked_for_and_limits_are_not_widened_for_them(paper):
+    with pytest.raises(StateError, match=r"at 90, outside its limits .*: degrees\? As degrees they would lie") as told:
+        resolve(Joints((90.0, 0, 0, -60, 0, 0, 0)), paper, {}, "start")
+    assert "widen" not in str(told.value)
+    with pytest.raises(StateError, match=r"by 1.03 rad: bring it inside\.$"):
+        resolve(Joints((4.0, 0, 0, -1, 0, 0, 0)), paper, {}, "start")
+
+
+def test_of_several_configurations_the_first_that_touches_is_named():
+    checker, across = make_post(), np.zeros(2)  # across: through the post
+    free = free_configurations([("start", POST_START), ("goal", POST_GOAL)], checker)
+    np.testing.assert_array_equal(free, [POST_START, POST_GOAL])
+    for rows, role in (
+        ([("start", POST_START), ("goal", across)], "goal"),
+        ([("start", across), ("goal", across)], "start"),
+        ([("start", POST_START), ("start", across), ("goal", POST_GOAL)], "start"),
+    ):
+        with pytest.raises(StateError, match=f"{role} is in collision"):
+            free_configurations(rows, checker)
+    with pytest.raises(StateError, match="goal has 3 joint values"):
+        free_configurations([("start", across), ("goal", np.zeros(3))], checker)
+    assert free_configurations([], checker).shape == (0, 2)

@@ -1,0 +1,32 @@
+"""A new roadmap: its density, its progress, what it refuses."""
+
+import numpy as np
+import pytest
+
+from planner.base.errors import OptionError
+from planner.base.progress import Progress
+from planner.roadmap.build import build_roadmap
+from tests.roadmap.test_grow import A, B
+from tests.worlds import checker_of, load
+
+
+def test_build_roadmap_has_the_papers_density(post):
+    roadmap = build_roadmap(load("planar_2r"), post, A[0], B[0], nodes=60)
+    assert len(roadmap.nodes) == 60
+    assert len(roadmap.edges) == round(60 * 2029 / 1012)
+    assert roadmap.proven.all()
+    assert roadmap.connected
+    assert (np.lexsort((roadmap.edges[:, 1], roadmap.edges[:, 0])) == np.arange(len(roadmap.edges))).all()
+
+
+def test_build_roadmap_says_how_far_it_is(post):
+    heard = []
+    build_roadmap(load("planar_2r"), post, A[0], B[0], nodes=40, progress=Progress(lambda *args: heard.append(args)))
+    assert {stage for stage, _, _ in heard} == {"first path", "roadmap", "links"}
+    links = [done for stage, done, _ in heard if stage == "links"]
+    assert links[-1] == round(40 * 2029 / 1012)
+
+
+def test_one_node_is_no_roadmap():
+    with pytest.raises(OptionError, match=r"1 nodes make no roadmap: give a whole number from 2"):
+        build_roadmap(load("planar_2r"), checker_of("planar_2r"), A[0], B[0], nodes=1)

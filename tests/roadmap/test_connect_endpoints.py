@@ -1,0 +1,258 @@
+"""New starts and goals on a roadmap that is there."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.base.errors import StateError
+from planner.base.progress import Progress
+from planner.collision import make_checker
+from planner.collision.looks import recheck
+from planner.kinematics.manipulability import manipulability
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.connect_endpoints import attach
+from planner.roadmap.connections import NEIGHBOURS
+from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.roadmap import segments
+from planner.robot.poses import pose
+from planner.robot.shapes import Box
+from planner.search.network import build_network
+from tests.worlds import POST_START, checker_of, load, make_post, post_roadmap, scene_of
+
+Q, OTHER = np.array([[-0.9, 1.2]]), np.array([[0.8, -1.1]])
+
+
+def around_the_post():
+    return post_roadmap(seed=2)  # in which nobody beyond the post sees POST_START
+
+
+def test_new_ends_become_linked_nodes():
+    old = around_the_post()
+    new = attach(old, make_post(), Q, OTHER)
+    n = len(old.nodes)
+    assert new.starts.tolist() == [n]
+    assert new.goals.tolist() == [n + 1]
+    np.testing.assert_array_equal(new.nodes[:n], old.nodes)
+    np.testing.assert_array_equal(new.nodes[n : n + 2], [Q[0], OTHER[0]])
+    kept = new.edges[(new.edges < n).all(axis=1)]
+    assert {tuple(edge) for edge in old.edges.tolist()} <= {tuple(edge) for edge in kept.tolist()}  # and shortcuts
+    added = new.edges[(new.edges >= n).any(axis=1)]
+    assert 0 < (added < n + 2).all(axis=1).sum() <= 2 * NEIGHBOURS
+    assert (new.edges[:, 0] < new.edges[:, 1]).all()
+    assert (np.lexsort((new.edges[:, 1], new.edges[:, 0])) == np.arange(len(new.edges))).all()
+    assert new.connected
+    for i, j in added:
+        assert recheck(make_post(), new.nodes[i], new.nodes[j] - new.nodes[i]) is None
+
+
+def test_links_go_to_the_nearest():
+    new = attach(around_the_post(), make_post(), Q, Q)
+    n = len(new.nodes) - 1
+    linked = new.edges[new.edges[:, 1] == n, 0]
+    apart = np.linalg.norm(new.nodes[:n] - Q, axis=1)
+    assert set(linked) <= set(np.argsort(apart)[:NEIGHBOURS])
+
+
+def shortest(roadmap):
+    """The length (rad) of the shortest path from the start to a goal."""
+    network = build_network(roadmap, 1.0)
+    return gabf.oracle(network)[roadmap.starts[0]] * roadmap.scale.joint_length
+
+
+def test_the_straight_motion_from_start_to_goal_is_there_where_it_is_proven():
+    goals = np.array([[-0.2, -1.9], [-0.6, 2.3]])
+    new = attach(around_the_post(), make_post(), Q, goals)
+    for goal in goals:
+        alone = attach(around_the_post(), make_post(), Q, goal[None])
+        assert recheck(make_post(), Q[0], goal - Q[0]) is None
+        np.testing.assert_allclose(shortest(alone), np.linalg.norm(goal - Q[0]), rtol=1e-9)
+    np.testing.assert_allclose(shortest(new), np.linalg.norm(goals - Q, axis=1).min(), rtol=1e-9)
+
+
+def test_ends_that_are_not_free_are_refused():
+    touching = "start is in collision: 'link_2' and 'thing0' touch"
+    for q, text in (([-0.5, 1.2], touching), ([9, 0], "outside its limits")):
+        with pytest.raises(StateError, match=text):
+            attach(around_the_post(), make_post(), np.array([q], dtype=float), OTHER)
+    with pytest.raises(StateError, match="goal has 3 joint values"):
+        attach(around_the_post(), make_post(), Q, np.zeros((1, 3)))
+
+
+def test_what_is_a_node_already_is_that_node():
+    old = around_the_post()
+    new = attach(old, make_post(), old.nodes[[5]], old.nodes[[9]] + 1e-12)
+    assert (new.starts.tolist(), new.goals.tolist()) == ([5], [9])
+    np.testing.assert_array_equal(new.nodes[: len(old.nodes)], old.nodes)
+    assert [new.edge_index(i, j) for i, j in old.edges]
+    assert new.sha256 != old.sha256  # other ends
+
+
+def test_the_same_ends_give_the_same_roadmap():
+    old = around_the_post()
+    new = attach(old, make_post(), old.nodes[old.starts], old.nodes[old.goals])
+    assert new.sha256 == old.sha256
+    assert new.origin == old.origin
+
+
+def test_start_and_goal_may_be_one():
+    new = attach(around_the_post(), make_post(), Q, Q)
+    assert new.starts.tolist() == new.goals.tolist()
+    assert len(new.nodes) == len(around_the_post().nodes) + 1
+
+
+def test_the_scale_stays_and_the_measures_are_new():
+    old = around_the_post()
+    new = attach(old, make_post(), Q, OTHER)
+    assert new.scale == old.scale
+    np.testing.assert_allclose(new.manipulability, manipulability(load("planar_2r"), new.nodes))
+    n = len(old.nodes)
+    before, after = build_network(old), build_network(new)
+    assert before.node_cost is not None
+    assert after.node_cost is not None
+    np.testing.assert_allclose(after.node_cost[:n], before.node_cost)
+
+
+def test_an_end_that_cannot_be_linked_stays_alone():
+    """Attached where a new obstacle shuts it in: no link is proven, so none is made."""
+    first = np.sort(around_the_post().nodes[:, 0])
+    widest = int(np.argmax(np.diff(first)))
+    angle = 0.5 * (first[widest] + first[widest + 1])  # no node's first link lies between the walls
+    at = pose([0, 0, 0], [0, 0, angle])
+    walls = [(Box((0.3, 0.02, 0.2)), at @ pose([x, y, 0])) for x, y in [(0.28, -0.055), (0.28, 0.055)]]
+    q = np.array([[angle, 0.4]])
+    shut = make_checker(load("planar_2r"), scene_of(*walls))
+    few = GrowthSettings(join_motions=300)
+    new = attach(around_the_post(), shut, POST_START[None], q, settings=few)
+    assert not new.connected
+    assert len(new.edges) == len(around_the_post().edges)
+
+
+def test_an_edge_that_was_not_proven_does_not_become_proven():
+    old = around_the_post()
+    doubtful = replace(old, proven=np.arange(len(old.edges)) != 3)
+    new = attach(doubtful, make_post(), old.nodes[old.starts], old.nodes[old.goals])
+    np.testing.assert_array_equal(new.proven, doubtful.proven)
+
+
+def test_the_margin_is_that_of_the_weakest_proof():
+    """Grown with 2 cm, attached to with none: 2 cm is no longer true of every edge."""
+    old = replace(around_the_post(), origin=replace(around_the_post().origin, margin=0.02))
+    assert attach(old, make_post(), Q, OTHER).origin.margin == 0.0
+
+
+def test_a_smaller_margin_leaves_old_proofs_more_room():
+    old = replace(around_the_post(), origin=replace(around_the_post().origin, margin=0.02))
+    new = attach(old, make_post(), Q, OTHER)
+    rows = [new.edge_index(i, j) for i, j in old.edges]
+    np.testing.assert_allclose(new.clearance[rows], old.clearance + 0.02)
+
+
+# where direct links do not do
+
+
+def beyond_the_post(least: float):
+    """What the roadmap has where the first joint is beyond ``least``: nobody there sees POST_START."""
+    old = around_the_post()
+    return old.part(old.nodes[:, 0] > least, np.ones(len(old.edges), dtype=bool))
+
+
+@pytest.mark.parametrize("least", [0.8, 1.0], ids=["the goal is a node", "the goal is new"])
+def test_it_grows_where_it_must(least, caplog):
+    part, goal = beyond_the_post(least), around_the_post().nodes[around_the_post().goals]
+    new = attach(part, make_post(), POST_START[None], goal)
+    n = len(part.nodes)
+    assert new.connected
+    assert new.component_count == part.component_count
+    assert n + 2 < len(new.nodes) < n + 40
+    np.testing.assert_array_equal(new.nodes[:n], part.nodes)
+    np.testing.assert_array_equal(new.nodes[new.starts], POST_START[None])
+    np.testing.assert_allclose(new.nodes[new.goals], goal)
+    assert [new.edge_index(i, j) for i, j in part.edges]
+    for i, j in new.edges[(new.edges >= n).any(axis=1)]:
+        assert recheck(make_post(), new.nodes[i], new.nodes[j] - new.nodes[i]) is None
+    assert new.scale == part.scale
+    # the message counts what the way needed, not the ends themselves, nor the shortcuts
+    ends = 1 + int(new.goals[0] >= n)
+    (grown,) = re.findall(r"the roadmap grew by (\d+) nodes to join them", caplog.text)
+    assert 0 < int(grown) <= len(new.nodes) - n - ends
+
+
+def test_what_was_grown_is_linked_to_its_neighbours():
+    new = attach(beyond_the_post(0.8), make_post(), POST_START[None], around_the_post().nodes[around_the_post().goals])
+    assert len(new.edges) - len(beyond_the_post(0.8).edges) > 1.5 * (len(new.nodes) - len(beyond_the_post(0.8).nodes))
+
+
+def test_growing_follows_the_seed():
+    part, goal = beyond_the_post(0.8), around_the_post().nodes[around_the_post().goals]
+    one, same, other = (attach(part, make_post(), POST_START[None], goal, seed) for seed in (3, 3, 4))
+    assert one.sha256 == same.sha256 != other.sha256
+
+
+def test_it_does_not_grow_where_it_need_not(caplog, monkeypatch):
+    monkeypatch.setattr("planner.roadmap.bridges.bridges", lambda *_, **__: pytest.fail("grown"))
+    assert attach(around_the_post(), make_post(), Q, OTHER).connected
+    assert not caplog.text
+
+
+def test_one_reachable_goal_of_several_is_enough(monkeypatch):
+    monkeypatch.setattr("planner.roadmap.bridges.bridges", lambda *_, **__: pytest.fail("grown"))
+    monkeypatch.setattr("planner.roadmap.connect_endpoints.straight_paths", lambda *_: [])
+    old = around_the_post()
+    apart = [np.linalg.norm(old.nodes - q, axis=1) for q in (Q, OTHER)]
+    lonely = int(np.argmax(np.minimum(*apart)))  # no neighbour of the new ends
+    part = old.part(np.ones(len(old.nodes), dtype=bool), (old.edges != lonely).all(axis=1))
+    new = attach(part, make_post(), Q, np.vstack([OTHER, old.nodes[[lonely]]]))
+    assert new.connected
+    assert new.components[lonely] != new.components[new.starts[0]]
+
+
+def cell():
+    """Two walls beside the second link while the first one points along y."""
+    at = pose([0.0, 0.0, 0], [0, 0, np.pi / 2])
+    return [(Box((0.3, 0.02, 0.2)), at @ pose([0.28, y, 0])) for y in (-0.12, 0.12)]
+
+
+def test_several_starts_on_both_sides():
+    part = beyond_the_post(0.8)
+    starts = np.vstack([POST_START, POST_START + 0.05, [[1.2, 0.3]]])
+    new = attach(part, make_post(), starts, around_the_post().nodes[around_the_post().goals])
+    labels = new.components
+    assert (labels[new.starts] == labels[new.goals[0]]).all()
+
+
+def test_stop_ends_growing_at_once():
+    new = attach(beyond_the_post(0.8), make_post(), POST_START[None], OTHER, progress=Progress(stop=lambda: True))
+    assert not new.connected
+    assert len(new.nodes) <= len(beyond_the_post(0.8).nodes) + 2
+
+
+def test_a_way_that_is_not_there_is_said_so(caplog):
+    shut = make_checker(load("planar_2r"), scene_of(*cell()))
+    some = around_the_post().part(np.abs(around_the_post().nodes[:, 0] - np.pi / 2) > 0.5, np.ones(120, dtype=bool))
+    new = attach(some, shut, POST_START[None], np.array([[np.pi / 2, 0.0]]), settings=GrowthSettings(join_motions=300))
+    assert not new.connected
+    assert "neither direct links nor 0 nodes more joined start and goal" in caplog.text
+
+
+def test_ends_that_have_come_apart_are_joined_again():
+    old = around_the_post()
+    kept = np.array([not np.isin(edge, old.goals).any() for edge in old.edges])
+    apart = old.part(np.ones(len(old.nodes), dtype=bool), kept)
+    assert not apart.connected
+    same = old.nodes[old.starts], old.nodes[old.goals]
+    assert attach(apart, make_post(), *same, join=False) is apart
+    assert attach(apart, make_post(), *same).connected
+
+
+def test_ends_half_a_turn_apart_are_linked_in_pieces():
+    robot = load("kinova")
+    checker = checker_of("kinova")
+    ends = np.array([robot.home, robot.home + 0.3 * np.eye(6)[4]])
+    start, goal = robot.home - 0.5 * np.eye(6)[4], robot.home - 0.5 * np.eye(6)[4] + np.pi * np.eye(6)[5]
+    new = attach(build_roadmap(robot, checker, *ends, nodes=2, density=0.0), checker, start[None], goal[None])
+    _, delta = segments(new, robot, np.arange(len(new.edges)))
+    assert new.connected
+    assert robot.told_by_ends(delta).all()

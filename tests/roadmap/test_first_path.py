@@ -1,0 +1,145 @@
+"""The search for a first path: proven motions from a start to a goal, or None within its counts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.base.progress import Progress
+from planner.collision.edge_prover import EdgeProver, MotionCheck, Verdict
+from planner.collision.looks import recheck
+from planner.problem.request import PlanRequest
+from planner.query.query import make_query
+from planner.roadmap.first_path import FIRST_PATH, FirstPathSearch, JoinSettings
+from planner.roadmap.joint_space import JointSpace
+from planner.roadmap.ompl_planners import TreePlanners
+from planner.roadmap.straight_motions import Motions
+from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
+
+SETTINGS = JoinSettings(range=0.4, motions=4000, shortcuts=20)
+
+
+def search(prover: EdgeProver, progress: Progress | None = None) -> FirstPathSearch:
+    return FirstPathSearch(Motions(prover), SETTINGS, np.random.default_rng(0), progress or Progress())
+
+
+def test_the_path_is_proven_subdivided_and_joins_its_ends() -> None:
+    checker = make_post()
+    found = search(EdgeProver(checker)).join(POST_START[None], POST_GOAL[None])
+    assert found is not None
+    np.testing.assert_array_equal(found[[0, -1]], [POST_START, POST_GOAL])
+    delta = np.diff(found, axis=0)
+    assert np.linalg.norm(delta, axis=1).max() <= SETTINGS.range * (1 + 1e-9)
+    assert (EdgeProver(checker).prove(found[:-1], delta).verdict == Verdict.FREE).all()
+    assert all(recheck(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
+
+
+@pytest.mark.parametrize(("scene", "seed"), [("shelf", 2), ("table", 0), ("table", 1), ("window", 0)])
+def test_joints_that_turn_freely(scene: str, seed: int) -> None:
+    """They were shortened to motions the other way round, through the table, and ends lost their last bit."""
+    query = make_query(PlanRequest("kinova", scene=scene))
+    prover, robot = EdgeProver(query.checker), query.robot
+    searched = FirstPathSearch(Motions(prover), JoinSettings(0.4, 56_000, 16), np.random.default_rng(seed))
+    found = searched.join(query.starts, query.goals)
+    assert found is not None
+    np.testing.assert_array_equal(found[[0, -1]], [query.starts[0], query.goals[0]])
+    delta = robot.difference(found[:-1], found[1:])
+    assert (prover.prove(found[:-1], delta).verdict == Verdict.FREE).all()
+    assert all(recheck(query.checker, q, d, 5e-3) is None for q, d in zip(found, delta, strict=False))
+
+
+def test_shortcuts_make_it_shorter() -> None:
+    def length_with(shortcuts: int, seed: int) -> float:
+        settings = JoinSettings(range=0.4, motions=4000, shortcuts=shortcuts)
+        searched = FirstPathSearch(Motions(EdgeProver(make_post())), settings, np.random.default_rng(seed))
+        found = searched.join(POST_START[None], POST_GOAL[None])
+        assert found is not None
+        return float(np.linalg.norm(np.diff(found, axis=0), axis=1).sum())
+
+    straight = float(np.linalg.norm(POST_GOAL - POST_START))
+    lengths = np.array([[length_with(shortcuts, seed) for shortcuts in (0, 16)] for seed in range(5)])
+    assert (lengths >= straight).all()
+    assert (lengths[:, 1] <= lengths[:, 0]).all()
+    assert lengths[:, 1].mean() < 0.9 * lengths[:, 0].mean()
+
+
+def test_a_narrow_passage_takes_few_motions() -> None:
+    """Through the window, where OMPL's RRTConnect checks several times as many."""
+    query = make_query(PlanRequest("iiwa14", scene="window"))
+    motions, settings = Motions(EdgeProver(query.checker)), JoinSettings(range=0.8, motions=20_000, shortcuts=0)
+    few = many = 0
+    for seed in range(5):
+        searched = FirstPathSearch(motions, settings, np.random.default_rng(seed))
+        assert searched.join(query.starts, query.goals) is not None
+        few += searched.checked
+        look, space = motions.looks_free(0.05), JointSpace.of(query.robot)
+        with TreePlanners(space, look, np.random.default_rng(seed)) as planners:
+            planners.rrt_connect(query.starts, query.goals, settings.range, settings.motions)
+        many += planners.checked
+    assert 2 * few < many
+
+
+def test_the_last_report_says_that_it_is_there() -> None:
+    seen: list[tuple[str, int, int]] = []
+    search(EdgeProver(make_post()), Progress(lambda *report: seen.append(report))).join(
+        POST_START[None], POST_GOAL[None]
+    )
+    assert seen[-1] == (FIRST_PATH, SETTINGS.motions, SETTINGS.motions)
+
+
+class Nothing(EdgeProver):
+    """Proves no motion at all."""
+
+    def prove(self, *motions: Any, **more: Any):  # type: ignore[override]
+        proofs = super().prove(*motions, **more)
+        proofs.verdict[:] = Verdict.UNDECIDED
+        return proofs
+
+    def each_free(self, *_: Any, **__: Any) -> MotionCheck:
+        return lambda first, delta: False
+
+
+def test_what_cannot_be_proven_is_not_returned_and_the_search_ends() -> None:
+    looking = search(Nothing(make_post()))
+    assert looking.join(POST_START[None], POST_GOAL[None]) is None
+    assert looking.checked >= SETTINGS.motions
+
+
+@pytest.mark.parametrize("ends", [(0, 1), (1, 0)])
+def test_without_a_start_or_a_goal_there_is_nothing_to_join(ends: tuple[int, int]) -> None:
+    looking = search(EdgeProver(make_post()))
+    assert looking.join(POST_START[None][: ends[0]], POST_GOAL[None][: ends[1]]) is None
+    assert looking.checked == 0
+
+
+def test_a_stop_ends_it() -> None:
+    assert search(EdgeProver(make_post()), Progress(stop=lambda: True)).join(POST_START[None], POST_GOAL[None]) is None
+
+
+def test_near_a_gap_the_path_is_proven_and_begins_and_ends_at_nodes() -> None:
+    checker, nodes = make_post(), post_roadmap().nodes
+    left, right = nodes[nodes[:, 0] < -0.2], nodes[nodes[:, 0] > 0.2]
+    apart = np.linalg.norm(left[:, None] - right[None], axis=2)
+    i, k = np.unravel_index(np.argmin(apart), apart.shape)
+    gap = np.array([left[i], right[k]])
+    found = search(EdgeProver(checker)).join_near(left, right, gap)
+    assert found is not None
+    assert (left == found[0]).all(axis=1).any()
+    assert (right == found[-1]).all(axis=1).any()
+    delta = np.diff(found, axis=0)
+    assert all(recheck(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
+    assert (found >= gap.min(axis=0) - 1.0).all()  # the largest box
+    assert (found <= gap.max(axis=0) + 1.0).all()
+
+
+def test_near_a_gap_a_joint_that_turns_freely_goes_the_shorter_way() -> None:
+    robot, checker = load("kinova"), checker_of("kinova")
+    first, last = robot.home.copy(), robot.home.copy()
+    first[0], last[0] = 3.0, -3.0
+    found = search(EdgeProver(checker)).join_near(first[None], last[None], np.array([first, last]))
+    assert found is not None
+    np.testing.assert_array_equal(found[[0, -1]], [first, last])
+    turned = robot.difference(found[:-1], found[1:])[:, 0].sum()
+    np.testing.assert_allclose(turned, 2 * np.pi - 6.0, atol=1e-9)

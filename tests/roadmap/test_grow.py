@@ -1,0 +1,255 @@
+"""Growing with OMPL: proven motions only, by seed, by counts."""
+
+import numpy as np
+import pytest
+
+from planner.base.errors import StateError
+from planner.base.progress import Progress
+from planner.base.resolutions import PROOF
+from planner.collision import make_checker
+from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.collision.looks import recheck
+from planner.roadmap.best_paths import best_path
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.grow import Growth, grow
+from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.roadmap import component_labels
+from planner.robot.poses import pose
+from planner.robot.shapes import Box, Sphere
+from planner.trajectory.measure import joint_path_length
+from tests.random_shapes import box_mesh
+from tests.worlds import POST_GOAL, POST_START, checker_of, load, scene_of
+
+A, B = POST_START[None], POST_GOAL[None]
+
+
+def grown(checker, nodes=60, seed=0, starts=A, goals=B, **more) -> Growth:
+    settings = GrowthSettings(**more)
+    return grow(EdgeProver(checker), starts, goals, nodes, seed, settings)
+
+
+def test_a_forest_of_proven_motions(post):
+    growth, robot = grown(post), load("planar_2r")
+    assert growth.joined
+    assert len(growth.nodes) == 60
+    np.testing.assert_array_equal(growth.nodes[growth.starts], A)
+    np.testing.assert_array_equal(growth.nodes[growth.goals], B)
+    assert ((growth.nodes >= robot.lower) & (growth.nodes <= robot.upper)).all()
+    assert (growth.edges[:, 0] < growth.edges[:, 1]).all()
+    assert len(np.unique(growth.edges, axis=0)) == len(growth.edges)
+    assert len(np.unique(growth.nodes, axis=0)) == len(growth.nodes)
+    labels = component_labels(len(growth.nodes), growth.edges)
+    assert labels[growth.starts[0]] == labels[growth.goals[0]]
+    assert labels.max() == 0
+    for i, j in growth.edges:
+        assert recheck(post, growth.nodes[i], growth.nodes[j] - growth.nodes[i], 1e-3) is None
+
+
+def test_steps_keep_the_range(post):
+    growth = grown(post, range=0.4)
+    length = np.linalg.norm(growth.nodes[growth.edges[:, 0]] - growth.nodes[growth.edges[:, 1]], axis=1)
+    assert length.max() <= 0.4 + 1e-9
+    assert length.max() > 0.2
+
+
+def same(one: Growth, two: Growth) -> bool:
+    return np.array_equal(one.nodes, two.nodes) and np.array_equal(one.edges, two.edges)
+
+
+def test_one_seed_is_one_growth_and_seeds_0_and_1_differ(post):
+    again = [grown(post, seed=0) for _ in range(2)]
+    assert same(*again)
+    assert not same(again[0], grown(post, seed=1))
+    assert same(grown(post, seed=1), grown(post, seed=1))
+
+
+def test_first_paths_are_searched_where_a_shorter_one_may_pass(monkeypatch):
+    """The bar leaves two ways round: no roadmap's path is longer than with the first path alone, most are shorter."""
+    checker = make_checker(load("planar_2r"), scene_of((Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0]))))
+    start, goal = np.array([[-1.0, 0.8]]), np.array([[1.3, -0.8]])
+
+    def shortest(seed: int) -> float:
+        growth = grown(checker, 100, seed, start, goal)
+        a, b = growth.nodes[growth.edges.T]
+        length = np.linalg.norm(a - b, axis=1)
+        path = best_path(growth.nodes, growth.edges, length, growth.starts, growth.goals)
+        assert path is not None
+        return joint_path_length(path)
+
+    several = np.array([shortest(seed) for seed in range(6)])
+    monkeypatch.setattr("planner.roadmap.grow._SHORTER", 0)
+    first_only = np.array([shortest(seed) for seed in range(6)])
+    assert (several <= first_only).all()
+    assert several.sum() < 0.985 * first_only.sum()
+
+
+def test_searches_that_cannot_even_begin_end(post, monkeypatch):
+    calls = []
+    monkeypatch.setattr("planner.roadmap.grow.shorter_path", lambda *asked: (calls.append(asked), (None, 0))[1])
+    monkeypatch.setattr("planner.roadmap.grow._SHORTER", 7)
+    monkeypatch.setattr("planner.roadmap.grow._NEARLY_STRAIGHT", 0.0)
+    grown(post, nodes=300)
+    assert len(calls) == 7
+
+
+def test_more_nodes_is_not_another_first_path(post):
+    few, many = grown(post, nodes=30), grown(post, nodes=90)
+    spine = [q for q in few.nodes[2:7]]
+    assert len(many.nodes) == 90
+    assert all((many.nodes == q).all(axis=1).any() for q in spine)
+
+
+def test_progress_counts_up_to_the_nodes(post):
+    heard = []
+    growth = grow(
+        EdgeProver(post),
+        A,
+        B,
+        50,
+        0,
+        GrowthSettings(),
+        Progress(lambda stage, done, total: heard.append((stage, done, total))),
+    )
+    done = [count for stage, count, total in heard if stage == "roadmap" and total == 50]
+    first = [count == total for stage, count, total in heard if stage == "first path"]
+    assert first[-1]
+    assert done == sorted(done)
+    assert done[-1] == 50 == len(growth.nodes)
+
+
+def test_start_is_goal(post):
+    growth = grown(post, starts=A, goals=A)
+    assert growth.starts.tolist() == growth.goals.tolist() == [0]
+    assert not growth.joined
+    assert len(growth.nodes) == 60
+
+
+class Doubting(EdgeProver):
+    """Proves no motion from a node on a chessboard's black squares, whatever is in the way."""
+
+    def prove(self, start, delta, room=PROOF, contacts=True):
+        proofs = super().prove(start, delta, room, contacts)
+        proofs.verdict[self.doubts(start)] = Verdict.UNDECIDED
+        return proofs
+
+    @staticmethod
+    def doubts(start):
+        return np.floor(3.0 * np.atleast_2d(start)).sum(axis=1) % 2 == 1
+
+
+def test_what_hangs_on_a_motion_without_a_proof_is_dropped():
+    checker, goals = make_checker(load("planar_2r"), scene_of()), np.zeros((0, 2))
+    root = np.array([[0.1, 0.1]])
+    assert not Doubting.doubts(root).any()
+    growth = grow(Doubting(checker), root, goals, 300, 0, GrowthSettings())
+    assert len(growth.nodes) == 300
+    assert component_labels(300, growth.edges).max() == 0
+    doubted = Doubting.doubts(growth.nodes)
+    assert doubted.sum() > 50  # they were reached, and nothing led on from them
+    a, b = growth.edges.T
+    assert not (doubted[a] & doubted[b]).any()
+
+
+def test_ends_at_their_limits_up_to_rounding_are_joined():
+    """OMPL forgives less than we do: what is printed with ten digits was no root for it."""
+    robot = load("planar_2r")
+    checker = make_checker(robot, scene_of())
+    roadmap = build_roadmap(robot, checker, [3.141592654, 0.5], [-3.141592654, 1.0], 60, 0)
+    assert (np.abs(roadmap.nodes) <= robot.upper).all()
+    assert component_labels(60, roadmap.edges).max() == 0
+
+
+def test_a_root_that_ompl_refuses_grows_nothing(post):
+    growth = grown(post, starts=np.array([[99.0, 0.0]]), goals=np.zeros((0, 2)))
+    assert len(growth.nodes) == 1
+    assert len(growth.edges) == 0
+
+
+def test_several_starts_and_goals(post):
+    starts, goals = np.vstack([A, A + 0.1]), np.vstack([B, B - 0.1])
+    growth = grown(post, starts=starts, goals=goals)
+    np.testing.assert_array_equal(growth.nodes[growth.starts], starts)
+    np.testing.assert_array_equal(growth.nodes[growth.goals], goals)
+    assert growth.joined
+
+
+def test_two_roots_that_cannot_meet():
+    """The goal is shut in; both parts grow, by counts, and it ends."""
+    shut = make_checker(load("planar_2r"), scene_of(*cell()))
+    growth = grown(shut, nodes=40, join_motions=300, goals=np.array([[np.pi / 2, 0.4]]))
+    assert not growth.joined
+    assert growth.motions <= 300 + 20 * 40 + 500
+    labels = component_labels(len(growth.nodes), growth.edges)
+    assert labels[growth.starts[0]] != labels[growth.goals[0]]
+
+
+def cell():
+    """Two walls beside the second link while the first one points along y."""
+    at = pose([0.0, 0.0, 0], [0, 0, np.pi / 2])
+    walls = [(0.28, -0.12), (0.28, 0.12)]
+    return [(Box((0.3, 0.02, 0.2)), at @ pose([x, y, 0])) for x, y in walls]
+
+
+def test_stop_ends_it_at_once_and_keeps_the_ends(post):
+    growth = grow(EdgeProver(post), A, B, 500, 0, GrowthSettings(), Progress(stop=lambda: True))
+    assert len(growth.nodes) == 2
+    assert len(growth.edges) == 0
+    assert not growth.joined
+
+
+def test_motions_are_bounded(post):
+    growth = grown(post, nodes=400, motions_per_node=1)
+    assert growth.motions <= 10_000 + 400 + 300
+    assert len(growth.nodes) < 400
+
+
+def test_continuous_joints_stay_within_a_turn_and_wrap():
+    robot, checker = load("kinova"), checker_of("kinova")
+    start, goal = robot.home.copy(), robot.home.copy()
+    start[0], goal[0] = 3.0, -3.0
+    growth = grow(EdgeProver(checker), start[None], goal[None], 12, 0, GrowthSettings())
+    wraps = robot.continuous
+    assert growth.joined
+    assert (np.abs(growth.nodes[:, wraps]) <= np.pi + 1e-12).all()
+    delta = robot.difference(growth.nodes[growth.edges[:, 0]], growth.nodes[growth.edges[:, 1]])
+    assert np.linalg.norm(delta, axis=1).max() <= 0.8 + 1e-9
+    crossing = np.abs(growth.nodes[growth.edges[:, 0], 0] - growth.nodes[growth.edges[:, 1], 0]) > np.pi
+    assert crossing.any()  # the short way from 3 to -3 leads past pi
+
+
+def test_the_growth_of_a_mesh_scene_is_free_too():
+    checker = make_checker(load("planar_2r"), scene_of((box_mesh((0.1, 0.02, 0.2)), pose([0.75, 0, 0]))))
+    growth = grown(checker)
+    assert growth.joined
+    for i, j in growth.edges[:30]:
+        assert recheck(checker, growth.nodes[i], growth.nodes[j] - growth.nodes[i], 1e-3) is None
+
+
+# the whole roadmap
+
+
+@pytest.mark.parametrize("floor", [0.1, 1e9])
+def test_ways_up_to_the_floor_are_grown_once(floor):
+    robot = load("planar_2r")
+    low = np.array([[0.3, 0.02], [-1.0, -0.02]])
+    roadmap = build_roadmap(robot, checker_of("planar_2r"), *low, nodes=200, min_manipulability=floor)
+    assert len(np.unique(roadmap.edges, axis=0)) == len(roadmap.edges)
+    prover = EdgeProver(checker_of("planar_2r"))
+    alone = grow(prover, low[:1], low[1:], 2, 0, GrowthSettings(floor=floor))
+    known = {q.tobytes() for q in alone.nodes}
+    assert all(q.tobytes() in known for q in roadmap.nodes[roadmap.manipulability < floor])
+    assert roadmap.connected == (floor < 1)
+
+
+def test_no_search_between_ends_that_no_way_leads_up_from():
+    growth = grow(EdgeProver(checker_of("planar_2r")), A, B, 2, 0, GrowthSettings(floor=1e9))
+    assert growth.motions == 0
+    assert not growth.joined
+
+
+def test_a_ball_in_the_way_of_the_start_is_refused():
+    checker = make_checker(load("planar_2r"), scene_of((Sphere(0.1), pose([0.9, 0, 0]))))
+    with pytest.raises(StateError, match="start is in collision"):
+        build_roadmap(load("planar_2r"), checker, np.zeros(2), B[0], nodes=10)
+    with pytest.raises(StateError, match="goal puts joint 'joint_2' at 3, outside its limits"):
+        build_roadmap(load("planar_2r"), checker, B[0], np.array([0.0, 3.0]), nodes=10)

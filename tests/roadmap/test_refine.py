@@ -1,0 +1,64 @@
+"""Refined paths: cheaper, proven, above floors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from planner.collision.edge_prover import EdgeProver
+from planner.cost.motion_cost import MotionCost
+from planner.planning.plan import plan
+from planner.planning.result import Plan
+from planner.problem.objective import Objective
+from planner.roadmap.refine import PathRefiner, cut
+from planner.trajectory.measure import path_contact, path_manipulability
+from tests.worlds import checker_of, load, small_plan
+
+
+@lru_cache
+def unrefined() -> Plan:
+    return plan(replace(small_plan().request, effort=0))
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])
+def test_rounds_make_a_path_cheaper_and_keep_its_motions_proven(beta: float) -> None:
+    made = unrefined()
+    refiner = PathRefiner(EdgeProver(made.checker), MotionCost(made.robot, made.roadmap.scale, Objective(beta)))
+    path = cut(made.path, 1.0)
+    refined = refiner.finish(refiner.round(refiner.round(path)))
+    np.testing.assert_array_equal(refined[[0, -1]], path[[0, -1]])
+    assert refiner.total(refined) < refiner.total(path)
+    assert EdgeProver(made.checker).prove(refined[:-1], np.diff(refined, axis=0)).free.all()
+    assert path_contact(made.checker, refined) is None
+    assert ((refined >= made.robot.lower) & (refined <= made.robot.upper)).all()
+
+
+def test_in_open_space_a_detour_becomes_the_straight_motion() -> None:
+    checker = checker_of("planar_2r")
+    refiner = PathRefiner(
+        EdgeProver(checker), MotionCost(load("planar_2r"), small_plan().roadmap.scale, Objective(1.0))
+    )
+    bent = np.array([[0.0, 0.5], [0.6, 1.8], [-0.3, 0.9], [1.0, 1.0]])
+    np.testing.assert_array_equal(refiner.round(bent), bent[[0, -1]])
+
+
+def test_a_floor_holds() -> None:
+    made = unrefined()
+    inner = made.path[1:-1]
+    floor = 0.8 * path_manipulability(made.robot, inner).min()
+    cost = MotionCost(made.robot, made.roadmap.scale, Objective(1.0, floor=floor))
+    refined = PathRefiner(EdgeProver(made.checker), cost).round(inner)
+    assert path_manipulability(made.robot, refined).min() >= floor
+
+
+def test_downhill_in_omega_raises_mean_w() -> None:
+    made = unrefined()
+    prover, scale = EdgeProver(made.checker), made.roadmap.scale
+    path = cut(made.path, 1.0)
+    short, good = (
+        PathRefiner(prover, MotionCost(made.robot, scale, Objective(beta))).round(path) for beta in (1.0, 0.0)
+    )
+    assert path_manipulability(made.robot, good).mean() > 1.1 * path_manipulability(made.robot, short).mean()

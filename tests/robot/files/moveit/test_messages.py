@@ -1,0 +1,261 @@
+"""Keys that no model names: refused by their place, or named in one note, where they hold a value; silent otherwise."""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from planner.base.errors import PlannerError
+from planner.base.yamlfile import models_in
+from planner.robot.moveit.message import goals_of, kept_of, with_path_limits
+from planner.robot.moveit.messages import Message
+from planner.robot.moveit.requests import (
+    MotionPlanRequest,
+    MotionPlanRequestMessage,
+    read_motion_plan_request,
+)
+from planner.robot.moveit.scenes import PlanningScene, PlanningSceneMessage, planning_scene
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from tests.refusals import refusal_of
+from tests.robot.files.moveit.samples import REQUEST, SCENE, changed
+
+CRATE, GOAL, STATE = "world.collision_objects.0", "goal_constraints.0", "start_state.joint_state"
+BASE = "robot_state.multi_dof_joint_state"
+PLACED = {"joint_names": ["virtual_joint"], "transforms": [{"translation": [0, 0, 0], "rotation": [0, 0, 0, 1]}]}
+TURNED = {"joint_names": ["virtual_joint"], "transforms": [{"rotation": {"x": 0, "y": 0, "z": 1, "w": 0}}]}
+SHIFTED = {"joint_names": ["virtual_joint"], "transforms": [{"translation": {"x": 0.5, "y": 0, "z": 0}}]}
+HELD = {"id": "rod", "primitives": [{"type": "sphere", "dimensions": [0.02]}], "primitive_poses": [{}]}
+ATTACHED = "robot_state.attached_collision_objects"
+RIGID = {"link_name": "panda_hand", "object": HELD}
+TRIANGLE = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [{"vertex_indices": [0, 1, 2]}]}
+POINT = {"primitives": [{"type": 2, "dimensions": [0.0]}], "primitive_poses": [{"position": [0.5, 0, 0.5]}]}
+PLACE = {"link_name": "panda_hand", "constraint_region": POINT}
+TURN = {"link_name": "panda_hand", "orientation": [1, 0, 0, 0]}
+JOINT = {"joint_name": "panda_joint1", "position": 0.0}
+
+SCENES = [  # place, value, and what the message of a refusal or of the note says; None where there is neither
+    ("wrold", {"a": 1}, "(did you mean 'world'?)"),
+    (f"{CRATE}.primitve_poses", [{"position": [1, 0, 0]}], "(did you mean 'primitive_poses'?)"),
+    ("world.octomap", {"octomap": {"resolution": 0.1, "data": [1, 2]}}, "'world.octomap.octomap.data' is not"),
+    ("world.octomap", {"octomap": {"id": "OcTree", "data": [0, 0]}}, "give boxes or meshes in its place"),
+    ("world.octomap", {"header": {"frame_id": "map"}, "octomap": {"resolution": 0.1, "data": []}}, None),
+    (f"{CRATE}.planes", [{"coef": [0, 0, 1, 0]}], f"'{CRATE}.planes.0.coef' is not followed"),
+    ("link_padding", [{"link_name": "panda_hand", "padding": 0.02}], "'link_padding.0.padding' is not followed"),
+    ("link_padding", [{"link_name": "panda_hand", "padding": 0.0}], None),
+    ("link_scale", [{"link_name": "panda_hand", "scale": 1.1}], "with --margin in its place"),
+    ("link_scale", [{"link_name": "panda_hand", "scale": 1.0}], None),
+    *[(f"{CRATE}.operation", value, "export the whole scene") for value in (1, 2, 3, "REMOVE")],
+    *[(f"{CRATE}.operation", value, None) for value in (0, "ADD", "\0", b"\0")],
+    (
+        BASE,
+        TURNED,
+        f"'{BASE}.transforms.0.rotation' is not followed by this planner; place the robot's base with --base",
+    ),
+    (BASE, SHIFTED, f"'{BASE}.transforms.0.translation' is not followed"),
+    (BASE, {**PLACED, "twist": [{"linear": {"x": 0.2, "y": 0, "z": 0}}]}, f"'{BASE}.twist.0.linear' is not"),
+    (BASE, PLACED, None),
+    (BASE, {**PLACED, "wrench": [{"force": [1, 0, 0]}]}, f"no path depends on it: {BASE}.wrench."),
+    ("robot_state.joint_state.velocity", [0.5], "'robot_state.joint_state.velocity' is not followed"),
+    (
+        "allowed_collision_matrix",
+        {"default_entry_names": ["a"], "default_entry_values": [True]},
+        "entry_values' is not",
+    ),
+    ("allowed_collision_matrix", {"default_entry_names": ["a"], "default_entry_values": [False]}, None),
+    (f"{CRATE}.subframe_names", ["edge"], f"no path depends on it: {CRATE}.subframe_names."),
+    (f"{CRATE}.header", {"seq": 3, "stamp": {"secs": 1}, "frame_id": "panda_link0"}, None),
+    (f"{CRATE}.type", {"key": "table", "db": "x"}, None),
+    ("object_colors", [{"id": "table", "color": {"r": 1, "g": 0}}], None),
+    (ATTACHED, [{**RIGID, "weight": 0.5}], f"no path depends on it: {ATTACHED}.0.weight."),
+    (ATTACHED, [{**RIGID, "detach_posture": {"points": [{"positions": [0.1]}]}}], f"it: {ATTACHED}.0.detach_posture."),
+    (ATTACHED, [{**RIGID, "object": {**HELD, "operation": 1}}], f"'{ATTACHED}.0.object.operation' is not followed"),
+    (ATTACHED, [{**RIGID, "object": {"id": "cup"}}], "object 'cup' has no shape"),
+    ("is_diff", True, "is a difference (is_diff) to a scene that is not here"),
+    ("world.collision_objects.1.id", "table", "object 'table' is given twice"),
+    ("world.collision_objects.0", {"id": "ghost", "type": {"key": "cup"}}, "no shape"),
+    (CRATE, {**HELD, "primitives": 2 * HELD["primitives"]}, "2 shapes and 1 poses"),
+    (CRATE, {"id": "a", "meshes": [TRIANGLE], "mesh_poses": [{}, {}]}, "1 shapes and 2 poses"),
+    (f"{CRATE}.pose.position", {"x": 1, "y": 2, "zz": 3}, "pose.position"),
+    (f"{CRATE}.pose.position", {"x": 1, "y": 2, "w": 3}, "pose.position"),
+    (f"{CRATE}.pose.position", [0, float("nan"), 0], "pose.position"),
+    (f"{CRATE}.pose.orientation", [0, 0, 0, 0], "zero length"),
+    (f"{CRATE}.primitives.0", {"type": "cone", "dimensions": [1, 1]}, "'cone' with 2 dimensions is not supported"),
+    (f"{CRATE}.primitives.0", {"type": "box", "dimensions": [1, 1]}, "'box' with 2 dimensions"),
+    (f"{CRATE}.primitives.0", {"type": "box", "dimensions": [1, 0, 1]}, "dimensions.1' is wrong"),
+    (CRATE, {"id": "a", "meshes": [{**TRIANGLE, "vertices": []}], "mesh_poses": [{}]}, "0 vertices"),
+    ("allowed_collision_matrix", {"entry_names": ["a"]}, "1 entry_names and 0 entry_values"),
+    ("allowed_collision_matrix", {"entry_names": "aa", "entry_values": []}, "entry_names"),
+    ("allowed_collision_matrix", {"entry_names": ["a", "a"], "entry_values": 2 * [[True, True]]}, "'a' is named twice"),
+    ("allowed_collision_matrix", {"entry_names": ["a", "b"], "entry_values": [[True, True], [True]]}, "row of 'b'"),
+    (
+        "allowed_collision_matrix",
+        {"entry_names": ["a", "b"], "entry_values": [[False, True], {"enabled": [False, False]}]},
+        "allows 'a' and 'b' in one order only",
+    ),
+    (
+        "fixed_frame_transforms",
+        [{"child_frame_id": "a"}, {"child_frame_id": "b", "header": {"frame_id": "a"}}],
+        "twice",
+    ),
+]
+REQUESTS = [
+    ("goal_constrains", [{"joint_constraints": [JOINT]}], "(did you mean 'goal_constraints'?)"),
+    (f"{GOAL}.joint_constraints.0.tolerance_abov", 1, "(did you mean 'tolerance_above'?)"),
+    ("path_constraints.orientation_constraint", [TURN], "orientation_constraint.0.orientation' is not"),
+    ("path_constraints.visibility_constraints", [{"target_radius": 0.1}], "visibility_constraints.0.target_radius' is"),
+    (f"{GOAL}.visibility_constraints", [{"target_radius": 0.1}], "visibility_constraints.0.target_radius' is not"),
+    ("trajectory_constraints", {"constraints": [{"position_constraints": [PLACE]}]}, "'trajectory_constraints.con"),
+    ("trajectory_constraints", {"constraints": [{"joint_constraints": [JOINT]}]}, "joint_name' is not followed"),
+    ("trajectory_constraints", {"constraints": [{}]}, None),
+    ("max_cartesian_speed", 0.1, "'max_cartesian_speed' is not followed by this planner; lower max_velocity_scal"),
+    ("cartesian_speed_limited_link", "panda_hand", "no path depends on it: cartesian_speed_limited_link."),
+    (f"{STATE}.velocity", [0.5] + 8 * [0.0], f"'{STATE}.velocity' is not followed by this planner; plan from where"),
+    (f"{STATE}.velocity", [1e-3] + 8 * [0.0], f"no path depends on it: {STATE}.velocity."),
+    (f"{STATE}.velocity", 9 * [0.0], None),
+    (f"{STATE}.effort", [1.0] + 8 * [0.0], f"no path depends on it: {STATE}.effort."),
+    (f"{STATE}.position", [0.0], "9 names and 1 positions"),
+    (f"{STATE}.name", 9 * ["panda_joint1"], "'panda_joint1' is named twice"),
+    ("start_state.multi_dof_joint_state", SHIFTED, "'start_state.multi_dof_joint_state.transforms.0.translation'"),
+    (f"{GOAL}.position_constraints", [PLACE], "constrains joints and a link at once"),
+    (f"{GOAL}.joint_constraints", [JOINT, JOINT], "constrains a joint twice"),
+    (GOAL, {"position_constraints": [{"constraint_region": {"meshes": [TRIANGLE]}}]}, "constraint_region.meshes.0."),
+    (GOAL, {}, "neither joint nor position nor orientation constraints"),
+    (GOAL, {"position_constraints": [{"constraint_region": {**POINT, "primitives": [{"type": 5, "dimensions": [1]}]}}]},
+     "a region of type 'prism' is not supported"),
+    (GOAL, {"position_constraints": [{"constraint_region": {**POINT, "primitives": [{"type": 1, "dimensions": [1]}]}}]},
+     "a box has 3 dimensions, this one 1"),
+    ("path_constraints", {"position_constraints": [{**PLACE, "constraint_region": {
+        **POINT, "primitives": [{"type": 3, "dimensions": [1, 1]}]}}]}, "no single box or sphere"),
+    ("path_constraints", {"orientation_constraints": [{**TURN, "parameterization": 2}]}, "parameterization' is wrong"),
+    ("path_constraints", {"name": "none", "joint_constraints": []}, None),
+    (f"{GOAL}.joint_constraints.0.tolerance_below", -0.1, "tolerance_below' is wrong"),
+    (f"{GOAL}.joint_constraints.0.tolerance_above", 0.01, "inside them is followed: goal 1."),
+    (f"{GOAL}.joint_constraints.0.weight", 0.5, f"no path depends on it: {GOAL}.joint_constraints.0.weight."),
+    (f"{GOAL}.joint_constraints.0.weight", 1.0, None),
+    *[(key, value, f"no path depends on it: {key}.") for key, value in (
+        ("planner_id", "RRTConnect"), ("pipeline_id", "chomp"), ("num_planning_attempts", 3),
+        ("allowed_planning_time", 5.0), ("workspace_parameters", {"max_corner": [1, 1, 1]}),
+        ("reference_trajectories", [{"joint_trajectory": [{"points": [{"positions": [0.5]}]}]}]))],
+    ("max_velocity_scaling_factor", 1.5, "outside (0, 1] is taken as 1, as MoveIt does"),
+    ("max_acceleration_scaling_factor", -0.5, "max_acceleration_scaling_factor outside (0, 1]"),
+    ("max_velocity_scaling_factor", 0.0, None),
+]  # fmt: skip
+NOTED = ("no path depends", "outside (0, 1]", "inside them", "is a difference")
+
+
+@pytest.fixture(scope="module")
+def panda() -> Robot:
+    return Robot.load("panda")
+
+
+def read(message: dict[str, Any], folder: Path, robot: Robot) -> MotionPlanRequest:
+    """A request, read and made use of."""
+    (folder / "r.yaml").write_text(yaml.safe_dump(message))
+    found, scene = read_motion_plan_request(folder / "r.yaml"), Scene("x")
+    goals_of(found, robot, scene)
+    kept_of(found, robot, scene)
+    with_path_limits(robot, found, scene)
+    return found
+
+
+def judge(load: Callable[[], PlanningScene | MotionPlanRequest], text: str | None) -> None:
+    if text is None:
+        assert load().notes == ()
+    elif any(part in text for part in NOTED) or text.startswith("it: "):
+        (note,) = load().notes
+        assert text in note.text
+        assert note.grave == (NOTED[1] in text or NOTED[3] in text)
+    else:
+        assert text in refusal_of(load)
+
+
+@pytest.mark.parametrize(("place", "value", "text"), SCENES, ids=range(len(SCENES)))
+def test_a_key_of_a_scene(place: str, value: Any, text: str | None) -> None:
+    judge(lambda: planning_scene(changed(SCENE, place, value), Path("s.yaml")), text)
+
+
+@pytest.mark.parametrize(("place", "value", "text"), REQUESTS, ids=range(len(REQUESTS)))
+def test_a_key_of_a_request(place: str, value: Any, text: str | None, panda: Robot, tmp_path: Path) -> None:
+    judge(lambda: read(changed(REQUEST, place, value), tmp_path, panda), text)
+
+
+def test_the_example_has_no_notes(panda: Robot, tmp_path: Path) -> None:
+    assert planning_scene(copy.deepcopy(SCENE), Path("s.yaml")).notes == ()
+    assert read(REQUEST, tmp_path, panda).notes == ()
+
+
+DEFAULTS = st.recursive(
+    st.sampled_from([None, 0, 0.0, False, "", {"rotation": [0, 0, 0, 1]}, {"rotation": dict(x=0, y=0, z=0, w=1)}]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from("abc"), inner, max_size=3),
+    max_leaves=6,
+)
+VALUES = st.sampled_from([1, -0.5, True, "word", float("inf"), float("nan"), b"\1"])
+PLACES = [
+    "",
+    "robot_state.",
+    "world.",
+    f"{CRATE}.",
+    f"{CRATE}.pose.",
+    f"{CRATE}.primitives.0.",
+    "robot_state.joint_state.",
+]
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from(PLACES), DEFAULTS, VALUES, st.lists(st.sampled_from("ab0"), max_size=3))
+def test_an_unknown_key_counts_where_it_holds_a_value(at: str, default: Any, value: Any, path: list[str]) -> None:
+    """However deep the value lies, among whatever ROS fills in."""
+    key = f"{at}zzz"
+    assert planning_scene(changed(SCENE, key, default), Path("s.yaml")).notes == ()
+    for step in path:
+        value = [default, value] if step == "0" else {step: value, "c": default}
+    assert f"'{key}" in refusal_of(lambda: planning_scene(changed(SCENE, key, value), Path("s.yaml")))
+
+
+NUMBERS = st.sampled_from([0, 1, 2, 0.5, -0.1, 3.14, 4, 1e9, float("nan"), True, None])
+WORDS = st.sampled_from(["", "a", "panda_hand", "panda_joint1", "world", "box", "sphere", "cylinder", "table"])
+
+
+def of_kind(kind: type[Message]) -> st.SearchStrategy[Any]:
+    """Messages with some of the keys of a model, right and wrong ones."""
+    values = {name: of_field(field) for name, field in kind.model_fields.items()}
+    return st.fixed_dictionaries({}, optional=values)
+
+
+def of_field(field: Any) -> st.SearchStrategy[Any]:
+    kinds, text = list(models_in(field)), str(field.annotation)
+    inner = of_kind(kinds[0]) if kinds else of_plain(text)
+    return st.lists(inner, max_size=2) | (of_plain(text) if not kinds else st.nothing()) if _is_list(field) else inner
+
+
+def of_plain(text: str) -> st.SearchStrategy[Any]:
+    if "float" in text or "int" in text:
+        return st.sampled_from([[0, 0, 0], [0, 0, 0, 1], [0.1, 0.2, 0.3], [0.5, 0.5, 0.5, 0.5]]) | NUMBERS | WORDS
+    return WORDS | st.booleans()
+
+
+def _is_list(field: Any) -> bool:
+    return any(part is Ellipsis for part in get_args(field.annotation)) or "list" in str(field.annotation)
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@given(scene=of_kind(PlanningSceneMessage), request_=of_kind(MotionPlanRequestMessage))
+def test_any_message_of_known_keys_is_read_or_refused(
+    scene: Any, request_: Any, panda: Robot, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("r")
+    with contextlib.suppress(PlannerError):
+        found = planning_scene(scene, Path("s.yaml"))
+        assert all(np.isfinite(item.placement).all() for item in (*found.obstacles, *found.carried))
+    with contextlib.suppress(PlannerError):
+        read({**REQUEST, **request_}, folder, panda)

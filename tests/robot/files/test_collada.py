@@ -1,0 +1,110 @@
+"""COLLADA files: geometry that pycollada would misread is refused, unit and axis are noted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from planner.robot.files.collada import collada_notes
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Mesh
+from tests.refusals import refusal_of
+from tests.robot.files.test_meshes import read, volume
+
+ASSET = "<COLLADA><asset><unit {unit}/>{axis}</asset></COLLADA>"
+
+
+@pytest.mark.parametrize(
+    ("unit", "axis", "words"),
+    [
+        ('name="meter" meter="1"', "<up_axis>Z_UP</up_axis>", []),
+        ("meter='1.0000000000'", "", []),
+        ('meter="0.01" name="centimeter"', "<up_axis>Z_UP</up_axis>", ["its unit is '0.01' m"]),
+        ("meter='inch'", "", ["its unit is 'inch' m"]),
+        ('meter="1"', "<up_axis> Y_UP </up_axis>", ["up_axis"]),
+        ('meter="0.001"', "<up_axis>X_UP</up_axis>", ["its unit is '0.001' m", "up_axis"]),
+    ],
+)
+def test_what_is_not_followed_is_noted(tmp_path: Path, unit: str, axis: str, words: list[str]) -> None:
+    (tmp_path / "part.DAE").write_text(ASSET.format(unit=unit, axis=axis))
+    (tmp_path / "part.stl").write_text(ASSET.format(unit="meter='7'", axis=""))
+    found = list(collada_notes([tmp_path / name for name in ("part.stl", "part.DAE", "part.DAE", "none.dae")]))
+    assert len(found) == len(words)
+    for note, said in zip(found, words, strict=True):
+        assert said in note.text
+        assert "part.DAE" in note.text
+        assert note.grave == ("unit" in said)
+
+
+TETRAHEDRON = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="0.01"/></asset><library_geometries><geometry id="g"><mesh><source id="p">
+<float_array id="pa" count="12">0 0 0 1 0 0 0 2 0 0 0 3</float_array><technique_common>
+<accessor source="#pa" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>
+</mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s"><node id="n">
+<instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+def test_nodes_place_geometry_and_materials_do_not_matter() -> None:
+    """Of parts with materials of their own, an earlier reader took the corners of one for those of another."""
+    half = '<triangles material="{}" count="2"><input semantic="VERTEX" source="#v" offset="0"/><p>{}</p></triangles>'
+    whole = TETRAHEDRON[TETRAHEDRON.index("<triangles") : TETRAHEDRON.index("</mesh>")]
+    text = TETRAHEDRON.replace(whole, half.format("a", "0 2 1 0 1 3") + half.format("b", "0 3 2 1 2 3"))
+    moves = "<matrix>1 0 0 5 0 0 -1 0 0 1 0 0 0 0 0 1</matrix><scale>2 2 2</scale>"
+    bound = '<technique_common><instance_material symbol="a" target="#gone"/></technique_common>'
+    placed = f'{moves}<instance_geometry url="#g"><bind_material>{bound}</bind_material></instance_geometry>'
+    shared = f'<library_nodes><node id="m">{placed}</node></library_nodes>'
+    text = text.replace("<library_visual", f"{shared}<library_visual", 1)
+    text = text.replace('<instance_geometry url="#g"/></node></visual', '<instance_node url="#m"/></node></visual')
+    assert "instance_node" in text
+    found = read(text, "dae")
+    expected = {(5.0, 0.0, 0.0), (7.0, 0.0, 0.0), (5.0, 0.0, 4.0), (5.0, -6.0, 0.0)}
+    assert {tuple(row) for row in found.vertices.tolist()} == expected
+    assert volume(found) == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        *[("0 2 1 0", indices) for indices in ("0 2 -1 0", "0 2 9 0", "0 2 1.5 0", "0 2 x 0")],
+        *[
+            ("1 0 0 0 2", numbers)
+            for numbers in ("nan 0 0 0 2", "inf 0 0 0 2", "1e999 0 0 0 2", "1 x 0 0 2", "1 0 0 2")
+        ],
+        *[('stride="3"', stride) for stride in ('stride="4"', 'stride="3" offset="3"')],
+        *[('url="#g"', 'url="#h"'), ("instance_geometry", "instance_controller"), ("triangles", "spline")],
+        *[
+            ('<node id="n">', f'<node id="n">{move}')
+            for move in ("<skew>45 0 1 0 1 0 0</skew>", "<rotate>0 0 2 90</rotate>")
+        ],
+    ],
+)
+def test_geometry_that_would_be_misread_is_refused(old: str, new: str) -> None:
+    assert volume(read(TETRAHEDRON, "dae")) == pytest.approx(1.0)
+    assert old in TETRAHEDRON
+    assert "mesh file" in refusal_of(lambda: read(TETRAHEDRON.replace(old, new), "dae"))
+
+
+SCENE = "obstacles: [{name: wedge, type: mesh, file: wedge.dae, scale: 0.01, position: [2, 0, 0]}]"
+ARM = """<robot name="arm"><link name="base"/><link name="hand"><collision><geometry>
+<mesh filename="file://{folder}/wedge.dae" scale="0.01 0.01 0.01"/></geometry></collision></link>
+<joint name="turn" type="revolute"><parent link="base"/><child link="hand"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>"""
+
+
+def test_scenes_and_robots_note_it(tmp_path: Path) -> None:
+    """The numbers of the file are not scaled by its unit."""
+    (tmp_path / "wedge.dae").write_text(TETRAHEDRON)
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    (tmp_path / "arm.urdf").write_text(ARM.format(folder=tmp_path))
+    scene, robot = Scene.load(tmp_path / "scene.yaml"), Robot.load(tmp_path / "arm.urdf")
+    for shape in (scene.obstacles[0].shape, robot.bodies[0].shape):
+        assert isinstance(shape, Mesh)
+        assert shape.vertices.max() == 0.03
+    for found in (scene.notes, robot.notes):
+        assert ["its unit is '0.01' m" in note.text for note in found] == [True]

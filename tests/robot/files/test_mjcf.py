@@ -1,0 +1,349 @@
+"""MuJoCo's files as robots: their bodies, sites and geoms stand where MuJoCo puts them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from planner.base.arrays import Floats
+from planner.base.errors import InstallationError
+from planner.collision import make_checker
+from planner.kinematics.forward import tool_positions
+from planner.robot.files import urdf
+from planner.robot.files.mjcf import _EQUALITIES, _GEOMS, _JOINTS, _name
+from planner.robot.files.urdf_geometry import Geometry, read_geometry, shape_of
+from planner.robot.robot import Robot, load_visuals
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.trajectory.limits import MotionLimits
+from tests.refusals import refusal_of
+from tests.robot.files.random_mjcf import random_mjcf
+
+ARM = """<mujoco model="small"><compiler angle="radian"/><worldbody>
+<geom name="floor" type="plane" size="1 1 .1"/>
+<body name="base" pos="0 0 0.1"><geom type="box" size=".05 .04 .03"/>
+ <body name="upper" pos="0 0 0.1"><joint name="j1" type="hinge" axis="0 0 1"/>
+  <geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.03"/>
+  <body name="fore" pos="0 0 0.3"><joint name="j2" type="hinge" axis="0 1 0" range="-2 2"/>
+   <geom type="sphere" size="0.04"/><site name="tip" pos="0 0 0.2"/>
+   EXTRA
+  </body></body></body></worldbody></mujoco>"""
+
+
+def arm(folder: Path, extra: str = "", after: str = "", replaced: tuple[str, str] = ("", "")) -> str:
+    text = ARM.replace("EXTRA", extra).replace("</mujoco>", f"{after}</mujoco>")
+    (folder / "arm.xml").write_text(text.replace(*replaced) if replaced[0] else text)
+    return str(folder / "arm.xml")
+
+
+@pytest.fixture
+def quiet() -> Iterator[None]:
+    """MuJoCo's warnings on masses go nowhere."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    yield
+    mujoco.set_mju_user_warning(before)
+
+
+# MuJoCo's own placements
+
+
+@pytest.mark.usefixtures("quiet")
+@pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize("first", range(0, 200, 20))
+def test_all_stands_where_mujoco_puts_it(tmp_path: Path, first: int) -> None:
+    for seed in range(first, first + 20):
+        rng = np.random.default_rng(seed)
+        (tmp_path / "robot.xml").write_text(random_mjcf(rng))
+        require_same(tmp_path / "robot.xml", rng)
+
+
+def require_same(path: Path, rng: np.random.Generator) -> None:
+    theirs = mujoco.MjModel.from_xml_path(str(path))
+    there = mujoco.MjData(theirs)
+    there.qpos[:] = rng.uniform(-2, 2, theirs.nq)
+    mujoco.mj_kinematics(theirs, there)  # the part of mj_forward that places
+    description = urdf.read_description(path)
+    model = urdf.build_model(description)
+    q = np.zeros(theirs.nq)
+    for k in range(theirs.njnt):
+        q[model.joints[model.getJointId(_name(theirs.joint(k)))].idx_q] = there.qpos[theirs.jnt_qposadr[k]]
+    here = model.createData()
+    pin.framesForwardKinematics(model, here, q)
+    names = [_name(theirs.body(k)) for k in range(theirs.nbody)] + [_name(theirs.site(k)) for k in range(theirs.nsite)]
+    frames = [here.oMf[urdf.frame_id(model, name)] for name in names]
+    require_places(frames, [there.xpos, there.site_xpos], [there.xmat, there.site_xmat])
+    for kind in ("collision", "visual"):
+        geometry = read_geometry(description, model, kind)
+        geoms, items = np.array(list(geoms_of(theirs, kind)), dtype=int), geometry.model.geometryObjects
+        labels, by_name = list(labels_of(theirs, geoms)), {item.name: item for item in items}
+        assert sorted(by_name) == sorted(labels)
+        places = [here.oMi[by_name[label].parentJoint] * by_name[label].placement for label in labels]
+        require_places(places, [there.geom_xpos[geoms]], [there.geom_xmat[geoms]])
+        for label, geom in zip(labels, geoms, strict=True):
+            require_shape(urdf_shape(geometry, by_name[label]), theirs, geom)
+
+
+def require_places(found: list[pin.SE3], positions: list[Floats], rotations: list[Floats]) -> None:
+    expected = np.concatenate([*positions, np.zeros((0, 3))]), np.concatenate(rotations).reshape(-1, 3, 3)
+    assert len(found) == len(expected[0])
+    for place, position, rotation in zip(found, *expected, strict=True):
+        np.testing.assert_allclose(place.translation, position, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(place.rotation, rotation, rtol=0, atol=1e-12)
+
+
+def geoms_of(model: mujoco.MjModel, kind: str) -> Iterator[int]:
+    for k in range(model.ngeom):
+        collides = bool(model.geom_contype[k] or model.geom_conaffinity[k])
+        if collides if kind == "collision" else not collides or model.geom_group[k] <= 2:
+            yield k
+
+
+def labels_of(model: mujoco.MjModel, geoms: Floats) -> Iterator[str]:
+    seen: dict[str, int] = {}
+    for k in geoms:
+        link = _name(model.body(model.geom_bodyid[k]))
+        yield f"{link}_{seen.setdefault(link, 0)}"
+        seen[link] += 1
+
+
+def urdf_shape(geometry: Geometry, item: pin.GeometryObject) -> Shape:
+    return geometry.meshes.get(item.name) or shape_of(item.geometry)
+
+
+def require_shape(shape: Shape, model: mujoco.MjModel, geom: int) -> None:
+    size = model.geom_size[geom]
+    match shape:
+        case Mesh():
+            k = model.geom_dataid[geom]
+            expected = model.mesh_vert[model.mesh_vertadr[k] :][: model.mesh_vertnum[k]]
+            np.testing.assert_array_equal(shape.vertices, expected)
+        case Box():
+            np.testing.assert_array_equal(shape.size, 2 * size)
+        case Sphere():
+            assert shape.radius == size[0]
+        case Capsule() | Cylinder():
+            assert (shape.radius, shape.length) == (size[0], 2 * size[1])
+    assert type(shape).__name__.lower() == mujoco.mjtGeom(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
+
+
+def test_a_mesh_off_its_centre_stays_there(tmp_path: Path) -> None:
+    """MuJoCo moves vertices to the centre of mass and their principal axes: the surface stays in its place."""
+    corners = np.array([[1, 2, 3], [2, 2, 3], [1, 4, 3], [1, 2, 6]], dtype=float)
+    asset = f'<asset><mesh name="m" vertex="{" ".join(map(str, corners.ravel()))}" scale="0.1 0.1 -0.1"/></asset>'
+    robot = Robot.load(arm(tmp_path, '<geom type="mesh" mesh="m" pos="0 0 1"/>', asset), tool="tip")
+    (body,) = (body for body in robot.bodies if isinstance(body.shape, Mesh))
+    assert isinstance(body.shape, Mesh)
+    found = body.shape.vertices @ body.placement[:3, :3].T + body.placement[:3, 3]
+    expected = corners * [0.1, 0.1, -0.1] + [0, 0, 1]
+    np.testing.assert_allclose(np.sort(found, axis=0), np.sort(expected, axis=0), atol=1e-6)  # MuJoCo's are floats
+
+
+def test_kinds_are_numbered_as_in_mujoco() -> None:
+    for names, kinds, start in (
+        (_JOINTS, mujoco.mjtJoint, "mjJNT_"),
+        (_GEOMS, mujoco.mjtGeom, "mjGEOM_"),
+        (_EQUALITIES, mujoco.mjtEq, "mjEQ_"),
+    ):
+        assert [f"{start}{name.upper()}" for name in names] == [kinds(k).name for k in range(len(names))]
+
+
+# robots
+
+
+def test_bodies_joints_and_sites(tmp_path: Path) -> None:
+    robot = Robot.load(arm(tmp_path))
+    assert (robot.name, robot.joints, robot.tool) == ("small", ("j1", "j2"), "tip")
+    assert robot.continuous.tolist() == [True, False]
+    np.testing.assert_allclose([robot.lower, robot.upper], [[-np.pi, -2], [np.pi, 2]])
+    assert {body.link: body.shape for body in robot.bodies} == {
+        "base": Box((0.1, 0.08, 0.06)),
+        "upper": Capsule(0.03, 0.3),
+        "fore": Sphere(0.04),
+    }
+    q = np.array([[0.0, 0.0], [0.3, np.pi / 2]])
+    expected = [[0, 0, 0.7], [0.2 * np.cos(0.3), 0.2 * np.sin(0.3), 0.5]]
+    np.testing.assert_allclose(tool_positions(robot, q), expected, atol=1e-12)
+    assert make_checker(robot, Scene("none")).first_contact(q) is None
+    assert len(load_visuals(robot)) == 3
+    assert "assumed: the URDF gives none" in MotionLimits.of(robot).source["velocity"]
+
+
+@pytest.mark.parametrize(
+    ("extra", "tool"),
+    [
+        ("", "tip"),
+        ('<site name="other"/>', "fore"),  # of two sites none is the tool
+        ('<body name="hand"><geom size=".01"/></body>', "hand"),
+        ('<body name="hand"><geom size=".01"/><site name="j1" pos="1 0 0"/></body>', "j1/site"),  # a joint is called j1
+    ],
+)
+def test_the_tool_of_an_arm_with_one_tip(tmp_path: Path, extra: str, tool: str) -> None:
+    assert Robot.load(arm(tmp_path, extra)).tool == tool
+
+
+def test_several_joints_of_a_body_are_axes(tmp_path: Path) -> None:
+    (tmp_path / "gantry.xml").write_text(
+        '<mujoco><compiler angle="radian"/><worldbody><body name="base"><geom type="box" size=".1 .1 .1"/>'
+        '<body name="carriage" pos="0 0 .5"><joint name="x" type="slide" axis="1 0 0" range="-1 1"/>'
+        '<joint name="y" type="slide" axis="0 1 0" range="-1 2"/><geom type="box" size=".05 .05 .05"/>'
+        '<body name="arm" pos="0 0 -.1"><joint name="j" axis="0 1 0" range="-2 2"/>'
+        '<geom type="capsule" size=".02" fromto="0 0 0 0 0 -.3"/></body></body></body></worldbody></mujoco>'
+    )
+    robot = Robot.load(str(tmp_path / "gantry.xml"))
+    assert (robot.joints, robot.upper.tolist(), robot.prismatic.tolist()) == (
+        ("x", "y", "j"),
+        [1, 2, 2],
+        [True, True, False],
+    )
+    np.testing.assert_allclose(tool_positions(robot, np.array([[0.5, -0.2, 1.0]])), [[0.5, -0.2, 0.4]], atol=1e-15)
+    contacts = make_checker(robot, Scene("none")).first_contact(np.array([[0.3, 0, 0], [0, 0, 0]]))
+    assert contacts is not None  # the arm's end is 0.02 m in the base, as MuJoCo has it
+
+
+PAINTED = """<default><default class="arm"><material specular="0.5"/><joint range="-2 2"/>
+ <default class="seen"><geom type="mesh" contype="0" conaffinity="0" group="2" material="dark"/></default>
+ <default class="hit"><geom group="3"/></default></default></default>
+<asset><material class="arm" name="dark" rgba="0.1 0 0 1"/>
+ <mesh name="m" vertex="0 0 0 .2 0 0 0 .03 0 0 0 .03"/></asset>
+<worldbody><body name="base" childclass="arm"><geom class="seen" mesh="m"/>"""
+
+
+def test_what_only_paints_or_weighs_stops_nothing(tmp_path: Path) -> None:
+    """As in published models: a material that names a class, shellinertia, groups of geoms; MuJoCo 4 refuses some."""
+    shell = '<geom class="seen" mesh="m" shellinertia="true"/><geom class="hit" size="0.02"/>'
+    path = arm(tmp_path, shell, replaced=('<worldbody>\n<geom name="floor" type="plane" size="1 1 .1"/>\n', PAINTED))
+    text = Path(path).read_text().replace("</worldbody>", "</body></worldbody>")
+    Path(path).write_text(text.replace('<body name="base" pos', '<body name="stand" pos'))
+    robot = Robot.load(path)
+    assert robot.upper.tolist() == [2.0, 2.0]
+    assert [body.link for body in robot.bodies] == ["stand", "upper", "fore", "fore"]
+    drawn = load_visuals(robot)
+    assert [body.link for body in drawn] == ["base", "stand", "upper", "fore", "fore"]
+    assert [isinstance(body.shape, Mesh) for body in drawn] == [True, False, False, False, True]
+    np.testing.assert_allclose([drawn[0].color, drawn[1].color], [(0.1, 0, 0, 1), (0.5, 0.5, 0.5, 1)])
+    assert robot.source.bare == {"base"}
+
+
+def test_geoms_of_the_world_belong_to_the_robot(tmp_path: Path) -> None:
+    wall = '<geom type="box" size="0.1 1 1" pos="0.3 0 1"/><body name="base"'
+    fore = '<geom type="capsule" size="0.01" fromto="0 0 0 0 0 0.4"/>'
+    checker = make_checker(Robot.load(arm(tmp_path, fore, replaced=('<body name="base"', wall))), Scene("none"))
+    assert checker.first_contact(np.array([[0.0, 0.0]])) is None
+    assert checker.first_contact(np.array([[0.0, np.pi / 2]])) is not None
+
+
+def test_included_files_and_folders_of_meshes_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "part.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    (tmp_path / "hand.xml").write_text('<mujoco><body name="hand"><geom type="mesh" mesh="part"/></body></mujoco>')
+    asset = '<compiler meshdir="parts"/><asset><mesh file="part.obj" scale=".1 .1 .1"/></asset>'
+    path = arm(tmp_path, '<include file="hand.xml"/>', asset)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    robot = Robot.load(path)
+    assert robot.tool == "hand"
+    assert robot.bodies[-1].shape.content()[0] == "Mesh"
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
+def test_metres_of_sliding_joints_are_no_degrees(tmp_path: Path) -> None:
+    slider = '<body name="slider"><joint name="s" type="slide" range="-1 2"/><geom size="0.1"/></body>'
+    robot = Robot.load(arm(tmp_path, slider, replaced=('angle="radian"', "")))
+    np.testing.assert_allclose([robot.lower, robot.upper], [[-np.pi, -np.radians(2), -1], [np.pi, np.radians(2), 2]])
+
+
+@pytest.mark.parametrize(
+    ("compiler", "joint", "turns_freely"),
+    [
+        ("", 'range="-2 2" limited="auto"', False),
+        ("", 'range="-2 2" limited="false"', True),
+        ("", "", True),
+        ('autolimits="false"', 'range="-2 2" limited="true"', False),
+    ],
+)
+def test_a_range_counts_where_it_limits(tmp_path: Path, compiler: str, joint: str, turns_freely: bool) -> None:
+    text = ARM.replace("EXTRA", "").replace('angle="radian"', f'angle="radian" {compiler}')
+    (tmp_path / "arm.xml").write_text(text.replace('range="-2 2"', joint))
+    robot = Robot.load(str(tmp_path / "arm.xml"))
+    assert robot.continuous.tolist() == [True, turns_freely]
+    np.testing.assert_allclose(robot.upper[1], np.pi if turns_freely else 2.0)
+
+
+# couplings, notes and refusals
+
+
+def test_a_coupled_joint_is_a_mimic_joint(tmp_path: Path) -> None:
+    """MuJoCo measures how far a configuration is off an equality: by nothing where the joint follows."""
+    rod = '<body name="rod"><joint name="k" axis="0 1 0" ref="-0.3"/><geom size="0.05"/></body>'
+    equality = '<equality><joint joint1="k" joint2="j2" polycoef="0.1 -1.5 0 0 0"/></equality>'
+    path = arm(tmp_path, rod, equality, replaced=('range="-2 2"', 'range="-2 2" ref="0.4"'))
+    (mimic,) = urdf.read_description(Path(path)).mimics
+    assert (mimic.joint, mimic.leader) == ("k", "j2")
+    model = mujoco.MjModel.from_xml_path(path)
+    data = mujoco.MjData(model)
+    for value, off in ((0.7, 0.0), (-1.1, 0.0), (0.7, 0.2)):
+        data.qpos[1:] = value, mimic.multiplier * value + mimic.offset + off
+        mujoco.mj_forward(model, data)
+        assert data.efc_pos[0] == pytest.approx(off, abs=1e-15)
+
+
+def test_one_note_names_the_parts_that_are_not_followed(tmp_path: Path) -> None:
+    parts = (
+        '<contact><exclude body1="base" body2="fore"/></contact><keyframe><key name="home" qpos="1 1"/></keyframe>'
+        '<tendon><fixed name="split"><joint joint="j1" coef="1"/></fixed></tendon>'
+        '<equality><weld name="held" body1="fore"/><joint name="fixed" joint1="j2"/></equality>'
+    )
+    motor = '<actuator><motor joint="j1"/></actuator>'
+    (note,) = Robot.load(arm(tmp_path, after=parts + motor)).notes
+    assert note.text.partition("not followed: ")[2].partition(";")[0] == (
+        "equality 'held' (weld), equality 'fixed' (joint), geom 'floor' (plane), tendon 'split', 1 <exclude>, 1 <key>, "
+        "1 <actuator>"
+    )
+    assert note.grave
+    floor = '<geom name="floor" type="plane" size="1 1 .1"/>'
+    assert Robot.load(arm(tmp_path, replaced=(floor, ""))).notes == ()
+    assert not Robot.load(arm(tmp_path, after=motor, replaced=(floor, ""))).notes[0].grave
+
+
+@pytest.mark.parametrize(
+    ("extra", "after", "words"),
+    [
+        ('<geom name="e" type="ellipsoid" size="0.1 0.2 0.3"/>', "", "geom 'e' (ellipsoid) of body 'fore' collides"),
+        ('<body name="b"><joint name="b" type="ball"/><geom size="0.1"/></body>', "", "is ball and has several axes"),
+        (
+            "</body></body></body><body><freejoint/><geom size='1'/><body><body>",
+            "",
+            "'joint_2' of body 'body_4' is free",
+        ),
+        ('<geom type="mesh" mesh="nothing"/>', "", "MuJoCo cannot read it (mesh 'nothing' not found in geom 4"),
+        ('<geom size="0.1" poss="0 0 1"/>', "", "unrecognized attribute: 'poss'"),
+        ('<include file="nowhere.xml"/>', "", "Error opening file"),
+        ('<body name="x" pos="0 nan 0"><geom size="0.1"/></body>', "", "xyz='0.0 nan 0.0' of <origin> is not 3 finite"),
+        ('<body name="x" pos="0 0 1e9"><geom size="0.1"/></body>', "", "is beyond 10000"),
+        (
+            "",
+            '<equality><joint joint1="j1" joint2="j2" polycoef="0 1 0.5 0 0"/></equality>',
+            "follows 'j2' by a polycoef",
+        ),
+        ('<body name="s"><joint name="s" type="slide"/><geom size=".1"/></body>', "", "joint 's' has limits [0, 0]"),
+    ],
+)
+def test_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, extra: str, after: str, words: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert words in refusal_of(lambda: Robot.load(arm(tmp_path, extra, after)))
+    assert [path.name for path in tmp_path.iterdir()] == ["arm.xml"]  # MuJoCo writes no file of warnings
+
+
+def test_mujoco_is_an_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(InstallationError, match=r"run pip install 'gabf-planner\[mjcf\]'"):
+        Robot.load(arm(tmp_path))

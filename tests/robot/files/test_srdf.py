@@ -1,0 +1,238 @@
+"""SRDF files: groups become joints, states become values, and what is wrong is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from planner.base.errors import RobotError
+from planner.robot.files.robot_files import JointChoice, read_robot
+from planner.robot.files.srdf import group_joints
+from planner.robot.robot import Robot
+from tests.worlds import joint_xml, link_xml
+
+SRDF = """<robot name="arm">
+  <group name="arm"><chain base_link="column" tip_link="hand"/></group>
+  <group name="by_joints"><joint name="elbow"/><joint name="lift"/><joint name="weld"/></group>
+  <group name="by_link"><link name="column"/></group>
+  <group name="all"><group name="arm"/><group name="by_link"/></group>
+  <group name="round"><group name="turn"/></group><group name="turn"><group name="round"/></group>
+  <group name="welded"><joint name="weld"/></group>
+  <group name="foreign"><joint name="nose"/></group>
+  <group name="backwards"><chain base_link="hand" tip_link="column"/></group>
+  <group_state name="home" group="all">
+    <joint name="lift" value="0.3"/><joint name="shoulder" value="0.1"/><joint name="elbow" value="-0.2"/>
+  </group_state>
+  <group_state name="ready" group="arm">
+    <joint name="shoulder" value="0.5"/><joint name="elbow" value="0.6"/>
+  </group_state>
+  <disable_collisions link1="column" link2="fore" reason="Never"/>
+</robot>"""
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    """A column that lifts, two joints, and a hand welded on."""
+    box = '<box size="0.1 0.1 0.1"/>'
+    links = "".join(link_xml(name, box) for name in ("base", "column", "upper", "fore")) + link_xml("hand")
+    joints = joint_xml("lift", "base", "column", "prismatic", limit="0 1")
+    joints += joint_xml("shoulder", "column", "upper", xyz="0 0 0.3") + joint_xml(
+        "elbow", "upper", "fore", xyz="0.4 0 0"
+    )
+    joints += joint_xml("weld", "fore", "hand", "fixed", xyz="0.3 0 0")
+    (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{links}{joints}</robot>')
+    (tmp_path / "arm.srdf").write_text(SRDF)
+    return tmp_path
+
+
+def load(folder: Path, **options: str) -> Robot:
+    choice = JointChoice(options.get("group"), tuple(options["joints"].split(",")) if "joints" in options else None)
+    return Robot.load(str(folder / "arm.urdf"), choice=choice, srdf=folder / "arm.srdf")
+
+
+@pytest.mark.parametrize(
+    ("group", "joints"),
+    [
+        ("arm", ["shoulder", "elbow"]),
+        ("by_joints", ["lift", "elbow"]),
+        ("by_link", ["lift"]),
+        ("all", ["lift", "shoulder", "elbow"]),
+    ],
+)
+def test_groups(arm: Path, group: str, joints: list[str]) -> None:
+    files = read_robot(str(arm / "arm.urdf"), arm / "arm.srdf")
+    assert files.srdf is not None
+    assert group_joints(files.srdf, group, files.description, files.model) == joints
+
+
+def test_a_group_holds_the_rest_where_home_has_it(arm: Path) -> None:
+    whole, robot = load(arm), load(arm, group="arm")
+    assert (robot.joints, robot.tool) == (("shoulder", "elbow"), "hand")
+    assert robot.fixed_joints == {"lift": 0.3}
+    assert robot.home.tolist() == [0.1, -0.2]
+    assert whole.home.tolist() == [0.3, 0.1, -0.2]
+    assert whole.identity != robot.identity
+    assert load(arm, joints="elbow,shoulder").identity == robot.identity  # in whatever order they are named
+
+
+def test_states_are_known_that_name_every_planned_joint(arm: Path) -> None:
+    assert dict(load(arm, group="arm").states) == {"home": (0.1, -0.2), "ready": (0.5, 0.6)}
+    assert dict(load(arm).states) == {"home": (0.3, 0.1, -0.2)}
+
+
+def test_disabled_pairs_are_part_of_the_identity(arm: Path) -> None:
+    assert load(arm).disabled_pairs == {frozenset(("column", "fore"))}
+    assert load(arm).identity != Robot.load(str(arm / "arm.urdf")).identity
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"group": "leg"}, "group 'leg' not found in SRDF .*; groups are arm, by_joints"),
+        ({"group": "round"}, "contains itself"),
+        ({"group": "welded"}, "moves no joint"),
+        ({"group": "foreign"}, "names joint 'nose', which the URDF has not"),
+        ({"group": "backwards"}, "a chain from 'hand' to 'column', but no joints lead there"),
+        ({"joints": "elbow,nose"}, "joint 'nose' not found; joints are lift, shoulder, elbow"),
+        ({"joints": "weld"}, "joint 'weld' does not move"),
+    ],
+)
+def test_refused(arm: Path, options: dict[str, str], said: str) -> None:
+    with pytest.raises(RobotError, match=said):
+        load(arm, **options)
+
+
+def test_a_group_needs_an_srdf(arm: Path) -> None:
+    with pytest.raises(RobotError, match=r"has no SRDF.*give --srdf"):
+        Robot.load(str(arm / "arm.urdf"), choice=JointChoice(group="arm"))
+
+
+ONE = '<joint name="elbow" value="1"/>'
+BAD = [
+    ('<disabel_collisions link1="base" link2="fore"/>', "did you mean 'disable_collisions'"),
+    ('<disable_collisions link1="base" link_2="fore"/>', r"without attribute 'link2' \(did you mean 'link_2'\?\)"),
+    ('<disable_collisions link1="base" link2=" "/>', "without attribute 'link2'"),
+    ('<virtual_joint name="v" type="planer"/>', "type 'planer' .did you mean 'planar'"),
+    ('<group name="g"><joints name="elbow"/></group>', "unknown element 'group/joints' .did you mean 'joint'"),
+    ('<group name="g"><chain base_link="base"/></group>', "<chain> without attribute 'tip_link'"),
+    ('<group><joint name="elbow"/></group>', "<group> without attribute 'name'"),
+    ('<group_state name="s"><joint name="elbow"/></group_state>', "<joint> without attribute 'value'"),
+    ('<group_state name="s"><jiont name="elbow" value="1"/></group_state>', "did you mean 'joint'"),
+    ('<group name="arm"><joint name="elbow"/></group>', "says group 'arm' twice"),
+    (2 * '<group_state name="s" group="arm"/>', "says state 's' of group 'arm' twice"),
+    (f'<group_state name="s" group="arm">{2 * ONE}</group_state>', "says joint 'elbow' in state 's' of group"),
+    *[(f'<group_state name="s"><joint name="elbow" value="{value}"/></group_state>', "state 's' sets joint 'elbow' to")
+      for value in ("nan", "1e99", "much")],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "said"), BAD)
+def test_what_is_misspelt_or_said_twice_is_refused(arm: Path, line: str, said: str) -> None:
+    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{line}</robot>"))
+    with pytest.raises(RobotError, match=said):
+        load(arm)
+
+
+UNREAD = [  # lines, and the end of the one note on them
+    ('<others><disable_collisions link1="base" link2="fore"/></others>', "passed over: others."),
+    ('<group name="g"><group name="arm"><joint name="lift"/></group></group>', "passed over: group/group/joint."),
+    ('<disable_collisions link1="base" link2="fore" within="0.1"/>', "passed over: disable_collisions's 'within'."),
+    ('<virtual_joint name="v" typ="planar" child_link="base"/>', "passed over: virtual_joint's 'typ'."),
+    ('<virtual_joint name="v" type="floating" child_link="base"/>', "give it a base: floating."),
+    ('<virtual_joint name="v" type="fixed" child_link="fore"/>', "is not the root, which stands in its place: fore."),
+    (2 * '<virtual_joint name="v" type="fixed" child_link="base"/>', "passed over: virtual_joint 2."),
+    ('<passive_joint name="elbwo"/><disable_collisions link1="fore" link2="hnad"/>', "passed over: elbwo, hnad."),
+    ('<group_state name="s" group="arm"><joint name="sholder" value="1"/></group_state>', "passed over: sholder."),
+    ('<group_state name="s"><joint name="elbow" value="0.5 0.3"/></group_state>', "joint 'elbow' in state 's'."),
+    ('<end_effector name="e" parent_link="fore" group="g"/>', None),
+]
+
+
+@pytest.mark.parametrize(("lines", "said"), UNREAD)
+def test_the_parts_that_are_not_read_are_named(arm: Path, lines: str, said: str | None) -> None:
+    """Neither do they count: the same joints are planned, the same pairs checked."""
+    before = load(arm)
+    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{lines}</robot>"))
+    robot = load(arm)
+    assert [note.text[note.text.rindex(said or "x") :] for note in robot.notes] == ([said] if said else [])
+    assert robot.joints == before.joints
+    named = frozenset(("base", "fore")) if lines.startswith("<disable") else None
+    more = (robot.disabled_pairs or frozenset()) - (before.disabled_pairs or frozenset())
+    assert more <= {named, frozenset(("fore", "hnad"))}
+
+
+def test_collisions_that_are_off_by_default(arm: Path) -> None:
+    """Against every other link, but for the pairs that are enabled; a pair that is disabled stays so."""
+    lines = '<disable_default_collisions link="fore"/><enable_collisions link1="fore" link2="base"/>'
+    lines += '<enable_collisions link1="column" link2="fore"/>'
+    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{lines}</robot>"))
+    robot = load(arm)
+    others = ("column", "upper", "hand")
+    assert robot.disabled_pairs == {frozenset(("fore", other)) for other in others}
+    assert robot.notes[0].grave
+    assert robot.notes[0].text.endswith("checked against obstacles only: fore.")
+    assert load(arm).identity != Robot.load(str(arm / "arm.urdf")).identity
+
+
+def test_a_passive_joint_inside_a_group_is_read_noted_and_not_planned(arm: Path) -> None:
+    """So do the SRDFs of Franka's arms and MoveIt's own panda.srdf."""
+    more = '<passive_joint name="lift"/><joint name="elbow"/></group>'
+    (arm / "arm.srdf").write_text(SRDF.replace('<joint name="elbow"/><joint name="lift"/>', more.partition("<j")[0]))
+    assert load(arm).joints == ("shoulder", "elbow")
+    (arm / "arm.srdf").write_text(SRDF.replace('<joint name="weld"/></group>', more, 1))
+    robot = load(arm, group="by_joints")
+    assert robot.joints == ("elbow",)
+    (note,) = robot.notes
+    assert note.text.endswith("that a group calls passive are not planned in any group: lift.")
+
+
+def test_an_srdf_that_calls_the_robot_otherwise_is_noted(arm: Path) -> None:
+    assert load(arm).notes == ()
+    (arm / "arm.srdf").write_text(SRDF.replace('<robot name="arm">', '<robot name="leg">'))
+    (note,) = load(arm).notes
+    assert note.text.endswith("it is of another robot than the URDF: leg.")
+
+
+def test_an_srdf_of_another_robot_is_refused(arm: Path) -> None:
+    (arm / "arm.srdf").write_text('<robot name="x"><disable_collisions link1="a" link2="b"/></robot>')
+    with pytest.raises(RobotError, match="names no link of this robot, only a, b"):
+        load(arm)
+
+
+# robot.yaml by path
+
+
+def written(folder: Path, more: str) -> str:
+    path = folder / "robot.yaml"
+    path.write_text(f"urdf: {{file: arm.urdf}}\nsrdf: {{file: arm.srdf}}\ntool: hand\n{more}")
+    return str(path)
+
+
+def test_a_robot_file_by_path_or_by_its_folder(arm: Path) -> None:
+    path = written(arm, "home: [0.2, 0, 0]\nfixed_joints: {lift: 0.7}")
+    robot = Robot.load(path)
+    assert (robot.name, robot.joints, robot.fixed_joints) == ("arm", ("shoulder", "elbow"), {"lift": 0.7})
+    assert Robot.load(str(arm)).identity == robot.identity
+    assert Robot.load(written(arm, "name: mine")).name == "mine"
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("home: [1, 2]", "home has 2 values, the robot 3 joints, lift, shoulder, elbow"),
+        ("disabled_pairs: [[base, nose]]", "disabled_pairs names link 'nose', which the URDF has not"),
+        ("fixed_joints: {nose: 1}", "joint 'nose' not found"),
+        ("fixed_joints: {lift: 0, shoulder: 0, elbow: 0}", "no joint that moves frame 'hand' is planned"),
+        ("colour: red", "unknown key 'colour'"),
+    ],
+)
+def test_a_robot_file_that_is_wrong(arm: Path, more: str, said: str) -> None:
+    with pytest.raises(RobotError, match=said):
+        Robot.load(written(arm, more))
+
+
+def test_a_joint_is_not_both_named_and_held(arm: Path) -> None:
+    path = written(arm, "fixed_joints: {lift: 0.7}")
+    with pytest.raises(RobotError, match="'lift' is planned and held fixed as well: leave it out of --joints"):
+        Robot.load(path, choice=JointChoice(joints=("lift", "elbow")))

@@ -1,0 +1,106 @@
+"""Thinned meshes: the old surface lies within the rounding, inside stays inside, closed stays closed."""
+
+from __future__ import annotations
+
+import coal
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from planner.robot.files.thinned import CELL, MANY, thinned
+from planner.robot.shapes import Mesh
+from planner.robot.solids import is_watertight, solid_of
+from tests.coal_judge import coal_distance, coal_geometry
+
+
+def ball(radius: float, rings: int = 60, shift: float = 0.0) -> Mesh:
+    """A closed ball of many triangles, vertices a little away from it, so that nothing is regular."""
+    u, v = np.meshgrid(np.arange(rings) / rings * 2 * np.pi, np.arange(1, rings) / rings * np.pi, indexing="ij")
+    rows = radius * np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1).reshape(-1, 3)
+    rows *= 1 + 0.01 * np.random.default_rng(0).uniform(-1, 1, size=(len(rows), 1))
+    vertices = np.vstack([rows, [[0, 0, radius], [0, 0, -radius]]]) + shift
+    count, triangles = rings - 1, []
+    for k in range(rings):
+        here, there = k * count + np.arange(count), (k + 1) % rings * count + np.arange(count)
+        triangles += [[a, b, c] for a, b, c in zip(here[:-1], here[1:], there[:-1], strict=True)]
+        triangles += [[a, b, c] for a, b, c in zip(here[1:], there[1:], there[:-1], strict=True)]
+        triangles += [[len(rows), here[0], there[0]], [here[-1], len(rows) + 1, there[-1]]]
+    return Mesh(vertices, np.array(triangles))
+
+
+def distance(mesh: Mesh, point: np.ndarray) -> float:
+    """How far a point is from the surface, by coal."""
+    place = np.eye(4)
+    place[:3, 3] = point
+    return coal_distance(coal_geometry(mesh), np.eye(4), coal.Sphere(1e-9), place) + 1e-9
+
+
+def test_few_triangles_stay_as_they_are() -> None:
+    mesh = ball(0.03, rings=20)
+    assert len(mesh.triangles) <= MANY
+    assert thinned(mesh) is mesh
+
+
+def test_what_a_grid_does_not_thin_stays_as_it_is() -> None:
+    mesh = ball(0.5)
+    assert len(mesh.triangles) > MANY
+    assert thinned(mesh) is mesh
+
+
+def test_no_point_of_the_surface_is_farther_away_than_the_rounding() -> None:
+    mesh = ball(0.012)
+    thin = thinned(mesh)
+    assert len(thin.triangles) < 0.6 * len(mesh.triangles)
+    assert 0 < thin.radius <= 0.5 * np.sqrt(3) * CELL + 1e-8
+    corners, rng = mesh.vertices[mesh.triangles], np.random.default_rng(1)
+    geometry = coal_geometry(thin)
+
+    def away(weights: np.ndarray, triangle: np.ndarray) -> float:
+        share = np.abs(weights) / np.abs(weights).sum()
+        place = np.eye(4)
+        place[:3, 3] = share @ triangle
+        return -coal_distance(geometry, np.eye(4), coal.Sphere(1e-9), place)
+
+    starts = [(away(w, corners[k]), k, w) for k in range(0, len(corners), 3) for w in [rng.dirichlet(np.ones(3))]]
+    for _, k, weights in sorted(starts, key=lambda item: item[0])[:10]:  # climb from the worst
+        found = minimize(away, weights, (corners[k],), method="Nelder-Mead", options={"maxiter": 80})
+        assert -found.fun <= thin.radius + 1e-6
+        assert -found.fun > 0.2 * thin.radius, "the attack comes near"
+
+
+def test_closed_stays_closed_and_inside_stays_inside() -> None:
+    mesh = ball(0.012)
+    thin, solid = thinned(mesh), solid_of(mesh)
+    assert is_watertight(mesh)
+    assert is_watertight(thin)
+    points = np.random.default_rng(2).uniform(-0.014, 0.014, size=(2000, 3))
+    points = np.array([p for p in points[::10] if distance(thin, p) > thin.radius])
+    thin_solid = solid_of(thin)
+    assert solid is not None
+    assert thin_solid is not None
+    inside = solid.contains(points)
+    assert inside.any()
+    assert not inside.all()
+    np.testing.assert_array_equal(thin_solid.contains(points), inside)
+
+
+def test_a_closed_piece_is_not_joined_to_an_open_one() -> None:
+    mesh = ball(0.012)
+    top = mesh.vertices[:, 2].argmax()
+    flap = mesh.vertices[top] + np.array([[1e-5, 0, 1e-5], [0.01, 0, 0.01], [0.0, 0.01, 0.01]])
+    triangles = np.vstack([mesh.triangles, len(mesh.vertices) + np.arange(3)])
+    both = thinned(Mesh(np.vstack([mesh.vertices, flap]), triangles))
+    assert both.radius > 0
+    assert solid_of(both) is not None, "the ball is still solid"
+
+
+@pytest.mark.parametrize("needle", [[[0.05, 0, 0], [0.05, 1e-4, 0], [0.09, 0, 0]], [[0.05, 0, 0]] * 3])
+def test_needles_and_specks_do_not_vanish(needle: list[list[float]]) -> None:
+    mesh = ball(0.012)
+    triangles = np.vstack([mesh.triangles, len(mesh.vertices) + np.arange(3)])
+    thin = thinned(Mesh(np.vstack([mesh.vertices, needle]), triangles))
+    used = thin.vertices[np.unique(thin.triangles)]
+    for corner in np.array(needle):
+        assert np.linalg.norm(used - corner, axis=1).min() <= thin.radius
+    flat = thin.vertices[thin.triangles[-1]]
+    assert np.abs(flat - np.array(needle)[[0, 2, 2]]).max() <= thin.radius, "a line, or a point"

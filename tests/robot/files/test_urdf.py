@@ -1,0 +1,267 @@
+"""iiwa14's URDF against KUKA's data, and what reading a URDF does, refuses and says."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from planner.base.errors import FileError, RobotError
+from planner.robot.files import urdf
+from planner.robot.files.packages import example_robot_data
+from planner.robot.files.srdf import read_srdf
+from planner.robot.robot import Robot
+from planner.robot.shapes import Capsule, Cylinder, Mesh
+from tests.worlds import joint_xml, link_xml, load
+
+# link: end points of the capsule's axis in the upright link frame, radius (iiwa14.md)
+CAPSULES = {
+    1: [((0, -0.030, 0.204), (0, 0, 0.029), 0.092)],
+    2: [((0, 0, 0.140), (0, 0.039, -0.001), 0.095)],
+    3: [((0, 0.040, 0.217), (0, 0, 0.039), 0.080)],
+    4: [((0, -0.041, -0.001), (0, 0, 0.144), 0.081)],
+    5: [((0, -0.024, 0.060), (0, 0, 0.024), 0.076), ((0, -0.064, 0.216), (0, -0.065, 0.144), 0.055)],
+    6: [((0, 0, 0.022), (0, 0, -0.016), 0.080)],
+}
+CYLINDERS = {0: ((-0.0151, 0, 0.07875), 0.1575, 0.1366), 7: ((0, 0, 0.0176), 0.0549, 0.0523)}
+ORIGINS = (0, 0.1575, 0.36, 0.5645, 0.78, 0.9645, 1.18, 1.261)
+
+
+@pytest.fixture(scope="module")
+def upright():
+    """{link number: [(shape, placement in the upright link frame)]} of iiwa14."""
+    robot = load("iiwa14")
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, np.zeros(7))
+    found: dict[int, list] = {}
+    for item in robot.bodies:
+        number = int(item.link[-1])
+        world = data.oMi[item.joint].homogeneous @ item.placement
+        world[2, 3] -= ORIGINS[number]
+        found.setdefault(number, []).append((item.shape, world))
+    return found
+
+
+@pytest.mark.parametrize("number", CAPSULES)
+def test_iiwa14_capsules(upright, number):
+    assert len(upright[number]) == len(CAPSULES[number])
+    for shape, place in upright[number]:
+        assert isinstance(shape, Capsule)
+        ends = [place[:3, 3] + side * 0.5 * shape.length * place[:3, 2] for side in (1, -1)]
+        fits = [
+            (p, q, r)
+            for a, b, r in CAPSULES[number]
+            for p, q in ((a, b), (b, a))
+            if np.allclose(ends, [p, q], atol=1e-9) and shape.radius == pytest.approx(r, abs=1e-12)
+        ]
+        assert fits, f"no capsule of the table lies at {ends}"
+
+
+@pytest.mark.parametrize("number", CYLINDERS)
+def test_iiwa14_cylinders(upright, number):
+    ((shape, place),) = upright[number]
+    centre, length, radius = CYLINDERS[number]
+    assert shape == Cylinder(radius, length)
+    np.testing.assert_allclose(place[:3, 3], centre, atol=1e-12)
+    np.testing.assert_allclose(np.abs(place[:3, 2]), [0, 0, 1], atol=1e-12)
+
+
+def test_iiwa14_has_no_other_bodies(upright):
+    assert sorted(upright) == list(range(8))
+    assert sum(map(len, upright.values())) == 9
+
+
+def test_iiwa14_limits():
+    robot = load("iiwa14")
+    degrees = np.array([170, 120, 170, 120, 170, 120, 175])
+    np.testing.assert_allclose(robot.upper, np.radians(degrees), atol=1e-9)
+    np.testing.assert_allclose(robot.lower, -np.radians(degrees), atol=1e-9)
+    np.testing.assert_allclose(robot.velocity, np.radians([85, 85, 100, 75, 130, 135, 135]), atol=1e-9)
+    np.testing.assert_allclose(robot.model.upperEffortLimit, [320, 320, 176, 176, 110, 40, 40])
+    assert [robot.model.frames[robot.tool_id].name, robot.tool] == ["flange", "flange"]
+
+
+@pytest.mark.parametrize("version", ["1.0", "1.1"])
+def test_capsules_do_not_vanish(urdf_file, version):
+    path = urdf_file(
+        link_xml("a") + link_xml("b", '<capsule radius="0.1" length="0.5"/>') + joint_xml("j", "a", "b"),
+        version=version,
+    )
+    assert [item.shape for item in Robot.load(path).bodies] == [Capsule(0.1, 0.5)]
+
+
+def test_continuous_joints_are_one_turn(urdf_file):
+    joint = (
+        '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>'
+        '<joint name="k" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 1 0"/>'
+        '<limit effort="1" velocity="2"/></joint>'
+    )
+    robot = Robot.load(urdf_file(link_xml("a") + link_xml("b") + link_xml("c") + joint))
+    assert robot.continuous.tolist() == [True, True]
+    assert robot.lower.tolist() == [-np.pi, -np.pi]
+    assert robot.upper.tolist() == [np.pi, np.pi]
+    assert robot.velocity.tolist() == [0, 2]
+
+
+def test_kinova_has_three_continuous_joints():
+    assert load("kinova").continuous.tolist() == [True, False, False, True, True, True] or (
+        load("kinova").continuous.sum() >= 3
+    )
+    assert not load("iiwa14").continuous.any()
+
+
+A, B = link_xml("a"), link_xml("b")
+REFUSED = {
+    "not XML": ("<robot name='x'><link", RobotError, ["well-formed", "mend"]),
+    "xacro": ("<xacro/>", RobotError, ["<xacro>", "run xacro"]),
+    "floating": (
+        f'<robot name="x">{A}{B}{joint_xml("free", "a", "b", "floating")}</robot>',
+        RobotError,
+        ["'free'", "6 degrees of freedom", "revolute", "Make it fixed, where --base places"],
+    ),
+    "planar": (
+        f'<robot name="x">{A}{B}{joint_xml("slab", "a", "b", "planar")}</robot>',
+        RobotError,
+        ["'slab'", "degrees of freedom", "or give each degree of freedom a joint of its own"],
+    ),
+    "unknown geometry": (
+        f'<robot name="x">{A}{link_xml("b", "<cone radius=&quot;1&quot;/>".replace("&quot;", chr(34)))}'
+        f"{joint_xml('j', 'a', 'b')}</robot>",
+        RobotError,
+        ["of the 1 collision geometries", "box, sphere, cylinder, capsule or mesh"],
+    ),
+    "missing mesh": (
+        f'<robot name="x">{A}{link_xml("b", "<mesh filename=" + chr(34) + "package://no/such.stl" + chr(34) + "/>")}'
+        f"{joint_xml('j', 'a', 'b')}</robot>",
+        RobotError,
+        ["mesh", "such.stl", "ROS_PACKAGE_PATH"],
+    ),
+    "two tips": (
+        f'<robot name="x">{A}{B}{link_xml("c")}{joint_xml("j", "a", "b")}{joint_xml("k", "a", "c")}</robot>',
+        RobotError,
+        ["2 tips", "name one as its tool", "b, c"],
+    ),
+    "no joint": (f'<robot name="x">{A}</robot>', RobotError, ["no movable joint", "another tool frame"]),
+    "limits upside down": (
+        f'<robot name="x">{A}{B}{joint_xml("j", "a", "b", limit="1 -1")}</robot>',
+        RobotError,
+        ["'j'", "limits [1, -1]", "lower below upper"],
+    ),
+    "two roots": (f'<robot name="x">{A}{B}</robot>', RobotError, ["2 pieces", "join them"]),
+    "unknown parent": (
+        f'<robot name="x">{A}{B}{joint_xml("j", "nowhere", "b")}</robot>',
+        RobotError,
+        ["parent 'nowhere' of joint 'j' is no link"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(tmp_path, case, capfd):
+    text, kind, parts = REFUSED[case]
+    path = tmp_path / "x.urdf"
+    path.write_text(text)
+    with pytest.raises(kind) as caught:
+        Robot.load(str(path))
+    message = str(caught.value)
+    assert [part for part in parts if part not in message] == []
+    assert message.count("\n") <= 1
+    assert message.endswith(".")
+
+
+def test_a_missing_file_and_a_binary_one(tmp_path):
+    with pytest.raises(FileError, match=r"URDF .*nowhere\.urdf not found: check the path\."):
+        Robot.load(str(tmp_path / "nowhere.urdf"))
+    path = tmp_path / "binary.urdf"
+    path.write_bytes(b"\xff\xfe\x00\x81")
+    with pytest.raises(RobotError, match="not well-formed XML"):
+        Robot.load(str(path))
+
+
+def test_mesh_beside_the_urdf(tmp_path):
+    folder = tmp_path / "arm_description"
+    (folder / "meshes").mkdir(parents=True)
+    corners = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0"
+    stl = f"solid s\nfacet normal 0 0 1\nouter loop\n{corners}\nendloop\nendfacet\nendsolid s"
+    (folder / "meshes" / "one.stl").write_text(stl)
+    mesh = '<mesh filename="package://arm_description/meshes/one.stl" scale="0.1 0.1 0.1"/>'
+    (folder / "arm.urdf").write_text(f'<robot name="arm">{A}{link_xml("b", mesh)}{joint_xml("j", "a", "b")}</robot>')
+    (only,) = Robot.load(str(folder / "arm.urdf")).bodies
+    assert isinstance(only.shape, Mesh)
+    assert only.shape.vertices.max() == pytest.approx(0.1)
+
+
+def test_srdf_pairs(tmp_path):
+    path = tmp_path / "x.srdf"
+    path.write_text('<robot><disable_collisions link1="a" link2="b" reason="Never"/><group name="g"/></robot>')
+    assert read_srdf(path).disabled == {frozenset("ab")}
+    path.write_text("<robot")
+    with pytest.raises(RobotError, match=r"SRDF .* is not well-formed XML .*mend the file"):
+        read_srdf(path)
+
+
+def test_chain_joints_are_those_between_base_and_frame(urdf_file):
+    inside = "".join(link_xml(name) for name in "abcd")
+    inside += joint_xml("j1", "a", "b") + joint_xml("j2", "b", "c") + joint_xml("side", "b", "d")
+    robot = Robot.load(urdf_file(inside), tool="c")
+    assert robot.joints == ("j1", "j2")
+    assert urdf.tips_of(urdf.build_model(robot.source)) == ["c", "d"]
+
+
+def test_frames_prefer_links_over_joints_of_the_same_name(urdf_file):
+    robot = Robot.load(urdf_file(A + link_xml("same") + joint_xml("same", "a", "same", xyz="0 0 1")), tool="same")
+    assert robot.model.frames[robot.tool_id].type == pin.FrameType.BODY
+
+
+def test_example_robot_data_is_found():
+    assert (example_robot_data() / "robots").is_dir()
+    assert isinstance(example_robot_data(), Path)
+
+
+def test_soft_limits_are_limits(urdf_file):
+    soft = '<safety_controller k_velocity="1" soft_lower_limit="-0.5" soft_upper_limit="2"/></joint>'
+    inside = link_xml("a") + link_xml("b") + link_xml("c", '<sphere radius="0.1"/>')
+    inside += joint_xml("one", "a", "b").replace("</joint>", soft)
+    inside += joint_xml("two", "b", "c").replace("</joint>", '<safety_controller k_velocity="1"/></joint>')
+    robot = Robot.load(urdf_file(inside))
+    assert robot.lower.tolist() == [-0.5, -1.0]
+    assert robot.upper.tolist() == [1.0, 1.0]
+
+
+def test_soft_limits_of_a_continuous_joint_are_noted(urdf_file):
+    """They bounded where a roadmap is grown, and nothing else."""
+    soft = '<safety_controller k_velocity="1" soft_lower_limit="-0.5" soft_upper_limit="0.5"/></joint>'
+    joint = joint_xml("one", "a", "b", "continuous").replace("</joint>", soft)
+    robot = Robot.load(urdf_file(link_xml("a") + link_xml("b", '<sphere radius="0.1"/>') + joint))
+    assert robot.upper.tolist() == [np.pi]
+    assert "soft limits of one are not followed" in robot.notes[-1].text
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ('quat_wxyz="0 1 0 0"', "did you mean 'quat_xyzw'?"),
+        ('quat="0 0 0 1"', "an origin with 'quat', which means nothing; place it by xyz, rpy, quat_xyzw"),
+        ('quaternion="0 0 0 1"', "an origin with 'quaternion'"),
+        ('quat_xyzw="0 0 0 0"', "has no direction"),
+        ('quat_xyzw="1e300 0 0 1e300"', "is beyond"),
+        ('quat_xyzw="1 0 0"', "is not 4 finite numbers"),
+    ],
+)
+def test_a_quaternion_that_would_turn_nothing_is_refused(urdf_file, said, words):
+    joint = joint_xml("one", "a", "b").replace("<origin", f"<origin {said}")
+    assert said in joint
+    with pytest.raises(RobotError, match=re.escape(words)):
+        Robot.load(urdf_file(link_xml("a") + link_xml("b", '<sphere radius="0.1"/>') + joint))
+
+
+def test_a_link_and_a_joint_may_have_the_same_name(urdf_file):
+    links = link_xml("a") + link_xml("same", '<sphere radius="0.1"/>') + link_xml("tip") + link_xml("weld")
+    joints = joint_xml("j", "a", "same") + joint_xml("same", "same", "tip", xyz="0.3 0 0")
+    joints += joint_xml("weld", "tip", "weld", "fixed")
+    robot = Robot.load(urdf_file(links + joints), tool="same")  # the joint called same is held
+    assert robot.joints == ("j",)
+    assert [body.link for body in robot.bodies] == ["same"]
+    assert robot.model.frames[robot.tool_id].type == pin.FrameType.BODY
+    assert {"a", "same", "tip", "weld"} <= {frame.name for frame in robot.model.frames}

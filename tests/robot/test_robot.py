@@ -1,0 +1,268 @@
+"""Robots by name or path: what every member has, how angles wrap, what their identity knows, what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.base.errors import PlannerError, RobotError
+from planner.kinematics.forward import tool_pose
+from planner.kinematics.manipulability import jacobian
+from planner.robot.poses import pose
+from planner.robot.robot import Robot, load_visuals
+from tests.random_shapes import QUICK
+from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
+
+
+def test_the_promised_robots_are_there():
+    assert {"iiwa14", "panda", "ur5", "ur10", "xarm7", "kinova", "z1", "planar_2r"} <= set(ROBOTS)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_robot(name):
+    robot = load(name)
+    assert robot.name == name
+    assert robot.description
+    assert robot.dof == len(robot.joints) == len(robot.lower) == len(robot.home) == robot.model.nq == robot.model.nv
+    assert (robot.lower < robot.upper).all()
+    assert np.isfinite([robot.lower, robot.upper]).all()
+    assert ((robot.lower <= robot.home) & (robot.home <= robot.upper)).all()
+    assert robot.bodies
+    assert robot.model.frames[robot.tool_id].name == robot.tool
+    assert jacobian(robot, robot.home).shape == (
+        {"pose": 6, "translation": 3, "planar": 2}[robot.manipulability],
+        robot.dof,
+    )
+    if robot.disabled_pairs is not None:
+        links = {frame.name for frame in robot.model.frames}
+        assert {len(pair) for pair in robot.disabled_pairs} <= {1, 2}
+        assert any(set(pair) <= links for pair in robot.disabled_pairs)
+
+
+DOF = {"iiwa14": 7, "panda": 7, "xarm7": 7, "ur5": 6, "ur10": 6, "kinova": 6, "z1": 6, "planar_2r": 2}
+
+
+@pytest.mark.parametrize("name", DOF)
+def test_planned_joints(name):
+    assert load(name).dof == DOF[name]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_arrays_are_read_only(name):
+    robot = load(name)
+    for array in (robot.lower, robot.upper, robot.home, robot.velocity, robot.continuous, robot.base):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "panda", "planar_2r"])
+def test_there_is_something_to_look_at(name):
+    visuals = load_visuals(load(name))
+    assert visuals
+    assert all(0 <= item.joint <= load(name).dof and len(item.color) == 4 for item in visuals)
+
+
+# angles
+
+ANGLES = st.lists(st.floats(-20, 20), min_size=6, max_size=6).map(np.array)
+
+
+@QUICK
+@given(ANGLES, ANGLES)
+def test_difference_leads_from_a_to_b_the_shorter_way(a, b):
+    robot = load("kinova")
+    delta, wraps = robot.difference(a, b), robot.continuous
+    np.testing.assert_array_equal(delta[~wraps], (b - a)[~wraps])
+    assert (np.abs(delta[wraps]) <= np.pi + 1e-12).all()
+    np.testing.assert_allclose(np.exp(1j * (a + delta))[wraps], np.exp(1j * b)[wraps], atol=1e-9)
+
+
+@QUICK
+@given(ANGLES)
+def test_normalise_keeps_the_configuration(q):
+    robot = load("kinova")
+    plain, wraps = robot.normalise(q), robot.continuous
+    assert ((plain[wraps] >= -np.pi) & (plain[wraps] <= np.pi)).all()
+    np.testing.assert_array_equal(plain[~wraps], q[~wraps])
+    np.testing.assert_allclose(tool_pose(robot, plain).homogeneous, tool_pose(robot, q).homogeneous, atol=1e-9)
+    np.testing.assert_allclose(robot.normalise(plain), plain)
+
+
+def test_difference_of_batches():
+    robot = load("kinova")
+    a, b = random_q(robot, 4), random_q(robot, 5, seed=1)
+    whole = robot.difference(a[:, None], b[None])
+    assert whole.shape == (4, 5, 6)
+    np.testing.assert_array_equal(whole[2, 3], robot.difference(a[2], b[3]))
+    np.testing.assert_array_equal(load("iiwa14").difference(np.zeros(7), np.full(7, 6.0)), np.full(7, 6.0))
+
+
+# set-up
+
+
+def test_fixed_joints_move_what_hangs_on_them():
+    narrow = Robot.load("panda", fixed_joints={"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0})
+    assert narrow.identity != load("panda").identity
+    shift = [
+        np.linalg.norm(a.placement[:3, 3] - b.placement[:3, 3])
+        for a, b in zip(narrow.bodies, load("panda").bodies, strict=True)
+        if "finger" in a.link
+    ]
+    np.testing.assert_allclose(shift, 0.04, atol=1e-9)
+
+
+def test_a_joint_that_is_held_beyond_its_limits_is_told():
+    wide = Robot.load("panda", fixed_joints={"panda_finger_joint1": 0.06})
+    told = [note for note in wide.notes if "is held" in note.text]
+    assert [note.grave for note in told] == [True]
+    assert told[0].text.startswith("joint 'panda_finger_joint1' is held at 0.06, beyond its limits [0, 0.04]: ")
+    assert not any("is held" in note.text for name in ROBOTS for note in load(name).notes)
+
+
+def test_another_tool():
+    robot = Robot.load("iiwa14", tool="iiwa14_link_7")
+    assert robot.dof == 7
+    np.testing.assert_allclose(tool_pose(robot, np.zeros(7)).translation, [0, 0, 1.261], atol=1e-9)
+
+
+def test_a_tool_in_the_middle_of_the_chain():
+    robot = Robot.load("iiwa14", tool="iiwa14_link_4")
+    assert robot.dof == 4
+    assert robot.home.shape == (4,)
+
+
+def test_a_urdf_by_path(urdf_file):
+    inside = link_xml("a") + link_xml("b") + joint_xml("j", "a", "b", limit="0.5 1")
+    robot = Robot.load(urdf_file(inside, name="mine"))
+    assert (robot.name, robot.joints, robot.tool, robot.manipulability) == ("mine", ("j",), "b", "translation")
+    assert robot.home.tolist() == [0.5]  # 0 lies outside the limits
+    assert robot.disabled_pairs is None
+
+
+# identity
+
+VARIANTS = {
+    "base": lambda: Robot.load("iiwa14", base=pose([0, 0, 0.1])),
+    "tool": lambda: Robot.load("iiwa14", tool="iiwa14_link_7"),
+    "limits": lambda: replace(load("iiwa14"), upper=load("iiwa14").upper * 0.9),
+    "pairs": lambda: replace(load("iiwa14"), disabled_pairs=frozenset()),
+    "no pairs": lambda: replace(load("iiwa14"), disabled_pairs=None),
+    "manipulability": lambda: replace(load("iiwa14"), manipulability="translation"),
+    "bodies": lambda: replace(load("iiwa14"), bodies=load("iiwa14").bodies[:-1]),
+    "continuous": lambda: replace(load("iiwa14"), continuous=np.ones(7, dtype=bool)),
+    "other robot": lambda: load("panda"),
+}
+
+
+@pytest.mark.parametrize("what", VARIANTS)
+def test_identity_knows(what):
+    assert VARIANTS[what]().identity != load("iiwa14").identity
+
+
+def test_identity_is_stable():
+    assert Robot.load("iiwa14").identity == load("iiwa14").identity
+    assert len(load("iiwa14").identity) == 64
+
+
+def two_axes(urdf_file, first: str, second: str):
+    inside = link_xml("a") + link_xml("b") + link_xml("c") + joint_xml("k", "b", "c")
+    return [
+        Robot.load(urdf_file(inside + joint_xml("j", "a", "b", axis=axis), name=f"r{k}"))
+        for k, axis in enumerate((first, second))
+    ]
+
+
+def test_identity_knows_the_axes(urdf_file):
+    one, other = two_axes(urdf_file, "0 0 1", "1 0 0")
+    assert one.identity != other.identity
+
+
+def test_identity_knows_skew_axes(urdf_file):
+    one, other = two_axes(urdf_file, "0.6 0.8 0", "0.8 0.6 0")
+    assert one.identity != other.identity
+
+
+# refusals
+
+
+def mine(urdf_file, **more):
+    inside = link_xml("a") + link_xml("b") + link_xml("c") + joint_xml("j", "a", "b") + joint_xml("k", "b", "c")
+    return Robot.load(urdf_file(inside), **more)
+
+
+REFUSED = {
+    "unknown robot": (lambda u: Robot.load("kuka"), ["'kuka'", "iiwa14", "planar_2r", "path of a URDF"]),
+    "unknown tool": (lambda u: Robot.load("iiwa14", tool="tool9"), ["'tool9'", "frames are", "flange"]),
+    "tool that nothing moves": (
+        lambda u: Robot.load("iiwa14", tool="iiwa14_link_0"),
+        ["no movable joint", "'iiwa14_link_0'", "another tool frame"],
+    ),
+    "unknown fixed joint": (
+        lambda u: Robot.load("panda", fixed_joints={"finger": 0.0}),
+        ["'finger'", "joints are", "panda_finger_joint1"],
+    ),
+    "unknown tool of a URDF": (lambda u: mine(u, tool="z"), ["'z'", "frames are", "a, j, b, k, c"]),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(case, urdf_file):
+    action, parts = REFUSED[case]
+    with pytest.raises(RobotError) as caught:
+        action(urdf_file)
+    assert [part for part in parts if part not in str(caught.value)] == []
+    assert str(caught.value).endswith(".")
+    assert isinstance(caught.value, PlannerError)
+    assert caught.value.exit_code == 3
+
+
+def test_a_fixed_joint_is_not_planned_but_held():
+    whole, robot = load("iiwa14"), Robot.load("iiwa14", fixed_joints={"iiwa14_joint_3": 0.4})
+    assert robot.joints == tuple(joint for joint in whole.joints if joint != "iiwa14_joint_3")
+    q = np.linspace(-0.5, 0.5, 6)
+    assert tool_pose(robot, q).isApprox(tool_pose(whole, np.insert(q, 2, 0.4)))
+    np.testing.assert_array_equal(robot.home, np.delete(whole.home, 2))
+
+
+def test_half_a_turn_there_is_half_a_turn_back():
+    robot = load("kinova")
+    a, b = robot.home.copy(), robot.home.copy()
+    k = int(np.nonzero(robot.continuous)[0][0])
+    a[k], b[k] = -np.pi, 0.0
+    there, back = robot.difference(a, b), robot.difference(b, a)
+    assert abs(there[k]) == pytest.approx(np.pi)
+    np.testing.assert_array_equal(there, -back)
+
+
+@pytest.mark.parametrize("bits", range(-6, 7))
+def test_half_a_turn_but_for_rounding_keeps_its_way_round(bits):
+    """There is the opposite of back, and a path that is counted on is read as it was."""
+    robot = load("kinova")
+    turn = np.where(robot.continuous, np.pi + bits * np.spacing(np.pi), 0.0)
+    there, back = robot.difference(robot.home, robot.home + turn), robot.difference(robot.home + turn, robot.home)
+    assert (there[robot.continuous] > 3.0).all()
+    np.testing.assert_array_equal(there, -back)
+    for turned in (1, -2):
+        path = (
+            robot.home
+            + np.outer([2 * np.pi * turned, 2 * np.pi * turned + 1.0], robot.continuous)
+            + [0 * turn, turn - 1]
+        )
+        np.testing.assert_array_equal(robot.unwound(path), path)
+        ends = np.array([path[0], path[0] + turn])
+        np.testing.assert_array_equal(robot.unwound(ends), ends)
+
+
+def test_normalise_stays_below_half_a_turn():
+    robot = load("kinova")
+    plain = robot.normalise(np.full(6, np.nextafter(-np.pi, -4.0)))
+    assert (plain[robot.continuous] == -np.pi).all()
+
+
+def test_only_motions_below_half_a_turn_are_told_by_their_ends():
+    robot = load("kinova")
+    turn = np.where(robot.continuous, np.pi, 4.0)
+    assert robot.told_by_ends(np.array([0.9 * turn, turn, -turn])).tolist() == [True, False, False]
+    assert load("iiwa14").told_by_ends(np.full((2, 7), 4.0)).all()

@@ -1,0 +1,273 @@
+"""Scene files: what each key means, what is refused and with which words."""
+
+import numpy as np
+import pytest
+
+from planner.base.errors import FileError, PlannerError, SceneError
+from planner.problem.targets import Named, parse_target
+from planner.robot.files.urdf import frame_id
+from planner.robot.poses import pose
+from planner.robot.robot import Robot, with_carried
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
+from tests.worlds import SCENES
+
+STL = """solid one
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 100 0 0
+vertex 0 50 0
+endloop
+endfacet
+endsolid one
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    def load(text: str, name: str = "made.yaml") -> Scene:
+        (tmp_path / name).write_text(text)
+        return Scene.load(str(tmp_path / name))
+
+    return load
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_scene(name):
+    scene = Scene.load(name)
+    assert scene.name == name
+    assert scene.description
+    assert len({obstacle.name for obstacle in scene.obstacles}) == len(scene.obstacles)
+    for states in scene.states.values():
+        for text in states.values():
+            assert not isinstance(parse_target(text), Named)
+    for obstacle in scene.obstacles:
+        turn = obstacle.placement[:3, :3]
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+
+
+def test_the_paper_scene_asks_for_the_papers_tool_positions():
+    states = Scene.load("paper").states_of("iiwa14")
+    assert (states["start"], states["goal"]) == ("xyz:0.92,-0.10,0.42", "xyz:-0.52,-0.04,1.13")
+
+
+def test_every_kind_of_obstacle(scene, tmp_path):
+    (tmp_path / "one.stl").write_text(STL)
+    obstacles = scene(
+        """
+        obstacles:
+          - {name: board, type: box, size: [0.8, 0.3, 0.02], position: [0.5, 0, 0.6]}
+          - {name: post, type: cylinder, radius: 0.03, length: 1.0}
+          - {name: ball, type: sphere, radius: 0.1}
+          - {name: bar, type: capsule, radius: 0.02, length: 0.5}
+          - {name: part, type: mesh, file: one.stl, scale: 0.001}
+        """
+    ).obstacles
+    assert [o.name for o in obstacles] == ["board", "post", "ball", "bar", "part"]
+    shapes = [o.shape for o in obstacles]
+    assert shapes[:4] == [Box((0.8, 0.3, 0.02)), Cylinder(0.03, 1.0), Sphere(0.1), Capsule(0.02, 0.5)]
+    assert isinstance(shapes[4], Mesh)
+    np.testing.assert_allclose(shapes[4].vertices.max(axis=0), [0.1, 0.05, 0])
+    np.testing.assert_allclose(obstacles[0].placement[:3, 3], [0.5, 0, 0.6])
+    np.testing.assert_array_equal(obstacles[1].placement, np.eye(4))
+
+
+def test_set_up_of_a_robot(scene):
+    made = scene(
+        """
+        robots:
+          iiwa14: {base: {position: [0, 0, 0.5], rpy: [0, 0, 1.0]}, tool: iiwa14_link_7, fixed_joints: {j: 0.5}}
+        states: {iiwa14: {start: "q:0"}}
+        """
+    )
+    placement = made.placement("iiwa14")
+    np.testing.assert_allclose(placement.base.matrix(), pose([0, 0, 0.5], rpy=[0, 0, 1.0]))
+    assert placement.tool == "iiwa14_link_7"
+    assert placement.fixed_joints == {"j": 0.5}
+    other = made.placement("panda")
+    assert (other.tool, other.fixed_joints) == (None, {})
+    np.testing.assert_array_equal(other.base.matrix(), np.eye(4))
+    assert made.states_of("iiwa14") == {"start": "q:0"}
+    assert made.states_of("panda") == {}
+
+
+def test_a_scene_without_a_name_has_its_files(scene):
+    assert scene("obstacles: []", "corner.yaml").name == "corner"
+    assert scene("name: other", "corner.yml").name == "other"
+    assert scene("{}").obstacles == ()
+
+
+# identity
+
+ONE = "obstacles: [{name: a, type: box, size: [1, 2, 3]}, {name: b, type: sphere, radius: 1, position: [1, 0, 0]}]"
+SAME = [
+    "obstacles: [{name: b, type: sphere, radius: 1, position: [1, 0, 0]}, {name: a, type: box, size: [1, 2, 3]}]",
+    "obstacles: [{name: x, type: box, size: [1, 2, 3]}, {name: y, type: sphere, radius: 1, position: [1, 0, 0]}]",
+    "name: other\nstates: {iiwa14: {start: 'q:0'}}\n" + ONE,
+]
+OTHER = [
+    ONE.replace("radius: 1", "radius: 1.001"),
+    ONE.replace("[1, 0, 0]", "[1, 0, 0.001]"),
+    ONE.replace("[1, 2, 3]", "[1, 3, 2]"),
+    "obstacles: [{name: a, type: box, size: [1, 2, 3]}]",
+    ONE.replace("type: sphere, radius: 1", "type: capsule, length: 1, radius: 1"),
+    ONE.replace("size: [1, 2, 3]", "size: [1, 2, 3], rpy: [0, 0, 1.5]"),
+]
+
+
+@pytest.mark.parametrize("text", SAME)
+def test_identity_minds_neither_order_nor_names(scene, text):
+    assert scene(text).identity == scene(ONE).identity
+
+
+@pytest.mark.parametrize("text", OTHER)
+def test_identity_minds_shapes_and_places(scene, text):
+    assert scene(text).identity != scene(ONE).identity
+
+
+def test_identity_minds_the_triangles_of_a_mesh(scene, tmp_path):
+    text = "obstacles: [{name: a, type: mesh, file: one.stl}]"
+    (tmp_path / "one.stl").write_text(STL)
+    before = scene(text).identity
+    (tmp_path / "one.stl").write_text(STL.replace("100", "101"))
+    assert scene(text).identity != before
+
+
+# refusals
+
+
+def item(body: str) -> str:
+    return f"obstacles: [{{name: a, {body}}}]"
+
+
+REFUSED = {
+    "unknown key": (item("type: sphere, radius: 1, colour: red"), ["unknown key 'obstacles.0.sphere.colour'"]),
+    "unknown key on top": ("obstcales: []", ["unknown key 'obstcales'", "spelling"]),
+    "missing key": (item("type: sphere"), ["'obstacles.0.sphere.radius' is missing", "add it"]),
+    "missing type": (item("radius: 1"), ["obstacles.0", "type"]),
+    "unknown type": (item("type: cone, radius: 1"), ["type 'cone'", "'box', 'sphere', 'cylinder', 'capsule', 'mesh'"]),
+    "zero-size box": (item("type: box, size: [1, 0, 1]"), ["size.1", "greater than or equal to 0.000001", "(got 0)"]),
+    "negative radius": (item("type: sphere, radius: -1"), ["radius", "greater than or equal to 0.000001", "(got -1)"]),
+    "two numbers": (item("type: box, size: [1, 2]"), ["size.2", "missing"]),
+    "four numbers": (item("type: sphere, radius: 1, position: [1, 2, 3, 4]"), ["position", "at most 3 items"]),
+    "NaN": (item("type: sphere, radius: .nan"), ["radius", "(got nan)"]),
+    "infinity": (item("type: sphere, radius: 1, position: [0, 0, .inf]"), ["position.2", "finite", "(got inf)"]),
+    "text for a number": (item("type: sphere, radius: wide"), ["radius", "valid number", "'wide'"]),
+    "zero quaternion": (item("type: sphere, radius: 1, quaternion: [0, 0, 0, 0]"), ["zero length"]),
+    "two rotations": (
+        item("type: sphere, radius: 1, rpy: [0, 0, 0], quaternion: [0, 0, 0, 1]"),
+        ["give rpy or quaternion, not both"],
+    ),
+    "empty name": ("obstacles: [{name: '', type: sphere, radius: 1}]", ["name", "at least 1 character"]),
+    "name twice": (
+        "obstacles: [{name: a, type: sphere, radius: 1}, {name: a, type: sphere, radius: 2}]",
+        ["'a' is used twice", "names must differ"],
+    ),
+    "states are no text": ("states: {iiwa14: {start: [1, 2]}}", ["states.iiwa14.start", "string"]),
+    "a list": ("- 1\n- 2", ["holds no mapping of keys to values", "obstacles"]),
+    "nothing": ("", ["holds no mapping"]),
+    "a robot's unknown key": ("robots: {iiwa14: {tol: x}}", ["unknown key 'robots.iiwa14.tol'"]),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(scene, case):
+    text, parts = REFUSED[case]
+    with pytest.raises(SceneError) as caught:
+        scene(text)
+    message = str(caught.value)
+    assert [part for part in ["scene file", "made.yaml", *parts] if part not in message] == []
+    assert "\n" not in message
+    assert message.endswith(".")
+    assert caught.value.exit_code == 3
+
+
+BROKEN = {
+    "broken YAML": ("obstacles: [", ["not valid YAML", "at line", "mend the file"]),
+    "broken on line 2": ("name: a\nobstacles: [}\nstates: {}\n", ["not valid YAML", "line 2"]),
+    "a tag that makes an object": ("name: !!python/object/apply:os.system ['true']", ["not valid YAML", "constructor"]),
+    "deep nesting": ("[" * 3_000, ["not valid YAML"]),
+    "missing mesh": (item("type: mesh, file: none.stl"), ["mesh file", "none.stl not found", "relative to the scene"]),
+    "mesh of text": (item("type: mesh, file: made.yaml"), ["made.yaml", "STL, OBJ, PLY, DAE or GLB"]),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_broken(scene, case, capfd):
+    text, parts = BROKEN[case]
+    with pytest.raises(FileError) as caught:
+        scene(text)
+    message = str(caught.value)
+    assert [part for part in parts if part not in message] == []
+    assert message.endswith(".")
+
+
+def test_a_mesh_without_triangles(scene, tmp_path, capfd):
+    (tmp_path / "none.stl").write_text("solid none\nendsolid none\n")
+    with pytest.raises(FileError, match=r"none\.stl .*holds no triangles"):
+        scene(item("type: mesh, file: none.stl"))
+
+
+def test_files_that_are_not_there(tmp_path):
+    with pytest.raises(FileError, match=r"scene file .*nowhere\.yaml not found: check the path\."):
+        Scene.load(str(tmp_path / "nowhere.yaml"))
+    with pytest.raises(FileError, match="cannot be read"):
+        Scene.load(str(tmp_path) + "/")
+    with pytest.raises(SceneError, match=r"scene 'papre' not found; scenes are .*paper.*path of a scene") as caught:
+        Scene.load("papre")
+    assert isinstance(caught.value, PlannerError)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_set_up_fits_its_robot(name):
+    scene = Scene.load(name)
+    for robot in {*scene.robots, *scene.states}:
+        placement = scene.placement(robot)
+        made = Robot.load(robot, placement.tool, placement.fixed_joints, placement.base.matrix())
+        assert made.name == robot
+
+
+CARRIED = """
+obstacles: [{name: box, type: box, size: [0.1, 0.1, 0.1], position: [1, 1, 1]}]
+carried:
+  - {name: rod, type: capsule, radius: 0.01, length: 0.2, position: [0, 0, 0.1], link: link_2, touch_links: [link_1]}
+"""
+
+
+def test_what_is_carried_becomes_a_body_of_the_link_that_holds_it(scene):
+    made = scene(CARRIED)
+    robot = with_carried(Robot.load("planar_2r"), made.carried)
+    (rod,) = robot.carried
+    held = robot.model.frames[frame_id(robot.model, "link_2")]
+    assert (rod.name, rod.shape, rod.joint) == ("rod", Capsule(0.01, 0.2), held.parentJoint)
+    np.testing.assert_allclose(rod.placement, held.placement.homogeneous @ pose([0, 0, 0.1]))
+    assert robot.touching == {frozenset(("rod", "link_2")), frozenset(("rod", "link_1"))}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (", link: link_2", "", "'carried.0.capsule.link' is missing"),
+        ("link: link_2", 'link: ""', "carried.0.capsule.link"),
+        ("touch_links: [link_1]", "touch_links: 3", "touch_links"),
+        ("radius: 0.01", "radius: .nan", "radius"),
+        ("name: rod", "name: box", "'box' is used twice"),
+        ("link: link_2", "link: hand", "frame 'hand' not found"),
+        ("name: rod", "name: link_1", "a link has that name"),
+    ],
+)
+def test_a_bad_carried_entry_is_named(scene, old, new, words):
+    assert old in CARRIED
+    with pytest.raises(PlannerError) as caught:
+        with_carried(Robot.load("planar_2r"), scene(CARRIED.replace(old, new)).carried)
+    assert words in str(caught.value)
+
+
+def test_a_scene_keeps_its_obstacles_whatever_they_came_in() -> None:
+    ball = Obstacle("ball", Sphere(0.1), pose([0.0, 0.0, 1.0]))
+    listed = [ball]
+    scene = Scene("x", listed)  # pyright: ignore[reportArgumentType]
+    listed.clear()
+    assert scene.obstacles == (ball,)
+    assert Scene("x", iter([ball])).obstacles == (ball,)  # pyright: ignore[reportArgumentType]

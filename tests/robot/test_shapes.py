@@ -1,0 +1,94 @@
+"""Extents of shapes against points drawn from them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.base.hashing import content_hash
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, corners, farthest, farthest_from_axis
+from tests.random_shapes import KINDS, QUICK, blob, box_mesh, moved, points_in, poses, random_pose, random_shape, shapes
+
+AXES = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda a: np.linalg.norm(a) > 0.1)
+
+
+@QUICK
+@given(shapes, poses, AXES, st.integers(0, 2**31))
+def test_no_point_lies_farther_out(shape, placement, axis, seed):
+    axis = np.array(axis) / np.linalg.norm(axis)
+    points = moved(points_in(shape, np.random.default_rng(seed)), placement)
+    assert np.linalg.norm(points, axis=1).max() <= farthest(shape, placement) + 1e-12
+    across = points - np.outer(points @ axis, axis)
+    assert np.linalg.norm(across, axis=1).max() <= farthest_from_axis(shape, placement, axis) + 1e-12
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_farthest_is_attained(kind):
+    """The cylinder's is a bound, at most its radius too large (its rim is not solved for)."""
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        shape, placement = random_shape(rng, kind), random_pose(rng)
+        points = moved(points_in(shape, rng, 20_000), placement)
+        most = farthest(shape, placement)
+        assert most - np.linalg.norm(points, axis=1).max() < 0.02 * most
+
+
+def test_farthest_of_an_upright_cylinder_is_its_rim():
+    assert farthest(Cylinder(0.3, 0.8), np.eye(4)) == pytest.approx(0.5)
+    assert farthest_from_axis(Cylinder(0.3, 0.8), np.eye(4), np.array([1.0, 0, 0])) == pytest.approx(0.5)
+
+
+def test_a_body_on_its_axis_reaches_its_radius():
+    z = np.array([0.0, 0.0, 1.0])
+    assert farthest_from_axis(Capsule(0.1, 2.0), np.eye(4), z) == pytest.approx(0.1)
+    assert farthest_from_axis(Sphere(0.2), np.eye(4), z) == pytest.approx(0.2)
+    assert farthest_from_axis(Box((0.6, 0.8, 5)), np.eye(4), z) == pytest.approx(0.5)
+
+
+@QUICK
+@given(shapes, st.integers(0, 2**31))
+def test_rounded_corners_contain_the_shape(shape: Shape, seed):
+    """In every direction the rounded hull of the corners reaches at least as far as the shape."""
+    rng = np.random.default_rng(seed)
+    hull, radius = corners(shape)
+    directions = rng.normal(size=(50, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    points = points_in(shape, rng)
+    assert ((points @ directions.T).max(axis=0) <= (hull @ directions.T).max(axis=0) + radius + 1e-12).all()
+
+
+DIFFERENT = [
+    Box((1, 2, 3)),
+    Box((1, 3, 2)),
+    Sphere(1),
+    Cylinder(1, 2),
+    Capsule(1, 2),
+    Capsule(2, 1),
+    box_mesh((1, 2, 3)),
+    Mesh(np.eye(3), np.array([[0, 1, 2]])),
+    Mesh(np.eye(3), np.array([[0, 2, 1]])),
+]
+
+
+def test_contents_tell_shapes_apart():
+    hashes = [content_hash(shape.content()) for shape in DIFFERENT]
+    assert len(set(hashes)) == len(DIFFERENT)
+    assert hashes == [content_hash(shape.content()) for shape in DIFFERENT]
+
+
+def test_a_mesh_is_frozen_and_its_own():
+    vertices = np.eye(3)
+    mesh = Mesh(vertices, np.array([[0, 1, 2]]))
+    vertices[0, 0] = 7
+    assert mesh.vertices[0, 0] == 1
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.vertices[0, 0] = 2
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.triangles[0, 0] = 2
+
+
+def test_the_blob_of_these_tests_is_closed():
+    triangles = blob(np.random.default_rng(0), 1.0).triangles
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    assert np.unique(edges, axis=0).shape == edges.shape
+    assert {tuple(e) for e in edges} == {tuple(e[::-1]) for e in edges}

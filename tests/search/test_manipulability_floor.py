@@ -1,0 +1,192 @@
+"""The manipulability floor: the search against brute force over all ways, the promise at ten times finer sampling."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.base.resolutions import W_STATES_PER_EDGE
+from planner.cost.scale import COSTS, mean_manipulability_cost
+from planner.kinematics.manipulability import manipulability
+from planner.planning.plan import plan
+from planner.problem.objective import Objective
+from planner.problem.outcome import Outcome
+from planner.problem.request import PlanRequest
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import save_roadmap
+from planner.search.manipulability_floor import LayeredNetwork, first_violation, layered_network, rounded_down
+from planner.search.network import build_network
+from planner.trajectory.measure import dense_path
+from tests.worlds import load, small_plan
+
+
+def invented(seed: int, n: int = 9, floor: float = 0.5) -> Roadmap:
+    """A small roadmap whose w, at nodes and along edges, is made up: straight lines between nodes, some with a dip."""
+    rng = np.random.default_rng(seed)
+    pairs = np.array([(i, j) for i, j in itertools.combinations(range(n), 2) if rng.random() < 0.5])
+    w = rng.uniform(0.2, 0.9, n)
+    share = np.linspace(0, 1, W_STATES_PER_EDGE)
+    along = (1 - share) * w[pairs[:, :1]] + share * w[pairs[:, 1:]]
+    dips = rng.random(len(pairs)) < 0.3
+    along[dips, 1:-1] -= rng.uniform(0.0, 0.4, (dips.sum(), 1))
+    base = small_plan().roadmap
+    m = len(pairs)
+    return replace(
+        base,
+        nodes=rng.uniform(-1, 1, (n, base.nodes.shape[1])),
+        edges=pairs,
+        proven=np.ones(m, dtype=bool),
+        starts=[0],
+        goals=[n - 1, n - 2],
+        manipulability=w,
+        joint_length=rng.uniform(0.2, 1.0, m),
+        tool_length=np.ones(m),
+        edge_manipulability=along,
+        edge_cost=np.stack([mean_manipulability_cost(along, base.scale, name) for name in COSTS], axis=1),
+        clearance=np.ones(m),
+        samples=np.ones(m),
+    )
+
+
+def keeps(roadmap: Roadmap, way: tuple[int, ...], floor: float) -> bool:
+    """The promise read word by word, on all states of a way: up to the floor, above it, down to the goal."""
+    w = [roadmap.manipulability[way[0]]]
+    for i, j in itertools.pairwise(way):
+        row = roadmap.edge_manipulability[roadmap.edge_index(i, j)]
+        w += list(row if i < j else row[::-1])[1:]
+    start, goal = w[0], w[-1]
+    above = [k for k, value in enumerate(w) if value >= floor]
+    if not above:
+        return min(w) >= start - 1e-12 or min(w) >= goal - 1e-12
+    first, last = above[0], above[-1]
+    return (
+        min(w[: first + 1]) >= min(start, floor) - 1e-12
+        and min(w[first : last + 1]) >= floor
+        and min(w[last:]) >= min(goal, floor) - 1e-12
+    )
+
+
+def ways(roadmap: Roadmap) -> list[tuple[int, ...]]:
+    """Walks from the start to a goal that visit no node twice."""
+    near: dict[int, set[int]] = {}
+    for i, j in roadmap.edges.tolist():
+        near.setdefault(i, set()).add(j)
+        near.setdefault(j, set()).add(i)
+    found, stack = [], [(int(roadmap.starts[0]),)]
+    while stack:
+        way = stack.pop()
+        if way[-1] in roadmap.goals:
+            found.append(way)
+        stack += [(*way, k) for k in near.get(way[-1], ()) if k not in way]
+    return found
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None:
+    roadmap, floor = invented(seed), 0.5
+    network = build_network(roadmap, Objective(charge="nodes"))
+    layered = layered_network(roadmap, network, floor)
+    omega, weight = network.node_cost, network.weight
+
+    def cost(way: tuple[int, ...]) -> float:
+        arcs = [network.arcs_between(i, j)[0] for i, j in itertools.pairwise(way)]
+        return sum(0.5 * omega[network.indices[a]] + 0.5 * weight[a] for a in arcs)  # type: ignore[index]
+
+    best = min((cost(way) for way in ways(roadmap) if keeps(roadmap, way, floor)), default=np.inf)
+    x = gabf.solve(layered.network, law=gabf.SingularityFree(T=4.0)).x
+    assert min(x[layered.starts]) == pytest.approx(best, rel=1e-9)
+
+
+def test_these_brute_force_cases_differ_from_having_no_floor() -> None:
+    counts = {"none": 0, "longer": 0, "same": 0}
+    for seed in range(25):
+        roadmap = invented(seed)
+        network = build_network(roadmap, 0.5)
+        free = gabf.oracle(network)[roadmap.starts].min()
+        layered = layered_network(roadmap, network, 0.5)
+        held = gabf.oracle(layered.network)[layered.starts].min()
+        counts["none" if np.isinf(held) else "longer" if held > free + 1e-9 else "same"] += 1
+    assert min(counts.values()) >= 2, counts
+
+
+def test_without_a_floor_the_course_is_the_roadmap() -> None:
+    roadmap = invented(3)
+    network = build_network(roadmap, 0.5)
+    layered = layered_network(roadmap, network)
+    assert layered.network is network
+    np.testing.assert_array_equal(layered.roadmap_node, np.arange(len(roadmap.nodes)))
+
+
+@pytest.mark.parametrize("charge", ["nodes", "edges"])
+def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> None:
+    floor = 0.05  # start and goal of the paper's scenario lie below
+    found = plan(PlanRequest(nodes=150, min_manipulability=floor, charge=charge))  # type: ignore[arg-type]
+    assert found.outcome is Outcome.SOLVED
+    w = manipulability(found.robot, dense_path(found.path, 1e-3))
+    assert w[0] < floor
+    assert w[-1] < floor
+    assert w.min() >= min(floor, w[0], w[-1]) * (1 - 1e-6)
+    above = np.flatnonzero(w >= floor)
+    assert w[above[0] : above[-1] + 1].min() >= floor
+    assert above[-1] - above[0] > 0.5 * len(w)
+    assert found.max_error_vs_oracle == 0.0
+    plain = small_plan()
+    v = manipulability(plain.robot, dense_path(plain.path, 1e-3))
+    above = np.flatnonzero(v >= floor)
+    assert not len(above) or v[above[0] : above[-1]].min() < floor
+
+
+def test_a_floor_that_no_path_keeps_is_an_outcome_of_its_own(tmp_path: Path) -> None:
+    """With q2 above 0 at the start and below 0 at the goal every path passes w = 0."""
+    request = PlanRequest("planar_2r", "empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60)
+    free = plan(request)
+    assert free.outcome is Outcome.SOLVED
+    kept = tmp_path / "roadmap.npz"
+    save_roadmap(free.roadmap, kept)
+    for held in (replace(request, min_manipulability=0.05, roadmap=kept), replace(request, min_manipulability=0.05)):
+        found = plan(held)
+        assert found.outcome is Outcome.TOO_SINGULAR
+        assert found.outcome.exit_code == 4
+        assert "--min-manipulability" in found.outcome.value
+
+
+def test_breach_names_the_segment() -> None:
+    robot = load("planar_2r")  # w = l1 l2 |sin q2|
+    path = np.array([[0.0, 0.5], [0.3, 1.2], [0.3, -1.2], [0.0, 1.0]])
+    top = manipulability(robot, path)
+    assert first_violation(robot, path[:2], 0.9 * top[0]) is None
+    assert first_violation(robot, path[:2], 1.1 * top[0]) is None  # the start lies below: a way up
+    assert first_violation(robot, path, 0.9 * top[0]) == 1
+    assert first_violation(robot, path[2:], 0.9 * top[2]) == 0
+    away = np.array([[0.0, 1.0], [0.0, 0.4], [0.0, 1.0]])  # leaves the floor and comes back
+    assert first_violation(robot, away, 0.9 * top[3]) == 0
+    assert first_violation(robot, away[:2], 0.9 * top[3]) is None  # the last stretch to a goal that lies below
+
+
+@pytest.mark.parametrize(("w", "down"), [(0.0, 0.0), (0.0999, 0.099), (12.7, 12.0), (3e-5, 3e-5), (9.96e-5, 9.9e-5)])
+def test_rounding_never_goes_up(w, down):
+    assert rounded_down(w) == pytest.approx(down, rel=1e-12)
+    assert rounded_down(w) <= w
+
+
+def test_the_field_of_a_node_with_copies_is_the_least_and_of_one_without_none() -> None:
+    network = gabf.Network.from_arcs(np.array([0]), np.array([1]), np.ones(1), np.array([1]), 5, kernel=gabf.Additive())
+    layered = LayeredNetwork(network, np.array([0, 1, 3, 1, 0]), np.zeros(1, dtype=int))
+    assert layered.on_roadmap(np.array([5.0, 2.0, 4.0, 1.0, 6.0])).tolist() == [5.0, 1.0, np.inf, 4.0]
+
+
+def test_w_of_zero_between_two_samples_is_seen() -> None:
+    """The elbow of a planar arm goes straight: w = 0 there, above the floor at the nearest samples on either side."""
+    robot = load("planar_2r")
+    through = np.array([[0.1, -0.90033], [0.0, -0.70033], [0.3, 0.9]])
+    assert manipulability(robot, dense_path(through, 1e-3)).min() > 1e-5
+    assert first_violation(robot, through, 1e-5) == 1
+    assert first_violation(robot, through[:2], 1e-5) is None
+    for before in (4e-4, 5e-5):  # low at a corner, zero on the segment after it
+        corner = np.array([[0.0, -0.5], [0.0, -before], [0.0, 0.5]])
+        assert first_violation(robot, corner, 0.02 * before) == 1

@@ -1,0 +1,216 @@
+"""Costs and the network of eq. (finew), against a dictionary written out by hand."""
+
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner import gabf
+from planner.base.errors import KeywordError, OptionError
+from planner.cost.scale import CAP_QUANTILE, COSTS, ZETA, CostScale, manipulability_cost, measure_scale
+from planner.kinematics.manipulability import manipulability
+from planner.problem.objective import Charge, Metric, Objective
+from planner.problem.request import ManipulabilityCost
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.measure import measure_edges
+from planner.search.network import build_network, distance_cost
+from tests.random_shapes import QUICK
+from tests.worlds import load, make_post, post_roadmap
+
+SCALE = CostScale(w_low=0.01, w_high=0.1, joint_length=2.0, tool_length=0.5, zeta=0.01)
+W = st.lists(st.floats(0, 1), min_size=1, max_size=30).map(np.array)
+
+
+@pytest.mark.parametrize("name", COSTS)
+@QUICK
+@given(w=W)
+def test_omega_falls_with_w_within_zeta_and_one(name, w):
+    omega = manipulability_cost(w, SCALE, name)
+    assert ((omega >= SCALE.zeta) & (omega <= 1.0)).all()
+    order = np.argsort(w)
+    assert (np.diff(omega[order]) <= 1e-15).all()
+
+
+@pytest.mark.parametrize("name", COSTS)
+def test_omega_is_one_up_to_the_cap_and_zeta_at_the_best(name):
+    w = np.array([0.0, 0.005, 0.01, 0.1, 0.5])
+    np.testing.assert_allclose(manipulability_cost(w, SCALE, name), [1, 1, 1, 0.01, 0.01])
+    between = manipulability_cost(np.linspace(0.01, 0.1, 50), SCALE, name)
+    assert (np.diff(between) < 0).all()
+
+
+def test_omega_by_hand():
+    w = 0.05
+    share: dict[ManipulabilityCost, float] = {
+        "inverse": (1 / w - 1 / 0.1) / (1 / 0.01 - 1 / 0.1),
+        "log": (np.log(0.1) - np.log(w)) / (np.log(0.1) - np.log(0.01)),
+        "linear": (0.1 - w) / (0.1 - 0.01),
+    }
+    assert set(COSTS) == set(share)
+    for name, value in share.items():
+        assert manipulability_cost(np.array([w]), SCALE, name)[0] == pytest.approx(0.01 + 0.99 * value)
+    # inverse tells good configurations apart least, linear most
+    assert share["inverse"] < share["log"] < share["linear"]
+
+
+@pytest.mark.parametrize("name", COSTS)
+@pytest.mark.parametrize("w", [np.zeros(5), np.full(5, 0.3), np.array([0, 0, 0, 0, 1e-12])])
+def test_degenerate_scales_give_finite_costs(name, w):
+    scale = measure_scale(w, np.zeros(0), np.zeros(0))
+    omega = manipulability_cost(w, scale, name)
+    assert np.isfinite(omega).all()
+    assert ((omega >= ZETA) & (omega <= 1)).all()
+
+
+def test_one_near_singular_node_does_not_stretch_the_scale():
+    w = np.linspace(0.02, 0.1, 200)
+    scale = measure_scale(w, np.ones(3), np.ones(3))
+    spoiled = w.copy()
+    spoiled[0] = 1e-15
+    other = measure_scale(spoiled, np.ones(3), np.ones(3))
+    for name in get_args(ManipulabilityCost):
+        np.testing.assert_allclose(
+            manipulability_cost(w[20:], scale, name), manipulability_cost(w[20:], other, name), atol=0.01
+        )
+    assert scale.w_low == pytest.approx(np.quantile(w, CAP_QUANTILE))
+    assert scale.w_high == 0.1
+
+
+def test_the_scale_is_that_of_the_longest_edge():
+    scale = measure_scale(np.array([0.1, 0.2]), np.array([0.3, 0.9]), np.array([0.5, 0.2]))
+    assert (scale.joint_length, scale.tool_length, scale.zeta) == (0.9, 0.5, ZETA)
+
+
+@pytest.mark.parametrize("metric", get_args(Metric))
+def test_distances_are_lengths_in_longest_edges(metric):
+    roadmap = post_roadmap()
+    length = roadmap.joint_length if metric == "joint" else roadmap.tool_length
+    cost = distance_cost(roadmap, metric)
+    np.testing.assert_allclose(cost, np.maximum(length / length.max(), ZETA))
+    assert cost.max() == 1.0
+
+
+def test_an_edge_without_length_still_costs_something():
+    roadmap = post_roadmap()
+    short = replace(roadmap, joint_length=np.zeros(len(roadmap.edges)))
+    assert (distance_cost(short, "joint") == ZETA).all()
+
+
+def test_the_scale_is_reused_not_measured_again():
+    roadmap = post_roadmap()
+    half = replace(roadmap, scale=replace(roadmap.scale, joint_length=2 * roadmap.scale.joint_length))
+    long = roadmap.joint_length / roadmap.joint_length.max() > 0.1
+    np.testing.assert_allclose(distance_cost(half)[long], distance_cost(roadmap)[long] / 2)
+    grown = build_roadmap(load("planar_2r"), make_post(), [-1.0, 0.8], [1.0, -0.8], 90, 0)
+    kept = replace(grown, scale=roadmap.scale)
+    same = manipulability_cost(kept.manipulability, kept.scale)
+    np.testing.assert_allclose(same, manipulability_cost(grown.manipulability, roadmap.scale))
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("name", COSTS)
+@pytest.mark.parametrize("metric", get_args(Metric))
+def test_the_network_is_the_roadmap_both_ways(beta, name, metric):
+    roadmap = post_roadmap()
+    net = build_network(roadmap, Objective(beta, name, metric, "nodes"))
+    omega = manipulability_cost(roadmap.manipulability, roadmap.scale, name)
+    weight = distance_cost(roadmap, metric)
+    expected = {}
+    for (i, j), w in zip(roadmap.edges.tolist(), weight, strict=True):
+        expected[i, j] = expected[j, i] = float(w)
+    found = {}
+    for i in range(net.n_nodes):
+        for arc in range(net.indptr[i], net.indptr[i + 1]):
+            assert (i, int(net.indices[arc])) not in found
+            found[i, int(net.indices[arc])] = float(net.weight[arc])
+    assert found == expected
+    np.testing.assert_array_equal(net.node_cost, omega)
+    np.testing.assert_array_equal(net.sources, roadmap.goals)
+    assert net.source_values is not None
+    assert net.source_values.tolist() == [0.0]
+    # eq. (finew): f_i(x_j, w_ij) = x_j + (1 - beta) omega(j) + beta w_ij
+    x = np.random.default_rng(0).random(net.n_nodes)
+    x[roadmap.goals] = 0.0
+    best = gabf.bellman_operator(net, x)
+    for i in range(net.n_nodes):
+        ways = [x[j] + (1 - beta) * omega[j] + beta * w for (a, j), w in expected.items() if a == i]
+        assert best[i] == (0.0 if i in roadmap.goals else pytest.approx(min(ways)))
+
+
+def test_several_goals_are_several_sources():
+    roadmap = replace(post_roadmap(), goals=np.array([3, 8]))
+    assert build_network(roadmap).sources.tolist() == [3, 8]
+
+
+def test_a_node_without_edges_has_no_arcs():
+    roadmap = post_roadmap()
+    while (roadmap.edges == 20).any():
+        roadmap = roadmap.without_edge(int(np.nonzero((roadmap.edges == 20).any(axis=1))[0][0]))
+    net = build_network(roadmap)
+    assert net.indptr[20] == net.indptr[21]
+    assert np.isposinf(gabf.oracle(net)[20])
+
+
+def test_refused():
+    roadmap, anything = post_roadmap(), "cubic"
+    with pytest.raises(OptionError, match=r"manipulability cost 'cubic' not found; costs are inverse, log, linear\."):
+        manipulability_cost(np.ones(3), SCALE, anything)  # pyright: ignore[reportArgumentType]
+    for beta in (-0.01, 1.01, float("nan")):
+        with pytest.raises(OptionError, match=r"beta .* is outside \[0, 1\]"):
+            build_network(roadmap, beta)
+
+
+def test_charging_edges_integrates_omega_over_their_length(solved) -> None:
+    roadmap, robot = solved.roadmap, solved.robot
+    network = build_network(roadmap, 0.25)
+    rng = np.random.default_rng(0)
+    weight = distance_cost(roadmap)
+    for row in rng.choice(len(roadmap.edges), 12, replace=False):
+        i, j = roadmap.edges[row]
+        fine = roadmap.nodes[i] + np.linspace(0, 1, 801)[:, None] * robot.difference(roadmap.nodes[i], roadmap.nodes[j])
+        omega = manipulability_cost(manipulability(robot, fine), roadmap.scale)
+        expected = 0.75 * np.trapezoid(omega, dx=1 / 800) * weight[row] + 0.25 * weight[row]
+        for a, b in ((i, j), (j, i)):
+            arc = network.arcs_between(a, b)[0]
+            assert network.arcs(np.zeros(network.n_arcs))[arc] == pytest.approx(expected, rel=0.06)
+
+
+def test_the_edge_charge_does_not_mind_where_nodes_lie() -> None:
+    """A straight way in one piece costs what it costs in two, where the node charge counts nodes."""
+    robot, checker = load("planar_2r"), make_post()
+    ends, middle = np.array([[0.5, 0.6], [0.9, 1.4]]), np.array([[0.7, 1.0]])
+    costs = {}
+    for charge in get_args(Charge):
+        for nodes in (ends, np.vstack([ends[:1], middle, ends[1:]])):
+            n = len(nodes)
+            edges = np.column_stack([np.arange(n - 1), np.arange(1, n)])
+            base = build_roadmap(robot, checker, ends[0], ends[1], nodes=10)
+            made = replace(
+                base,
+                nodes=nodes,
+                edges=edges,
+                starts=[0],
+                goals=[n - 1],
+                proven=np.ones(n - 1),
+                clearance=np.ones(n - 1),
+                samples=np.ones(n - 1),
+                manipulability=manipulability(robot, nodes),
+                **measure_edges(robot, nodes, edges, base.scale),
+            )
+            network = build_network(made, Objective(0.0, charge=charge))
+            costs[charge, n] = gabf.oracle(network)[0]
+    assert costs["edges", 2] == pytest.approx(costs["edges", 3], rel=1e-3)
+    assert costs["nodes", 2] != pytest.approx(costs["nodes", 3], rel=0.1)
+
+
+def test_beta_alone_is_an_objective_by_either_name():
+    roadmap = post_roadmap()
+    networks = [build_network(roadmap, beta=0.3), build_network(roadmap, 0.3), build_network(roadmap, Objective(0.3))]
+    for network in networks:
+        np.testing.assert_array_equal(gabf.oracle(network), gabf.oracle(networks[0]))
+    np.testing.assert_array_equal(gabf.oracle(build_network(roadmap)), gabf.oracle(build_network(roadmap, beta=0.5)))
+    with pytest.raises(KeywordError, match="beta is a part of the objective"):
+        build_network(roadmap, Objective(), beta=0.3)

@@ -1,0 +1,450 @@
+"""Verdicts: what a controller runs, limits, stops, bad input, threads."""
+
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planner
+from benchmarks.gate.chunks import KINDS, Chunk, clutter, random_chunk
+from benchmarks.gate.judge import motion_of
+from planner.base.errors import ArrayError, PlannerError, SceneError, StateError
+from planner.collision import make_checker
+from planner.kinematics.forward import tool_pose
+from planner.kinematics.manipulability import manipulability
+from planner.robot.moving import KnownMotion, MovingObstacle
+from planner.robot.poses import pose
+from planner.robot.scene import Scene
+from planner.robot.shapes import Box, Obstacle, Sphere
+from planner.session.gate import Gate
+from planner.session.verdict import Verdict
+from planner.trajectory.limits import MotionLimits
+from tests.worlds import load
+
+FAR = Obstacle("ball", Sphere(0.05), pose([0.0, 0.0, 3.0]))
+TIMES = np.array([0.25, 0.5, 0.75])
+HERE = np.array([0.3, 0.4])
+STEP = np.array([0.02, -0.02])
+STATE = HERE, np.zeros(2)
+
+
+def gate_of(*obstacles: Obstacle, **options: Any) -> Gate:
+    return Gate(load("planar_2r"), Scene("x", obstacles or (FAR,)), **options)
+
+
+@cache
+def gate() -> Gate:
+    return gate_of()
+
+
+def steps(step: np.ndarray = STEP, count: int = 3) -> np.ndarray:
+    return HERE + np.arange(1, count + 1)[:, None] * step
+
+
+def tip(q: np.ndarray) -> np.ndarray:
+    return tool_pose(load("planar_2r"), q).translation
+
+
+def test_lines_cubics_and_quintics_are_what_the_controller_runs() -> None:
+    rng = np.random.default_rng(0)
+    robot = load("panda")
+    for kind in KINDS:
+        chunk = random_chunk(robot, kind, 6, 0.7, rng)
+        columns, named = chunk.arguments()
+        judged = planner.Gate(robot, Scene("x", (FAR,)), judged=()).check(*columns, **named)._judged.chunk
+        for k, one in enumerate(motion_of(chunk)):
+            u = np.linspace(0.0, 1.0, 7)
+            ours = np.vander(u, judged.coefficients.shape[1], increasing=True) @ judged.coefficients[k]
+            np.testing.assert_allclose(ours, one.at(u * one.seconds), atol=1e-12)
+
+
+def test_a_curve_between_its_points_is_seen_where_the_polyline_is_free() -> None:
+    """A cubic that swings out: straight between the points nothing is in the way."""
+    swing = np.array([0.0, 6.0])
+    middle = HERE + np.array([0.0, 0.25 * 1.0 * 6.0 / 4.0])
+    ball = Obstacle("ball", Sphere(0.02), pose(tip(middle)))
+    at, times = np.array([HERE, HERE + 1e-6 * np.array([0.0, 1.0])]), np.array([0.0, 1.0])
+    found = gate_of(ball, judged=()).check(at, np.array([swing, -swing]), times=times, stop=False)
+    straight = gate_of(ball, judged=()).check(at, times=times, stop=False)
+    assert straight.safe
+    assert not found.safe
+    assert found.reason is not None
+    assert found.reason.pair is not None
+    assert "ball" in found.reason.pair
+    assert 0.0 < (found.first_bad or 0.0) < 1.0
+
+
+def test_the_first_piece_leads_from_where_the_robot_is() -> None:
+    side = HERE + np.array([0.5, 0.0])
+    ball = Obstacle("ball", Sphere(0.02), pose(tip(0.5 * (HERE + side))))
+    targets = side + np.zeros((3, 2))
+    assert gate_of(ball, judged=()).check(targets, times=TIMES).safe
+    found = gate_of(ball, judged=()).check(targets, times=TIMES, state=STATE)
+    assert (found.safe, found.safe_until) == (False, 0.0)
+
+
+def test_the_way_to_a_point_at_0_s_is_proven() -> None:
+    """Where that may be far from the robot, what stands between is seen, and said to be there."""
+    away = HERE + np.array([0.6, 0.0])
+    ball = Obstacle("ball", Sphere(0.01), pose(tip(0.5 * (HERE + away))))
+    chunk = np.vstack([away, away + STEP, away + 2 * STEP]), {"times": [0.0, 0.25, 0.5]}
+    assert gate_of(ball).check(chunk[0], **chunk[1], state=(away, np.zeros(2))).safe
+    found = gate_of(ball, start_tolerance=1.0).check(chunk[0], **chunk[1], state=STATE)
+    assert found.reason is not None
+    assert (found.reason.kind, found.reason.on, found.reason.pair) == ("contact", "start", ("link_2", "ball"))
+
+
+def test_a_point_at_0_s_moves_as_the_robot_does() -> None:
+    """Else its velocity jumps there, and no limit on acceleration holds."""
+    points, times = np.vstack([HERE, steps()]), np.array([0.0, *TIMES])
+    rest, going = np.zeros((4, 2)), np.zeros((4, 2))
+    going[0, 1] = 0.05
+    moving = (HERE, going[0])
+    for velocities, state, safe in (
+        (rest, STATE, True),
+        (going, moving, True),
+        (going, STATE, False),
+        (rest, moving, False),
+    ):
+        found = gate().check(points, velocities, times=times, state=state)
+        assert found.safe is safe
+        if found.reason is not None:
+            assert (found.reason.kind, found.reason.joint) == ("start", "joint_2")
+    assert gate_of(FAR, start_tolerance=0.1).check(points, going, times=times, state=STATE).safe
+
+
+@pytest.mark.parametrize(("kind", "order"), [("velocity", 1), ("acceleration", 2), ("jerk", 3)])
+def test_limits_are_judged_by_exact_extrema_and_may_be_left_out(kind: str, order: int) -> None:
+    robot = load("planar_2r")
+    plain, zeros = MotionLimits.of(robot), np.zeros((3, 2))
+    chunk = {"times": TIMES, "state": (*STATE, np.zeros(2))}
+    wide = replace(plain, **{name: 1e3 * getattr(plain, name) for name in ("velocity", "acceleration", "jerk")})
+    for one in motion_of_quintics():
+        peak = one.largest(order).max() if one.begin == 0.0 else None
+        if peak is None:
+            continue
+        for share, safe in ((1.001, True), (0.999, False)):
+            tight = replace(wide, **{kind: np.full(2, share * peak)})
+            found = Gate(robot, Scene("x", (FAR,)), tight).check(steps(), zeros, zeros, **chunk, stop=False)
+            assert found.safe is safe
+            if not safe:
+                assert found.reason is not None
+                assert (found.reason.kind, found.reason.on, found.reason.limit) == ("limit", "motion", kind)
+                judged = [name for name in ("position", "velocity", "acceleration", "jerk") if name != kind]
+                left_out = Gate(robot, Scene("x", (FAR,)), tight, judged=judged)
+                assert left_out.check(steps(), zeros, zeros, **chunk, stop=False).safe
+
+
+def motion_of_quintics() -> list[Any]:
+    knots = np.zeros((4, 3, 2))
+    knots[:, 0] = np.vstack([HERE, steps()])
+    return motion_of(Chunk("quintics", np.array([0.0, *TIMES]), knots))
+
+
+def test_of_lines_and_cubics_what_jumps_is_not_judged_and_said() -> None:
+    tight = planner.LimitsRequest(acceleration=1e-3, jerk=1e-3)
+    lines = gate_of(limits=tight).check(steps(), times=TIMES, state=STATE, stop=False)
+    assert lines.safe
+    assert "acceleration and jerk are not judged" in lines.notes[0]
+    cubics = gate_of(limits=planner.LimitsRequest(jerk=1e-3))
+    found = cubics.check(steps(), np.zeros((3, 2)), times=TIMES, state=STATE, stop=False)
+    assert found.safe
+    assert "jerk is not judged" in found.notes[0]
+
+
+def test_stops_keep_the_limits_exactly_end_at_rest_and_go_on_evenly() -> None:
+    rng, robot = np.random.default_rng(3), load("panda")
+    gate = Gate(robot, Scene("x", (FAR,)))
+    stopped = 0
+    for kind in KINDS * 4:
+        chunk = random_chunk(robot, kind, 8, 0.5, rng)
+        columns, named = chunk.arguments()
+        found = gate.check(*columns, **named)
+        stop = found.stop
+        if stop is None:
+            assert not found.safe
+            continue
+        stopped += 1
+        k = int(np.searchsorted(chunk.times, found.safe_until - 1e-9))
+        np.testing.assert_allclose(stop.columns[0][0], chunk.knots[k, 0])
+        motion = motion_of(chunk)[max(k - 1, 0)]
+        if k:
+            end = np.array([motion.seconds])
+            np.testing.assert_allclose(stop.columns[1][0], motion.at(end, 1)[0], atol=1e-9)
+            if kind != "lines":
+                np.testing.assert_allclose(stop.columns[2][0], motion.at(end, 2)[0], atol=1e-7)
+        assert not stop.columns[1][-1].any()
+        assert not stop.columns[2][-1].any()
+        for order, most in enumerate((gate.limits.velocity, gate.limits.acceleration, gate.limits.jerk), 1):
+            assert (stop.largest(order) <= most * (1.0 + 2e-6)).all()
+        low, high = stop.extrema()
+        assert (low >= robot.lower - 1e-8).all()
+        assert (high <= robot.upper + 1e-8).all()
+    assert stopped > 6
+
+
+def brought_to(end: tuple[np.ndarray, np.ndarray, np.ndarray], gate: Gate, seconds: float = 0.02) -> Verdict:
+    """The verdict on a chunk of one point that is reached at an even acceleration."""
+    q, v, a = end
+    begin = q - seconds * v + 0.5 * seconds**2 * a, v - seconds * a, a
+    return gate.check(*(row[None] for row in end), times=[seconds], state=begin)
+
+
+@pytest.mark.parametrize("near", ["positions", "jerk", "velocity"])
+def test_no_stop_from_any_state_is_beyond_a_limit(near: str) -> None:
+    """States from which that is a near thing: turning round before a limit, braking already, or nearly too fast."""
+    rng, robot, eased, stopped = np.random.default_rng(8), load("planar_2r"), 0, 0
+    limits = MotionLimits.of(robot)
+    if near == "jerk":
+        limits = replace(limits, jerk=10.0 * limits.acceleration)
+    gate = Gate(robot, Scene("x", (FAR,)), limits=limits)
+    for _ in range(600):
+        v = rng.uniform(-0.3, 0.3, 2) * limits.velocity
+        a = -np.sign(v) * rng.uniform(0.0, 0.95, 2) * limits.acceleration
+        q = np.array([0.3, 0.4])
+        if near == "velocity":
+            v[0], a[0] = 0.985 * limits.velocity[0], 0.6 * limits.acceleration[0]
+            v[1] = a[1] * rng.uniform(-1.2, 0.0) * abs(a[0]) / limits.jerk[0]  # turns round while the other eases off
+        if near != "jerk":  # where it turns round before that limit, or just behind
+            side = np.where(v > 0, robot.upper, robot.lower)
+            depth = 0.5 * v**2 / np.maximum(np.abs(a), 1e-3)
+            k = 1 if near == "velocity" else int(rng.integers(2))
+            q[k] = side[k] - np.sign(v[k]) * min(1.0, rng.uniform(0.3, 3.0) * depth[k])
+        found = brought_to((q, v, a), gate)
+        if not found.safe or found.stop is None:
+            continue
+        stopped, eased = stopped + 1, eased + (len(found.stop.seconds) == 2)
+        for order, most in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
+            assert (found.stop.largest(order) <= most * (1.0 + 2e-6)).all()
+        low, high = found.stop.extrema()
+        assert (low >= robot.lower - 1e-8).all()
+        assert (high <= robot.upper + 1e-8).all()
+    assert stopped > 20
+    assert (eased > 20) == (near == "velocity")
+
+
+def test_a_stop_that_eases_off_first_ends_later_for_what_comes_near() -> None:
+    robot = load("planar_2r")
+    limits = MotionLimits.of(robot)
+    end = HERE, np.array([0.985, 0.2]) * limits.velocity, np.array([0.6, 0.0]) * limits.acceleration
+    free = brought_to(end, Gate(robot, Scene("x", (FAR,))))
+    assert free.stop is not None
+    assert len(free.stop.seconds) == 2
+    rest = tip(free.stop.columns[0][-1])
+    ends = 0.02 + free.stop.duration
+    judge = make_checker(robot, Scene("x", (Obstacle("child", Sphere(0.05), pose([*rest[:2], 0.5])),)), "coal")
+    rotation, position = judge.chain.native.placements(free.stop.columns[0][-1:])
+    pairs = np.arange(len(robot.bodies))
+    away = float(judge.distances(rotation[:, 0], position[:, 0], pairs).min())
+    for share, safe in ((0.9995, True), (1.0005, False)):
+        child = replace(judge.world.scene.obstacles[0], speed_limit=share * away / ends)
+        found = brought_to(end, Gate(robot, Scene("x", (child,))))
+        assert found.safe is safe
+
+
+def test_a_chunk_that_cannot_be_left_any_more_is_not_safe() -> None:
+    """It ends at speed before a wall: the chunk is free, every stop from its last points is not."""
+    step = np.array([0.1, 0.0])
+    points = steps(step, 6)
+    wall = Obstacle("wall", Sphere(0.03), pose(tip(points[-1] + 0.6 * step)))
+    times = 0.1 * np.arange(1, 7)
+    gate = gate_of(wall)
+    alone = gate.check(points, times=times, state=(HERE, step / 0.1), stop=False)
+    found = gate.check(points, times=times, state=(HERE, step / 0.1))
+    assert alone.safe
+    assert not found.safe
+    assert found.reason is not None
+    assert found.reason.on == "stop"
+    assert found.stop is not None
+    k = round(found.safe_until / 0.1)
+    assert 0 < k < 6
+    assert gate.check(points[:k], times=times[:k], state=(HERE, step / 0.1)).safe
+    assert not gate.check(points[: k + 1], times=times[: k + 1], state=(HERE, step / 0.1)).safe
+    assert str(found).startswith(f"unsafe at {found.first_bad:g} s")
+
+
+def test_verdicts_agree_with_coal_in_clutter() -> None:
+    rng, robot = np.random.default_rng(5), load("panda")
+    gate = Gate(robot, Scene("x", clutter(10, rng)), judged=())
+    judge, seen = make_checker(robot, gate.scene, "coal"), []
+    for k in range(24):
+        chunk = random_chunk(robot, KINDS[k % 3], 10, 1.0, rng)
+        columns, named = chunk.arguments()
+        seen.append(gate.check(*columns, **named, stop=False).safe)
+        states = np.concatenate([one.at(np.linspace(0.0, one.seconds, 60)) for one in motion_of(chunk)])
+        assert seen[-1] is (judge.first_contact(states) is None)
+    assert 5 < sum(seen) < 20
+
+
+def test_the_floor_is_kept_by_motion_and_stops() -> None:
+    robot = load("planar_2r")
+    bent, straight = np.array([0.3, 1.2]), np.array([0.3, 0.02])
+    points = np.linspace(bent, straight, 9)
+    w = manipulability(robot, points)
+    floor = float(w[5])
+    times = 0.5 * np.arange(1, 9)
+    found = gate_of(min_manipulability=floor).check(points[1:], times=times, state=(bent, np.zeros(2)), stop=False)
+    assert gate_of().check(points[1:], times=times, state=(bent, np.zeros(2))).safe
+    assert found.reason is not None
+    assert (found.reason.kind, found.reason.on) == ("floor", "motion")
+    assert found.safe_until in (times[3], times[4])
+    stops = gate_of(min_manipulability=floor).check(points[1:5], times=times[:4], state=(bent, np.zeros(2)))
+    assert stops.safe
+    ends = manipulability(robot, stops.stop.knots())[-1] if stops.stop else 0.0
+    assert ends >= floor
+    higher = gate_of(min_manipulability=float(ends) + 1e-4).check(
+        points[1:5], times=times[:4], state=(bent, np.zeros(2))
+    )
+    assert higher.reason is not None
+    assert higher.reason.kind == "floor"
+
+
+def test_clearance_is_that_of_the_safe_part() -> None:
+    ball = Obstacle("ball", Sphere(0.05), pose(tip(HERE) + np.array([0.3, 0.0, 0.0])))
+    found = gate_of(ball).check(steps(), times=TIMES, state=STATE)
+    judge = make_checker(load("planar_2r"), Scene("x", (ball,)), "coal")
+    q = np.linspace(HERE, steps()[-1], 200)
+    rotation, position = judge.chain.native.placements(q)
+    pairs = np.arange(len(load("planar_2r").bodies))
+    least = min(judge.distances(rotation[:, k], position[:, k], pairs).min() for k in range(len(q)))
+    assert found.clearance == pytest.approx(least, rel=0.11)
+
+
+BAD: dict[str, tuple[type[PlannerError], dict[str, Any], str]] = {
+    "empty": (ArrayError, {"positions": np.zeros((0, 2)), "times": []}, "empty"),
+    "a NaN": (ArrayError, {"positions": np.full((3, 2), np.nan)}, "finite"),
+    "velocities": (ArrayError, {"velocities": np.zeros((2, 2))}, "velocities has shape"),
+    "no velocities": (ArrayError, {"accelerations": np.zeros((3, 2))}, "give velocities too"),
+    "times": (ArrayError, {"times": [0.1, 0.2]}, "times has shape"),
+    "not increasing": (ArrayError, {"times": [0.1, 0.3, 0.2]}, r"times\[2\]"),
+    "before now": (ArrayError, {"times": [-0.1, 0.1, 0.2]}, r"times\[0\]"),
+    "one point": (ArrayError, {"positions": np.zeros((1, 2)), "times": [0.1], "state": None}, "no motion"),
+    "state shape": (StateError, {"state": (np.zeros(3), np.zeros(3))}, "state's positions"),
+    "state NaN": (StateError, {"state": (HERE, np.full(2, np.nan))}, "state's velocities"),
+    "state outside": (StateError, {"state": (np.array([50.0, 0.0]), np.zeros(2))}, "outside the limits"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_gets_one_sentence_and_the_gate_goes_on(case: str) -> None:
+    error, changed, text = BAD[case]
+    with pytest.raises(error, match=text) as caught:
+        gate().check(**{"positions": steps(), "times": TIMES, "state": STATE, **changed})
+    assert str(caught.value).endswith(".")
+    assert "\n" not in str(caught.value)
+    assert gate().check(steps(), times=TIMES, state=STATE).safe
+
+
+@pytest.mark.parametrize("times", [TIMES, [0.0, 0.2, 0.4]])
+def test_a_robot_that_is_too_fast_already_is_not_safe_on_lines_either(times: list[float]) -> None:
+    """A line does not begin with the robot's velocity, but the robot does."""
+    most = gate().limits.velocity
+    points = HERE + np.array(times)[:, None] * 0.1
+    for share, safe in ((0.99, True), (1.01, False), (-50.0, False)):
+        found = gate().check(points, times=times, state=(HERE, share * most * [0, 1]), stop=False)
+        assert found.safe == safe
+        assert safe or found.safe_until == 0.0
+    free = gate_of(FAR, judged=("position",))
+    assert free.check(points, times=times, state=(HERE, 50.0 * most), stop=False).safe
+
+
+def test_a_gate_refuses_known_motions_and_says_when_nothing_leads_to_the_first_point() -> None:
+    motion = MovingObstacle("swing", Sphere(0.1), KnownMotion([0, 1], [pose([2, 0, 0]), pose([2, 1, 0])]))
+    with pytest.raises(SceneError, match="moves along a known motion"):
+        Gate(load("planar_2r"), Scene("x", (), moving=(motion,)))
+    there, later = (gate().check(steps(), times=times) for times in ([0.0, 1.0, 2.0], [1.0, 2.0, 3.0]))
+    assert (there.safe, later.safe) == (True, True)
+    assert not any("no state" in note for note in there.notes)
+    assert any("no state" in note for note in later.notes)
+
+
+def test_a_wheel_that_controllers_may_turn_either_way_is_refused() -> None:
+    """Some controllers take the short way round to the first point, others the one that is proven here."""
+    robot = load("kinova")
+    asked, joint = Gate(robot, Scene("x", (FAR,))), int(np.flatnonzero(robot.continuous)[0])
+    here = 0.5 * (np.where(robot.continuous, 0.0, robot.lower) + np.where(robot.continuous, 0.0, robot.upper))
+    there = here.copy()
+    for here[joint], there[joint] in ((0.0, np.pi), (0.3 - np.pi, 0.3), (-3.1, 3.1)):
+        with pytest.raises(StateError, match="half a turn or more"):
+            asked.check(there[None], times=[5.0], state=(here, 0 * here))
+    here[joint] += 2 * np.pi
+    assert asked.check(there[None], times=[5.0], state=(here, 0 * here), stop=False).safe_until in (0.0, 5.0)
+
+
+def same(one: Verdict, other: Verdict) -> bool:
+    fields = ("safe", "safe_until", "reason", "first_bad", "notes")
+    return all(getattr(one, name) == getattr(other, name) for name in fields)
+
+
+def test_several_threads_check_at_once_with_the_same_answers() -> None:
+    rng, robot = np.random.default_rng(7), load("panda")
+    shared = Gate(robot, Scene("x", clutter(10, rng)))
+    chunks = [random_chunk(robot, KINDS[k % 3], 12, 0.8, rng).arguments() for k in range(24)]
+    alone = [shared.check(*columns, **named) for columns, named in chunks]
+    assert {one.safe for one in alone} == {True, False}
+    found: list[list[Verdict]] = [[] for _ in range(4)]
+    begin = threading.Barrier(4)
+
+    def ask(k: int) -> None:
+        begin.wait()
+        found[k] = [shared.check(*columns, **named) for columns, named in chunks]
+
+    threads = [threading.Thread(target=ask, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for answers in found:
+        assert len(answers) == len(alone)
+        assert all(map(same, answers, alone))
+
+
+def beside(gap: float) -> Gate:
+    """A plate above the plane that the arm moves in, ``gap`` (m) away from its links all along."""
+    robot = load("planar_2r")
+    high = 1.0
+    plate = Obstacle("plate", Box((3.0, 3.0, 0.02)), pose([0.0, 0.0, high]))
+    judge = make_checker(robot, Scene("x", (plate,)), "coal")
+    moving = np.flatnonzero([body.joint > 0 for body in robot.bodies])
+    rotation, position = judge.chain.native.placements(np.array([[0.3, 0.4]]))
+    away = judge.distances(rotation[:, 0], position[:, 0], moving).min()
+    plate = Obstacle("plate", Box((3.0, 3.0, 0.02)), pose([0.0, 0.0, high - float(away) + gap]))
+    allowed = frozenset(frozenset((body.link, "plate")) for body in robot.bodies if body.joint == 0)
+    return Gate(robot, Scene("x", (plate,), allowed=allowed))
+
+
+def test_undecided_counts_as_unsafe_and_is_said() -> None:
+    """A link passes 20 micrometres beside a wall: nearer than proofs resolve, without a contact."""
+    found = beside(2e-5).check(steps(), times=TIMES, state=STATE)
+    assert found.reason is not None
+    assert (found.safe, found.reason.kind) == (False, "undecided")
+    assert beside(2e-3).check(steps(), times=TIMES, state=STATE).safe
+    touching = beside(-1e-3).check(steps(), times=TIMES, state=STATE)
+    assert touching.reason is not None
+    assert touching.reason.kind == "contact"
+
+
+def test_what_is_kept_is_kept_by_the_motion_and_by_its_stops() -> None:
+    """The tool of the arm, 1 m long each link, stays above a line; the stop of a fast chunk would cross it."""
+    keep = planner.KeepPlane((0.0, 1.0, 0.0), 0.0)
+    gate, free = planner.Gate("planar_2r", "empty", keep=keep), planner.Gate("planar_2r", "empty")
+    here, times = (np.array([0.5, 0.0]), np.zeros(2)), [2.0, 4.0]
+    above, across = np.array([[0.4, 0.0], [0.3, 0.0]]), np.array([[0.2, 0.0], [-0.2, 0.0]])
+    assert gate.check(above, np.zeros((2, 2)), times=times, state=here).safe
+    assert free.check(across, np.zeros((2, 2)), times=times, state=here).safe
+    verdict = gate.check(across, np.zeros((2, 2)), times=times, state=here)
+    assert not verdict.safe
+    assert verdict.reason is not None
+    assert (verdict.reason.kind, verdict.reason.on, verdict.safe_until) == ("kept", "motion", 2.0)
+    assert keep.text in str(verdict)
+    fast = np.array([[0.3, 0.0], [0.02, 0.0]]), np.array([[0.0, 0.0], [-1.0, 0.0]])
+    assert free.check(*fast, times=times, state=here).safe
+    verdict = gate.check(*fast, times=times, state=here)
+    assert verdict.reason is not None
+    assert (verdict.reason.kind, verdict.reason.on) == ("kept", "stop")
