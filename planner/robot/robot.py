@@ -19,7 +19,7 @@ from planner.base.notes import Note
 from planner.base.yamlfile import FARTHEST
 from planner.problem.targets import TURN
 from planner.robot.files import urdf
-from planner.robot.files.collada import collada_notes
+from planner.robot.files.meshes import collada_notes
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, Rows, read_robot
 from planner.robot.files.srdf import states_of_joints
 from planner.robot.files.urdf_geometry import bodies, mesh_files, read_geometry

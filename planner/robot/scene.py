@@ -32,8 +32,7 @@ from planner.base.yamlfile import (
 )
 from planner.problem.conditions import keeps_text
 from planner.problem.targets import TURN
-from planner.robot.files.collada import collada_notes
-from planner.robot.files.meshes import read_mesh
+from planner.robot.files.meshes import collada_notes, read_mesh
 from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere

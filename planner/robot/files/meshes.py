@@ -1,4 +1,7 @@
-"""Mesh files as shapes: the door of trimesh, which reads STL, OBJ, PLY, COLLADA (through pycollada) and GLB."""
+"""Mesh files as shapes: the door of trimesh, which reads STL, OBJ, PLY, COLLADA (through pycollada) and GLB.
+
+Numbers count as they stand, as in MoveIt: notes name COLLADA files whose unit or up axis would change them.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ import logging
 import os
 import re
 import warnings
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -15,11 +20,11 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, distinct_rows
 from planner.base.cache import cached
-from planner.base.errors import FileError
+from planner.base.errors import FileError, choices
 from planner.base.files import StrPath
+from planner.base.notes import Note
 from planner.base.process_lock import PROCESS
 from planner.base.yamlfile import FARTHEST, shown
-from planner.robot.files.collada import bare_collada
 from planner.robot.files.thinned import CELL, MANY, thinned
 from planner.robot.shapes import Mesh
 
@@ -33,6 +38,12 @@ _PASSED_OVER = {  # lines and fields that trimesh passes over, or takes for othe
     "glb": re.compile(rb'"mode"\s*:\s*6|KHR_draco\w+|\w+_meshopt\w+'),  # fans, compressed parts
 }
 _FACET = re.compile(rb"(?i)\bfacet\b")
+_LIBRARIES = ("effects", "materials", "images", "cameras", "lights", "animations", "controllers")
+_UNNEEDED = {*(f"library_{name}" for name in _LIBRARIES), "bind_material", "instance_camera", "instance_light"}
+_UNSUPPORTED = ("instance_controller", "skew", "ph", "convex_mesh", "spline", "brep")  # pycollada skips them
+_NOT_NUMBERS = {"float_array": re.compile(r"[^\s\d.eE+-]"), **dict.fromkeys(("p", "vcount"), re.compile(r"[^\s\d]"))}
+_UNIT = re.compile(rb"<unit\b[^>]*?\bmeter\s*=\s*[\"']([^\"'<>]{1,40})")
+_AXIS = re.compile(rb"<up_axis>\s*([XY]_UP)\b")
 
 
 def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
@@ -89,7 +100,7 @@ def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
         content = re.sub(rb"\\\r?\n", b" ", content)
         content = b"\n".join(b" ".join(line.partition(b"#")[0].split()) for line in content.splitlines())
     if kind == "dae":
-        content = bare_collada(content)
+        content = _bare_collada(content)
     if kind in _PASSED_OVER and (wrong := _PASSED_OVER[kind].search(content)):
         raise ValueError(f"{shown(wrong[0].decode(errors='replace'))} is not supported")
     options: dict[str, Any] = {"dae": {"ignore_broken": False}}.get(kind, {"skip_materials": True})
@@ -105,6 +116,51 @@ def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
     if kind == "stl" and "face_attributes" not in loaded and len(_FACET.findall(content)) != len(mesh.faces):
         raise ValueError(f"{len(mesh.faces)} of {len(_FACET.findall(content))} facets are whole")
     return np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
+
+
+def _bare_collada(content: bytes) -> bytes:
+    """The file without materials, cameras, lights and motions; ValueError names an element that would be misread."""
+    root = ET.fromstring(content)
+    for element in root.iter():
+        for child in [child for child in element if _tag(child) in _UNNEEDED]:
+            element.remove(child)
+        _require_read(element)
+    return ET.tostring(root)
+
+
+def _require_read(element: ET.Element) -> None:
+    """Raise ValueError for an element that pycollada would misread: it shears, skips numbers, makes 0 of NaN."""
+    name, text = _tag(element), element.text or ""
+    if name in _UNSUPPORTED:
+        raise ValueError(f"<{name}> is not supported")
+    if name in _NOT_NUMBERS and (wrong := _NOT_NUMBERS[name].search(text)):
+        raise ValueError(f"<{name}> holds {shown(wrong[0])}, not only numbers")
+    if name == "rotate" and abs(np.linalg.norm(np.array(text.split()[:3], dtype=float)) - 1.0) > 1e-3:
+        raise ValueError(f"the axis of <rotate> {shown(text.strip())} does not have length 1")
+    params = [child.get("name") for child in element] if name == "accessor" else []
+    if params[:1] == ["X"] and (element.get("offset", "0"), element.get("stride")) != ("0", str(len(params))):
+        raise ValueError("an <accessor> of positions skips numbers")
+
+
+def _tag(element: ET.Element) -> str:
+    return element.tag.rpartition("}")[2]
+
+
+def collada_notes(files: Iterable[Path]) -> Iterator[Note]:
+    """Notes on COLLADA files among ``files`` whose unit or up axis is not followed."""
+    turned: list[str] = []
+    for path in dict.fromkeys(files):
+        if path.suffix.lower() != ".dae" or not os.path.isfile(path):
+            continue
+        content = path.read_bytes()
+        unit = _UNIT.search(content)
+        if unit and (metres := unit[1].decode(errors="replace").strip()).rstrip("0").rstrip(".") != "1":
+            text = f"mesh file {path} says that its unit is {shown(metres)} m, which is not followed: its numbers are "
+            yield Note(f"{text}metres, unless its 'scale' makes them so; give it that, or export the file in metres.")
+        turned += [path.name] if _AXIS.search(content) else []
+    if turned:
+        text = f"an up_axis other than Z_UP is not followed, as in MoveIt: of {choices(turned)} z stays z."
+        yield Note(text, grave=False)
 
 
 def _require_whole_ply(elements: dict[str, Any]) -> None:

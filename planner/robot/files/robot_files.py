@@ -2,33 +2,32 @@
 
 from __future__ import annotations
 
-import logging
+import importlib
+import importlib.util
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import pinocchio as pin
 import pydantic
 
-from planner.base.errors import RobotError, choices
+from planner.base.errors import InstallationError, RobotError, choices
 from planner.base.files import StrPath
 from planner.base.notes import Note
 from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
 from planner.problem.targets import HOME
 from planner.robot.files import urdf
-from planner.robot.files.descriptions import described, is_description
 from planner.robot.files.packages import example_robot_data
 from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf, require_fitting
-
-_log = logging.getLogger(__name__)
 
 Rows = Literal["pose", "translation", "planar"]
 
 _ROBOT_FILE = "robot.yaml"
+_DESCRIPTIONS = "robot_descriptions"  # a Python package; names of its robots end in _description
 
 
 class Source(Strict):
@@ -64,15 +63,6 @@ class RobotFile(Strict):
     fixed_joints: dict[str, Coordinate] = pydantic.Field(default_factory=dict)
     disabled_pairs: list[tuple[str, str]] | None = None
     motion: MotionFile | None = None
-
-    @pydantic.model_validator(mode="before")
-    @classmethod
-    def _old_key(cls, data: Any) -> Any:
-        """Files of version 0.1 call it ``rows``."""
-        if isinstance(data, dict) and "rows" in data and "manipulability" not in data:
-            _log.warning("the robot file's key 'rows' is called 'manipulability' now: rename it.")
-            return {"manipulability" if key == "rows" else key: value for key, value in data.items()}
-        return data
 
 
 @dataclass(frozen=True)
@@ -248,8 +238,8 @@ def find_robot(name: str) -> tuple[Path, RobotFile | None]:
         return path.parent, validate(RobotFile, parse_yaml(read_text(path, "robot file"), where), where, RobotError)
     if path.suffix.lower() in (".urdf", ".xml", ".xacro") or "/" in name:
         return path.parent, None
-    if is_description(name) and not os.path.isfile(path):
-        return Path(), _of_description(name)
+    if name.endswith("_description") and name.isidentifier() and not os.path.isfile(path):
+        return Path(), _described(name)
     if os.path.isfile(path):
         raise RobotError(f"robot file {path} ends neither in .urdf nor in .yaml: rename it, or choose another file.")
     raise RobotError(
@@ -258,11 +248,27 @@ def find_robot(name: str) -> tuple[Path, RobotFile | None]:
     )
 
 
-def _of_description(name: str) -> RobotFile:
-    """What a robot file would say of a robot of the package robot_descriptions."""
-    found = described(name)
-    srdf = Source(file=str(found.srdf), args=found.srdf_arguments) if found.srdf else None
-    return RobotFile(name=name, urdf=Source(file=str(found.file), args=found.arguments), srdf=srdf)
+def _described(name: str) -> RobotFile:
+    """A robot of the package robot_descriptions, whose module downloads its files where they are not in its cache."""
+    if importlib.util.find_spec(_DESCRIPTIONS) is None:
+        raise InstallationError(
+            f"robot '{name}' would come from the Python package robot_descriptions: run pip install "
+            "'gabf-planner[descriptions]'."
+        )
+    try:
+        said = vars(importlib.import_module(f"{_DESCRIPTIONS}.{name}"))
+    except Exception as error:  # of a name that it lacks, of git, of the network
+        reason = " ".join(str(error).split())[:200]
+        raise RobotError(
+            f"robot '{name}' of robot_descriptions cannot be loaded ({reason}): choose another name."
+        ) from None
+    path = next((said[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if said.get(kind)), None)
+    if path is None:
+        raise RobotError(f"robot '{name}' of robot_descriptions has neither URDF, xacro nor MJCF: choose another.")
+    urdf_file = Source(file=str(path), args=said.get("XACRO_ARGS", {}) if path == said.get("XACRO_PATH") else {})
+    srdf = said.get("SRDF_PATH") or said.get("SRDF_XACRO_PATH")
+    srdf_file = Source(file=str(srdf), args=said.get("SRDF_XACRO_ARGS", {})) if srdf else None
+    return RobotFile(name=name, urdf=urdf_file, srdf=srdf_file)
 
 
 def _known_tool(model: pin.Model, tool: str | None) -> str:

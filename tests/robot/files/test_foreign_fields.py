@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.errors import PlannerError
 from planner.base.words import number
 from planner.base.yamlfile import parse_yaml
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
@@ -19,20 +18,17 @@ from planner.robot.files.urdf import Mimic
 from planner.robot.model_checks import notes
 from planner.robot.robot import Robot, with_carried, with_tool
 from planner.robot.scene import Scene
-from planner.robot.shapes import Carried, Obstacle, Sphere
+from planner.robot.shapes import Carried, Sphere
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.messages import points_of
 from planner.trajectory.path_file import read_joint_path
 from tests.refusals import refusal_of
 from tests.worlds import joint_xml, link_xml, load
 
-LIMIT = '<limit lower="-1" upper="1" velocity="1" effort="1"/>'
 CHAIN = "".join(map(link_xml, ("base", "upper", "fore", "flange", "tcp"))) + (
     joint_xml("turn", "base", "upper", xyz="0 0 0.5") + joint_xml("bend", "upper", "fore", axis="0 1 0", xyz="0 0 0.5")
 )
 TCP = '<joint name="hold" type="fixed"><parent link="flange"/><child link="tcp"/><origin xyz="0 0 0.3"/></joint>'
-
-TCP_FIXED = TCP + '<joint name="on" type="fixed"><parent link="fore"/><child link="flange"/></joint>'
 
 
 def follows(leader: str = "bend") -> str:
@@ -75,30 +71,6 @@ def test_a_mimic_joint_of_a_mimic_joint_follows_its_leader(urdf_file: Callable[.
     assert "their leaders form a circle" in text
 
 
-@pytest.mark.parametrize(
-    ("said", "words"),
-    [
-        ('soft_upper_limit="0.5"', "soft limits of '0.5': give both"),
-        ('soft_lower_limit="0.5" soft_upper_limit="-0.5"', "soft limits of '0.5' and '-0.5': give both"),
-        ('soft_lower_limit="0.5" soft_upper_limit="0.5"', "give both"),
-    ],
-)
-def test_half_a_safety_controller_is_refused(urdf_file: Callable[..., str], said: str, words: str) -> None:
-    path = urdf_file(CHAIN.replace(LIMIT, f"{LIMIT}<safety_controller {said} k_velocity='1'/>", 1) + TCP_FIXED)
-    assert words in refusal_of(lambda: Robot.load(path, tool="fore"))
-
-
-def test_limits_that_are_not_followed_are_noted(urdf_file: Callable[..., str]) -> None:
-    quick = LIMIT.replace("effort", 'acceleration="0.5" jerk="3" effort')
-    path = urdf_file("".join(map(link_xml, "abc")) + joint_xml("j", "a", "b") + joint_xml("k", "b", "c"), version="1.2")
-    text = Path(path).read_text().replace(LIMIT, quick, 1)
-    Path(path).write_text(text.replace('name="k" type="revolute"', 'name="k" type="continuous"'))
-    notes = Robot.load(path).notes
-    assert [note.grave for note in notes] == [True, False]
-    assert "limits on acceleration, jerk in the URDF are not followed" in notes[0].text
-    assert "lower and upper of k are not followed" in notes[1].text
-
-
 def test_contacts_allowed_to_names_that_nobody_has_are_noted(tmp_path: Path) -> None:
     robot, matrix = load("planar_2r"), "entry_names: [link1, gripper, <octomap>], entry_values: "
     rows = "[[false, true, true], [true, false, true], [true, true, false]]"
@@ -107,13 +79,6 @@ def test_contacts_allowed_to_names_that_nobody_has_are_noted(tmp_path: Path) -> 
     (note,) = [note for note in notes(robot, scene) if "neither it nor the robot has" in note.text]
     assert "contacts of gripper," in note.text
     assert not note.grave
-
-
-def test_obstacles_that_may_touch_each_other_are_noted() -> None:
-    robot, two = load("planar_2r"), [Obstacle(name, Sphere(0.1), np.eye(4)) for name in "ab"]
-    scene = Scene("x", tuple(two), allowed=frozenset({frozenset("ab"), frozenset({"a", "link_1"})}))
-    (note,) = [note for note in notes(robot, scene) if "each other" in note.text]
-    assert note.text.endswith("which nothing asks about: a and b.")
 
 
 @pytest.mark.parametrize(
@@ -177,29 +142,6 @@ def test_what_wraps_a_path_without_times_is_told(tmp_path: Path, caplog: pytest.
     path.write_text(f'{{"trajectory": [{text}], "trajectory_start": {{"joint_state": {{"name": ["x"]}}}}}}')
     assert len(read_joint_path(path, robot)) == 2
     assert "trajectory_start of the message are not checked" in caplog.text
-
-
-def test_args_for_what_is_no_xacro_are_refused(tmp_path: Path, urdf_file: Callable[..., str]) -> None:
-    urdf = urdf_file("".join(map(link_xml, "ab")) + joint_xml("j", "a", "b"))
-    (tmp_path / "robot.yaml").write_text(f"name: arm\nurdf: {{file: {urdf}, args: {{long: '1'}}}}\ntool: b\n")
-    with pytest.raises(PlannerError, match="is no xacro, and would not look at args"):
-        Robot.load(tmp_path / "robot.yaml")
-
-
-def test_args_that_a_xacro_does_not_have_are_refused(tmp_path: Path, urdf_file: Callable[..., str]) -> None:
-    pytest.importorskip("xacro")
-    urdf = Path(urdf_file("".join(map(link_xml, "ab")) + joint_xml("j", "a", "b")))
-    declared = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="arm"><xacro:arg name="prefix"'
-    text = urdf.read_text()
-    head = text[text.index("<robot") : text.index(">", text.index("<robot")) + 1]
-    (tmp_path / "arm.urdf.xacro").write_text(text.replace(head, f'{declared} default=""/>'))
-    for name, fits in (("prefix", True), ("prefx", False)):
-        (tmp_path / "robot.yaml").write_text(f"urdf: {{file: arm.urdf.xacro, args: {{{name}: left_}}}}\ntool: b\n")
-        if fits:
-            assert Robot.load(tmp_path / "robot.yaml").name == "arm"
-        else:
-            message = refusal_of(lambda: Robot.load(tmp_path / "robot.yaml"))
-            assert "has no argument 'prefx' (did you mean 'prefix'?); it has prefix" in message
 
 
 @pytest.mark.parametrize(
