@@ -19,7 +19,7 @@ from planner.base.errors import FileError, PlannerError, choices
 from planner.base.yamlfile import Strict, nearest, parse_yaml, read_text, repeated, validate
 from planner.problem.conditions import AND
 from planner.problem.request import PlanRequest
-from planner.query.sources import sources_hash
+from planner.query.robots import sources_hash
 
 _OPTIONS = tuple(field.name for field in fields(PlanRequest))
 _FILES = ("robot", "scene", "srdf", "motion_plan_request", "roadmap")  # options that may be the path of a file
