@@ -30,7 +30,7 @@ from planner.robot.files.packages import PATHS
 from planner.robot.files.robot_files import JointChoice, RobotFiles, find_robot, read_robot, robot_file
 from planner.robot.files.urdf import Description, read_description
 from planner.robot.files.urdf_geometry import mesh_files
-from planner.robot.moveit.message import choice_of, notes_on, start_of
+from planner.robot.moveit.requests import choice_of, notes_on, start_of
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
 from planner.robot.scene import Scene

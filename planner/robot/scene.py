@@ -204,7 +204,7 @@ class Scene:
         where = f"scene file {path}"
         text = read_text(path, "scene file")
         if path.suffix.lower() == ".scene":
-            from planner.robot.moveit.scene_text import scene_text
+            from planner.robot.moveit.scenes import scene_text
 
             return _from_moveit(scene_text(text, path))
         data = parse_yaml(text, where)

@@ -1,4 +1,4 @@
-"""The text of a robot file loads as the same robot, with the reasons for its pairs; a self-test names links that touch."""
+"""The text of a robot file loads as the same robot, with reasons for its pairs; a self-test names links that touch."""
 
 from __future__ import annotations
 
