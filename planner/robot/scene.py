@@ -40,6 +40,8 @@ from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shap
 if TYPE_CHECKING:
     from planner.robot.moveit.scenes import PlanningScene
 
+_OF_MOVEIT = {"world", "robot_model_name", "allowed_collision_matrix"}  # keys of a PlanningScene message
+
 Triple = tuple[Coordinate, Coordinate, Coordinate]
 
 
@@ -63,37 +65,33 @@ class PoseFile(Strict):
         return pose(self.position, self.rpy, self.quaternion)
 
 
-class _Named(PoseFile):
-    name: Name = pydantic.Field(min_length=1)
-
-
 class TimedPoseFile(PoseFile):
     """Where an obstacle that moves is at ``t`` s."""
 
     t: Annotated[Number, pydantic.Field(ge=0, le=LONGEST)]
 
 
-class _Standing(_Named):
+class _Standing(PoseFile):
     """An obstacle: it stands, or goes along a ``motion``, or may go anywhere within its ``speed_limit`` (m/s)."""
 
+    name: Name = pydantic.Field(min_length=1)
     motion: tuple[TimedPoseFile, ...] = ()
     speed_limit: Annotated[Number, pydantic.Field(ge=0, le=FARTHEST)] = 0.0
 
     @pydantic.model_validator(mode="after")
     def _one_place(self) -> _Standing:
-        placed = {"position", "rpy", "quaternion"} & self.model_fields_set
+        placed = {"position", "rpy", "quaternion", "speed_limit"} & self.model_fields_set
         if self.motion and placed:
-            raise ValueError(f"give a motion or a {min(placed)}, not both: the motion's poses are where it is")
-        if self.motion and self.speed_limit:
-            raise ValueError("give a motion, which is known, or a speed_limit of one that is not, not both")
+            raise ValueError(f"give a motion or a {min(placed)}, not both: the motion says where it is")
         if "motion" in self.model_fields_set and (why := wrong_times([pose.t for pose in self.motion])):
             raise ValueError(f"the times of a motion {why}")
         return self
 
 
-class _Held(_Named):
+class _Held(PoseFile):
     """What is carried: placed in the frame of a link of the robot, which it may touch, as it may ``touch_links``."""
 
+    name: Name = pydantic.Field(min_length=1)
     link: Name = pydantic.Field(min_length=1)
     touch_links: tuple[Name, ...] = ()
 
@@ -107,8 +105,8 @@ class _MeshFile:
 _SHAPES = {"box": Box, "sphere": Sphere, "cylinder": Cylinder, "capsule": Capsule, "mesh": _MeshFile}
 
 
-def _with_shapes(thing: type[_Named], name: str) -> Any:
-    """The file models of a ``thing``, one per shape, which has the keys of both; ``type`` selects the model."""
+def _with_shapes(thing: type[PoseFile], name: str) -> Any:
+    """The file models of a ``thing``: its keys, with those of the shape's class that ``type`` names."""
     models = []
     for kind, shape in _SHAPES.items():
         hints = get_type_hints(shape, include_extras=True)
@@ -201,17 +199,15 @@ class Scene:
         if not known and "/" not in name and not os.path.isfile(path):
             there = choices([*scene_names(), *published_scene_names()])
             raise SceneError(f"scene '{name}' not found; scenes are {there}, or give the path of a scene file.")
-        where = f"scene file {path}"
-        text = read_text(path, "scene file")
-        if path.suffix.lower() == ".scene":
-            from planner.robot.moveit.scenes import scene_text
+        where, text = f"scene file {path}", read_text(path, "scene file")
+        is_text = path.suffix.lower() == ".scene"
+        data = None if is_text else parse_yaml(text, where)
+        if is_text or (isinstance(data, dict) and _OF_MOVEIT & set(data)):
+            from planner.robot.moveit.scenes import planning_scene, scene_text
 
-            return _from_moveit(scene_text(text, path))
-        data = parse_yaml(text, where)
-        if _is_planning_scene(data):
-            from planner.robot.moveit.scenes import planning_scene
-
-            return _from_moveit(planning_scene(data, path))
+            found = scene_text(text, path) if is_text else planning_scene(data, path)
+            more = {"carried": found.carried, "allowed": found.allowed, "message": found, "notes": found.notes}
+            return Scene(found.name, found.obstacles, "from MoveIt", **more)
         return _build(validate(SceneFile, data, where, SceneError), path)
 
     def placement(self, robot: str) -> PlacementFile:
@@ -236,16 +232,6 @@ class Scene:
         return content_hash([solid, allowed, owners])
 
 
-def _is_planning_scene(data: Any) -> bool:
-    """Whether plain data is MoveIt's PlanningScene message rather than one of our own scene files."""
-    return isinstance(data, dict) and bool({"world", "robot_model_name", "allowed_collision_matrix"} & set(data))
-
-
-def _from_moveit(scene: PlanningScene) -> Scene:
-    said = {"carried": scene.carried, "allowed": scene.allowed, "message": scene, "notes": scene.notes}
-    return Scene(scene.name, scene.obstacles, "from MoveIt", **said)
-
-
 def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
     """The shape that a file describes; a mesh is read from its own file in ``folder``."""
     if item.type == "mesh":
@@ -266,31 +252,26 @@ def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path(
     return tuple(collada_notes(folder / item.file for item in items if item.type == "mesh"))
 
 
+def _moving(item: ObstacleFile, folder: Path) -> MovingObstacle:
+    motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])
+    return MovingObstacle(item.name, _shape(item, folder), motion)
+
+
+def _carried(item: CarriedFile, folder: Path) -> Carried:
+    return Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links)
+
+
 def _build(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
-    obstacles = tuple(obstacle_of(item, folder) for item in file.obstacles if not item.motion)
-    moving = tuple(
-        MovingObstacle(
-            item.name,
-            _shape(item, folder),
-            KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion]),
-        )
-        for item in file.obstacles
-        if item.motion
-    )
-    carried = tuple(
-        Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links) for item in file.carried
-    )
-    allowed = frozenset(frozenset(pair) for pair in file.allowed)
     return Scene(
         file.name or path.stem,
-        obstacles,
+        tuple(obstacle_of(item, folder) for item in file.obstacles if not item.motion),
         file.description,
         file.states,
         file.robots,
-        moving,
-        carried,
-        allowed,
+        tuple(_moving(item, folder) for item in file.obstacles if item.motion),
+        tuple(_carried(item, folder) for item in file.carried),
+        frozenset(frozenset(pair) for pair in file.allowed),
         notes=mesh_notes((*file.obstacles, *file.carried), folder),
         keep=keeps_text(file.keep),
     )
