@@ -36,8 +36,8 @@ def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset
     values = {
         "name": robot.name,
         "description": f"{robot.name}, {robot.dof} axes" if text.startswith("from ") else text,
-        "urdf": _source(files.description.path, folder, own and own.urdf),
-        "srdf": files.srdf and _source(files.srdf.path, folder, own and own.srdf),
+        "urdf": _source(files.description.path, folder, own.urdf),
+        "srdf": files.srdf and _source(files.srdf.path, folder, own.srdf),
         "joints": robot.joints,
         "tool": robot.tool,
         "home": robot.home.tolist(),
@@ -47,7 +47,7 @@ def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset
     }
     adjacent = adjacent_pairs(robot) & never_apart
     groups = {
-        "as the robot file has them already": (own and own.disabled_pairs) or [],
+        "as the robot file has them already": own.disabled_pairs or [],
         "joined by one joint": adjacent,
         f"touch in at least {100 * ALWAYS:g} % of random configurations": never_apart - adjacent,
     }

@@ -146,14 +146,13 @@ def robot_sources(name: str, srdf: StrPath | None = None) -> Iterator[Path]:
     yield robot_file(name)
     with contextlib.suppress(PlannerError):
         folder, file = find_robot(name)
-        found = file.urdf.path(folder) if file else robot_file(name)
-        own = file.srdf.path(folder) if file and file.srdf else None
+        found, own = file.urdf.path(folder), file.srdf.path(folder) if file.srdf else None
         yield from (Path(path) for path in (found, srdf or own) if path is not None)
         if found.suffix.lower() == ".xacro":  # it may name any of these
             yield from (path for kind in ("*.xacro", "*.yaml") for path in sorted(found.parent.parent.rglob(kind)))
         stamp = _stamp(found)
         if stamp is not None:
-            yield from mesh_files(_description(stamp, tuple(sorted(file.urdf.args.items())) if file else ()))
+            yield from mesh_files(_description(stamp, tuple(sorted(file.urdf.args.items()))))
 
 
 def scene_sources(name: str) -> Iterator[Path]:

@@ -277,7 +277,7 @@ def assemble(
     file, description = files.file, files.description
     tool, planned = files.tool(tool, choice), files.planned_joints(tool, choice, fixed or {})
     _check_joints(files, planned, tool)
-    fixed = {**(file.fixed_joints if file else {}), **(fixed or {})}
+    fixed = {**file.fixed_joints, **(fixed or {})}
     # joints that are neither planned nor fixed are held, unless at zero, as home says; those that mimic follow
     free = {*planned, *fixed, *(item.joint for item in description.mimics)}
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
@@ -293,7 +293,7 @@ def assemble(
     home = [files.home.get(name, at) for name, at in zip(planned, np.clip(0.0, lower, upper), strict=True)]
     return Robot(
         name=files.name,
-        description=(file.description if file else "") or f"from {files.origin}",
+        description=file.description or f"from {files.origin}",
         joints=tuple(planned),
         lower=lower,
         upper=upper,
@@ -301,7 +301,7 @@ def assemble(
         continuous=frozen([joint in endless for joint in planned], np.bool_),
         tool=tool,
         home=frozen(home),
-        manipulability=(file.manipulability if file else None) or ("pose" if len(planned) >= 6 else "translation"),
+        manipulability=file.manipulability or ("pose" if len(planned) >= 6 else "translation"),
         disabled_pairs=files.disabled_pairs,
         base=frozen(base),
         source=description,
