@@ -81,11 +81,6 @@ def test_states_are_known_that_name_every_planned_joint(arm: Path) -> None:
     assert dict(load(arm).states) == {"home": (0.3, 0.1, -0.2)}
 
 
-def test_disabled_pairs_are_part_of_the_identity(arm: Path) -> None:
-    assert load(arm).disabled_pairs == {frozenset(("column", "fore"))}
-    assert load(arm).identity != Robot.load(str(arm / "arm.urdf")).identity
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -101,11 +96,6 @@ def test_disabled_pairs_are_part_of_the_identity(arm: Path) -> None:
 def test_refused(arm: Path, options: dict[str, str], said: str) -> None:
     with pytest.raises(RobotError, match=said):
         load(arm, **options)
-
-
-def test_a_group_needs_an_srdf(arm: Path) -> None:
-    with pytest.raises(RobotError, match=r"has no SRDF.*give --srdf"):
-        Robot.load(str(arm / "arm.urdf"), choice=JointChoice(group="arm"))
 
 
 ONE = '<joint name="elbow" value="1"/>'

@@ -4,8 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.base.errors import FileError, RobotError
-from planner.robot.files import urdf
+from planner.base.errors import RobotError
 from planner.robot.robot import Robot
 from planner.robot.shapes import Capsule, Cylinder, Mesh
 from tests.worlds import joint_xml, link_xml, load
@@ -62,11 +61,6 @@ def test_iiwa14_cylinders(upright, number):
     np.testing.assert_allclose(np.abs(place[:3, 2]), [0, 0, 1], atol=1e-12)
 
 
-def test_iiwa14_has_no_other_bodies(upright):
-    assert sorted(upright) == list(range(8))
-    assert sum(map(len, upright.values())) == 9
-
-
 def test_iiwa14_limits():
     robot = load("iiwa14")
     degrees = np.array([170, 120, 170, 120, 170, 120, 175])
@@ -97,13 +91,6 @@ def test_continuous_joints_are_one_turn(urdf_file):
     assert robot.lower.tolist() == [-np.pi, -np.pi]
     assert robot.upper.tolist() == [np.pi, np.pi]
     assert robot.velocity.tolist() == [0, 2]
-
-
-def test_kinova_has_three_continuous_joints():
-    assert load("kinova").continuous.tolist() == [True, False, False, True, True, True] or (
-        load("kinova").continuous.sum() >= 3
-    )
-    assert not load("iiwa14").continuous.any()
 
 
 A, B = link_xml("a"), link_xml("b")
@@ -159,15 +146,6 @@ def test_refused(tmp_path, case, capfd):
     assert message.endswith(".")
 
 
-def test_a_missing_file_and_a_binary_one(tmp_path):
-    with pytest.raises(FileError, match=r"URDF .*nowhere\.urdf not found: check the path\."):
-        Robot.load(str(tmp_path / "nowhere.urdf"))
-    path = tmp_path / "binary.urdf"
-    path.write_bytes(b"\xff\xfe\x00\x81")
-    with pytest.raises(RobotError, match="not well-formed XML"):
-        Robot.load(str(path))
-
-
 def test_mesh_beside_the_urdf(tmp_path):
     folder = tmp_path / "arm_description"
     (folder / "meshes").mkdir(parents=True)
@@ -179,19 +157,6 @@ def test_mesh_beside_the_urdf(tmp_path):
     (only,) = Robot.load(str(folder / "arm.urdf")).bodies
     assert isinstance(only.shape, Mesh)
     assert only.shape.vertices.max() == pytest.approx(0.1)
-
-
-def test_chain_joints_are_those_between_base_and_frame(urdf_file):
-    inside = "".join(link_xml(name) for name in "abcd")
-    inside += joint_xml("j1", "a", "b") + joint_xml("j2", "b", "c") + joint_xml("side", "b", "d")
-    robot = Robot.load(urdf_file(inside), tool="c")
-    assert robot.joints == ("j1", "j2")
-    assert urdf.tips_of(urdf.build_model(robot.source)) == ["c", "d"]
-
-
-def test_frames_prefer_links_over_joints_of_the_same_name(urdf_file):
-    robot = Robot.load(urdf_file(A + link_xml("same") + joint_xml("same", "a", "same", xyz="0 0 1")), tool="same")
-    assert robot.model.frames[robot.tool_id].type == pin.FrameType.BODY
 
 
 def test_soft_limits_are_limits(urdf_file):
