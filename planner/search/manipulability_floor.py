@@ -53,10 +53,12 @@ class LayeredNetwork:
         np.minimum.at(least, self.roadmap_node, x)
         return least
 
-    def without_edge(self, i: int, j: int) -> LayeredNetwork:
-        """The layered network without every arc between two roadmap nodes, whichever layer it is in."""
+    def without_edges(self, edges: Ints) -> LayeredNetwork:
+        """The layered network without every arc along the roadmap's ``edges`` (k, 2), whichever layer it is in."""
+        n = int(self.roadmap_node.max(initial=0)) + 1
         tails, heads = self.roadmap_node[self.network.tails], self.roadmap_node[self.network.indices]
-        gone = ((tails == i) & (heads == j)) | ((tails == j) & (heads == i))
+        of_arc = np.minimum(tails, heads) * n + np.maximum(tails, heads)
+        gone = np.isin(of_arc, edges.min(axis=1) * n + edges.max(axis=1))
         return replace(self, network=self.network.without_arcs(np.flatnonzero(gone)))
 
     def without_arcs_between(self, i: int, j: int) -> LayeredNetwork:

@@ -20,9 +20,9 @@ from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
-from planner.search.healing import HealingNetwork
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import build_network
+from planner.search.search import RoadmapPaths, second_looks
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 from planner.trajectory.measure import measure_path
 
@@ -129,36 +129,26 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
         return draft
     with clock("costs"):
         roadmap, clearance = _roomy(request, query, roadmap, progress)
-        network = build_network(roadmap, request.objective_at(0.5), clearance)
-        healing = HealingNetwork(checker, roadmap, network, request.min_manipulability)
-    draft = replace(draft, roadmap=roadmap, clearance=clearance)
-    while (done := _sweep_once(draft, healing, clock, progress)) is None:
-        draft = replace(draft, roadmap=healing.roadmap, edges_removed=healing.edges_removed)
-    return done
-
-
-def _sweep_once(draft: Tradeoff, healing: HealingNetwork, clock: Stopwatch, progress: Progress) -> Tradeoff | None:
-    """The trade-off as far as it comes; None where a path failed its second check, and the network was healed."""
-    request, layered = draft.request, healing.layered
-    law = gabf.named_law(request.law, request.prescribed_time)
-    search = EnvelopeSearch(layered.network, layered.starts, law)
+        network, floor = build_network(roadmap, request.objective_at(0.5), clearance), request.min_manipulability
+        paths = RoadmapPaths(roadmap, robot, network, floor, second_looks(checker, roadmap))
+    search = EnvelopeSearch(paths, gabf.named_law(request.law, request.prescribed_time), clock)
     while not search.done and not progress.stopped:
-        with clock("gabf"):
-            support = search.step()
-        if support is not None:
-            with clock("path"):
-                accepted = healing.accepts(support.nodes)
-            if not accepted:
-                return None
+        search.step()
         progress("beta", int(100 * search.reach), 100)
-    error = search.max_error if search.solves else None
-    draft = replace(draft, layered=layered, solves=search.solves, max_error_vs_oracle=error)
+    draft = replace(
+        draft,
+        roadmap=paths.roadmap,
+        layered=paths.layered,
+        clearance=clearance,
+        edges_removed=int((~paths.kept).sum()),
+        solves=search.solves,
+        max_error_vs_oracle=search.max_error if search.solves else None,
+    )
     if not search.connected:
-        outcome = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
-        return replace(draft, outcome=outcome)
+        return replace(draft, outcome=Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH)
     with clock("measures"):
         known = pieces(search.supports[: search.settled + 1])
-        intervals = tuple(_interval(piece, healing) for piece in (known if search.done else known[:-1]))
+        intervals = tuple(_interval(piece, paths, robot) for piece in (known if search.done else known[:-1]))
     outcome = Outcome.SOLVED if search.done else Outcome.INTERRUPTED
     return replace(draft, intervals=intervals, complete=search.done, outcome=outcome)
 
@@ -179,16 +169,16 @@ def _roomy(request: SweepRequest, query: Query, roadmap: Roadmap, progress: Prog
     return roomy_roadmap(roadmap, query.checker, request, progress)
 
 
-def _interval(piece: Piece, healing: HealingNetwork) -> Interval:
-    support, path = piece.support, healing.waypoints(piece.support.nodes)
+def _interval(piece: Piece, paths: RoadmapPaths, robot: Robot) -> Interval:
+    support, path = piece.support, paths.waypoints(piece.support.nodes)
     assert support.cost_to_go is not None  # a sweep runs the dynamics
     return Interval(
         beta_min=piece.beta_min,
         beta_max=piece.beta_max,
-        path_nodes=frozen(healing.layered.roadmap_node[support.nodes], np.int64),
+        path_nodes=frozen(paths.layered.roadmap_node[support.nodes], np.int64),
         path=path,
         manipulability_cost=support.manipulability,
         distance_cost=support.distance,
         cost_to_go=support.cost_to_go,
-        **asdict(measure_path(healing.robot, path)),
+        **asdict(measure_path(robot, path)),
     )

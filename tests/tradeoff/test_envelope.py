@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from planner import gabf
 from planner.base.errors import AssumptionError
 from planner.search.network import arc_costs, at_beta
+from planner.search.search import ProvenNetwork
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 from tests.random_shapes import QUICK
 from tests.tradeoff.graphs import Graph, enumerated_envelope, random_graph
@@ -18,7 +19,7 @@ LAWS = [gabf.Nominal(), gabf.PrescribedTime(T=2.0), gabf.FixedTime(), gabf.Singu
 
 
 def searched(graph: Graph, law: gabf.Law | None = None) -> EnvelopeSearch:
-    search = EnvelopeSearch(graph.network(), graph.starts, law or gabf.SingularityFree(T=4.0))
+    search = EnvelopeSearch(ProvenNetwork(graph.network(), graph.starts), law or gabf.SingularityFree(T=4.0))
     while not search.done:
         search.step()
     return search
@@ -97,7 +98,7 @@ def test_every_law_finds_the_same(law: gabf.Law) -> None:
 @given(st.integers(0, 2**31), st.sampled_from([None, 3]))
 def test_without_a_law_the_oracle_finds_the_same_fields_and_paths(seed: int, levels: int | None) -> None:
     graph = random_graph(seed, 11, 0.7, levels)
-    dynamic, search = searched(graph), EnvelopeSearch(graph.network(), graph.starts)
+    dynamic, search = searched(graph), EnvelopeSearch(ProvenNetwork(graph.network(), graph.starts))
     while not search.done:
         search.step()
     assert (search.connected, search.solves) == (dynamic.connected, 0)
@@ -189,7 +190,7 @@ def test_a_start_that_is_a_goal() -> None:
 def test_what_is_settled_reaches_from_the_left() -> None:
     graph = random_graph(5, 60, 0.6, None)
     whole = pieces(searched(graph).supports)
-    search, reached = EnvelopeSearch(graph.network(), graph.starts, gabf.SingularityFree()), [0.0]
+    search, reached = EnvelopeSearch(ProvenNetwork(graph.network(), graph.starts), gabf.SingularityFree()), [0.0]
     while not search.done:
         search.step()
         assert search.reach >= reached[-1]

@@ -21,12 +21,12 @@ from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
-from planner.search.healing import HealingNetwork
 from planner.search.network import build_network, path_cost
 from planner.tradeoff.record import save_sweep, summary_lines, sweep_record
 from planner.tradeoff.sweep import Interval, Tradeoff, range_text, sweep
 from planner.trajectory.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
 from tests.random_shapes import QUICK
+from tests.search.failing import collide
 
 
 def least(tradeoff: Tradeoff, beta: float) -> float:
@@ -127,19 +127,6 @@ def test_other_costs_have_other_intervals(swept: Tradeoff, again: SweepRequest, 
 # edges that fail the second look
 
 
-def failing(monkeypatch: pytest.MonkeyPatch, edges: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """These edges fail; returns the list of edges that were looked at."""
-    seen: list[tuple[int, int]] = []
-
-    def look(healing: HealingNetwork, asked: list[tuple[int, int]]) -> int:
-        first = next((k for k, (i, j) in enumerate(asked) if (min(i, j), max(i, j)) in edges), len(asked))
-        seen.extend(asked[: first + 1])
-        return first
-
-    monkeypatch.setattr(HealingNetwork, "_first_contact", look)
-    return seen
-
-
 def edges_of(nodes: np.ndarray) -> set[tuple[int, int]]:
     return {(min(pair), max(pair)) for pair in itertools.pairwise(nodes.tolist())}
 
@@ -151,14 +138,13 @@ def test_an_edge_that_fails_is_removed_and_the_sweep_starts_over(
     grown = []
     real = module.obtain_roadmap
     monkeypatch.setattr(module, "obtain_roadmap", lambda *more: grown.append(1) or real(*more))
-    seen = failing(monkeypatch, [bad])
+    collide(monkeypatch, swept.roadmap, np.array([bad]))
     found = sweep(again)
     assert_covers(found)
     assert found.edges_removed == 1
     assert len(grown) == 1
     assert len(found.roadmap.edges) == len(swept.roadmap.edges) - 1
     assert all(bad not in edges_of(interval.path_nodes) for interval in found.intervals)
-    assert len({frozenset(edge) for edge in seen}) == len(seen), "no edge is looked at twice"
     save_roadmap(found.roadmap, tmp_path / "smaller.npz")
     assert outline(sweep(replace(again, roadmap=tmp_path / "smaller.npz"))) == outline(found)
 
@@ -167,7 +153,7 @@ def test_when_every_way_fails_there_is_no_path(
     swept: Tradeoff, again: SweepRequest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     around = [(int(i), int(j)) for i, j in swept.roadmap.edges if j in swept.roadmap.goals or i in swept.roadmap.goals]
-    failing(monkeypatch, around)
+    collide(monkeypatch, swept.roadmap, np.array(around))
     found = sweep(again)
     assert (found.outcome, found.complete, found.intervals) == (Outcome.NO_PATH, False, ())
     assert found.edges_removed == len(around)
