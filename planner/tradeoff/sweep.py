@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints, frozen
-from planner.base.files import StrPath
+from planner.base.arrays import frozen
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.collision.checker import CollisionChecker
 from planner.planning.improvement import improved_roadmap, roomy_roadmap
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
@@ -19,95 +16,13 @@ from planner.query.query import Query, make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
-from planner.robot.scene import Scene
-from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import build_network
 from planner.search.search import RoadmapPaths, second_looks
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
+from planner.tradeoff.result import Interval, Tradeoff
 from planner.trajectory.measure import measure_path
 
 IMPROVED_AT = (0.0, 0.25, 0.5, 0.75, 1.0)  # betas at which the roadmap is improved before the sweep
-
-
-@dataclass(frozen=True, eq=False)
-class Interval:
-    """One path and the betas [``beta_min``, ``beta_max``] that it is optimal for.
-
-    ``path_nodes`` (k,) start first, ``path`` (k, dof) rad with continuous joints unwound. The costs are Omega and D as
-    eq. (finew) sums them: at beta the path costs (1 - beta) ``manipulability_cost`` + beta ``distance_cost``.
-    ``w_min`` and ``w_mean`` are sampled densely along the path, lengths are in rad and m. ``cost_to_go`` is the
-    settled field at a beta of the interval (``cost_to_go.network.kernel.beta``).
-    """
-
-    beta_min: float
-    beta_max: float
-    path_nodes: Ints
-    path: Floats
-    manipulability_cost: float
-    distance_cost: float
-    w_min: float
-    w_mean: float
-    joint_length: float
-    workspace_length: float
-    cost_to_go: gabf.CostToGo
-
-    @property
-    def betas(self) -> str:
-        """The interval with as many digits as tell its ends apart: "0.238 to 0.479", "0.99979 to 1"."""
-        return range_text(self.beta_min, self.beta_max)
-
-
-def range_text(low: float, high: float, between: str = " to ") -> str:
-    """Two numbers in [0, 1] with three digits behind the point, or as many as tell them apart."""
-    apart = high - low
-    digits = min(12, max(3, 1 - int(np.floor(np.log10(apart))))) if apart > 0.0 else 3
-    return between.join(f"{value:.{digits}f}".rstrip("0").rstrip(".") for value in (low, high))
-
-
-@dataclass(frozen=True, eq=False)
-class Tradeoff:
-    """The trade-off with everything it was made from.
-
-    ``intervals`` are sorted and cover [0, 1] where ``complete``; where the sweep was interrupted those that are
-    proven, from 0 up; none where there is no path. ``solves`` counts runs of the dynamics, ``max_error_vs_oracle`` is
-    the largest relative error of all of them.
-    """
-
-    request: SweepRequest
-    outcome: Outcome
-    robot: Robot
-    scene: Scene
-    checker: CollisionChecker
-    roadmap: Roadmap
-    layered: LayeredNetwork | None = None
-    intervals: tuple[Interval, ...] = ()
-    complete: bool = False
-    solves: int = 0
-    max_error_vs_oracle: float | None = None
-    edges_removed: int = 0
-    clearance: float = 0.0  # m beyond the margin that every path keeps
-    timings: dict[str, float] = field(default_factory=dict)
-
-    def __repr__(self) -> str:
-        count = f"{len(self.intervals)} intervals of beta"
-        return f"<Tradeoff: {self.robot.name} in {self.scene.name}, {self.outcome.key}, {count}>"
-
-    def _repr_html_(self) -> str:
-        from planner.tradeoff.record import sweep_table
-
-        return sweep_table(self)
-
-    def page(self) -> str:
-        """The page as HTML text that needs nothing but a browser."""
-        from planner.tradeoff.page import sweep_page
-
-        return sweep_page(self)
-
-    def save(self, folder: StrPath) -> None:
-        """Write ``sweep.json``, ``sweep.csv``, ``sweep.html`` and ``roadmap.npz`` under ``folder``."""
-        from planner.tradeoff.record import save_sweep
-
-        save_sweep(self, Path(folder))
 
 
 def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
@@ -122,13 +37,14 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
     with clock("setup"):
         query = make_query(request)
     with clock("roadmap"):
-        roadmap = _obtain(request, query, progress)
+        roadmap, clearance = _improved_roadmap(request, query, progress)
     robot, scene, checker = query.robot, query.scene, query.checker
-    draft = Tradeoff(request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, timings=clock.seconds)
+    draft = Tradeoff(
+        request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, clearance=clearance, timings=clock.seconds
+    )
     if progress.stopped:
         return draft
     with clock("costs"):
-        roadmap, clearance = _roomy(request, query, roadmap, progress)
         network, floor = build_network(roadmap, request.objective_at(0.5), clearance), request.min_manipulability
         paths = RoadmapPaths(roadmap, robot, network, floor, second_looks(checker, roadmap))
     search = EnvelopeSearch(paths, gabf.named_law(request.law, request.prescribed_time), clock)
@@ -139,7 +55,6 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
         draft,
         roadmap=paths.roadmap,
         layered=paths.layered,
-        clearance=clearance,
         edges_removed=int((~paths.kept).sum()),
         solves=search.solves,
         max_error_vs_oracle=search.max_error if search.solves else None,
@@ -153,20 +68,18 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
     return replace(draft, intervals=intervals, complete=search.done, outcome=outcome)
 
 
-def _obtain(request: SweepRequest, query: Query, progress: Progress) -> Roadmap:
-    """The roadmap that ``request`` names or grows, improved at several betas."""
-    roadmap = obtain_roadmap(request, query, progress)
-    roadmap, clearance = _roomy(request, query, roadmap, progress)
+def _improved_roadmap(request: SweepRequest, query: Query, progress: Progress) -> tuple[Roadmap, float]:
+    """The roadmap that ``request`` names or grows, improved at several betas, and the clearance (m) that paths keep.
+
+    A kept roadmap that is not refined stays as it is.
+    """
+    roadmap, clearance = obtain_roadmap(request, query, progress), 0.0
+    if request.rounds < 1:
+        return roadmap, clearance
+    roadmap, clearance = roomy_roadmap(roadmap, query.checker, request, progress)
     for beta in IMPROVED_AT:
         roadmap = improved_roadmap(roadmap, query.checker, request, beta, progress, clearance).roadmap
-    return roadmap
-
-
-def _roomy(request: SweepRequest, query: Query, roadmap: Roadmap, progress: Progress) -> tuple[Roadmap, float]:
-    """As :func:`planner.planning.improvement.roomy_roadmap`; a kept roadmap that is not refined stays as it is."""
-    if request.rounds < 1:
-        return roadmap, 0.0
-    return roomy_roadmap(roadmap, query.checker, request, progress)
+    return roomy_roadmap(roadmap, query.checker, request, progress)  # now with the edges of the improvements
 
 
 def _interval(piece: Piece, paths: RoadmapPaths, robot: Robot) -> Interval:
