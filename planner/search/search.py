@@ -21,6 +21,7 @@ from planner.collision.second_look import second_look
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.robot import Robot
 from planner.search.manipulability_floor import first_violation, layered_network
+from planner.search.network import edge_rows
 
 
 class LazyNetwork(Protocol):
@@ -160,7 +161,7 @@ def second_looks(checker: CollisionChecker, roadmap: Roadmap, seen: set[bytes] |
     passed, robot = set() if seen is None else seen, checker.robot
 
     def look(nodes: Ints) -> Ints:
-        rows = edges_of(roadmap, nodes)
+        rows = edge_rows(roadmap, nodes[:-1], nodes[1:])
         names = [b"".join(sorted(q.tobytes() for q in roadmap.nodes[roadmap.edges[row]])) for row in rows]
         new = np.array([k for k, name in enumerate(names) if name not in passed], dtype=np.int64)
         if not len(new):
@@ -172,10 +173,3 @@ def second_looks(checker: CollisionChecker, roadmap: Roadmap, seen: set[bytes] |
         return rows[new[first : first + 1]]
 
     return look
-
-
-def edges_of(roadmap: Roadmap, nodes: Ints) -> Ints:
-    """The rows (k - 1,) of the edges between consecutive ``nodes`` (k,)."""
-    n, edges = len(roadmap.nodes), roadmap.edges
-    low, high = np.minimum(nodes[:-1], nodes[1:]), np.maximum(nodes[:-1], nodes[1:])
-    return np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)

@@ -19,7 +19,8 @@ from planner.collision.looks import straight
 from planner.collision.second_look import second_look
 from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
-from planner.search.search import Found, RoadmapPaths, edges_of, search
+from planner.search.network import edge_rows
+from planner.search.search import Found, RoadmapPaths, search
 from planner.session.edge_proofs import clauses_of
 from planner.session.live_world import LiveWorld
 
@@ -82,7 +83,7 @@ def prove_path(live: LiveWorld, steps: Ints, around_too: bool = True) -> tuple[L
 
     Where it does not the edges around it are proven, too, unless nothing is to be found in its place.
     """
-    rows = edges_of(live.roadmap, steps)
+    rows = edge_rows(live.roadmap, steps[:-1], steps[1:])
     live = live.proven(rows[live.proofs.open[rows]])
     if live.proofs.blocked[rows].any():
         if not around_too:

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from planner import gabf
 from planner.base.progress import Progress
-from planner.search.network import build_network
-from planner.search.search import Found, RoadmapPaths, edges_of, search, second_looks
+from planner.search.network import build_network, edge_rows
+from planner.search.search import Found, RoadmapPaths, search, second_looks
 from tests.random_shapes import QUICK
 from tests.search.failing import collide
 from tests.worlds import make_post, post_roadmap
@@ -114,8 +114,7 @@ def test_an_arc_that_falls_below_the_floor_goes_and_its_edge_stays() -> None:
 def test_edges_by_their_nodes() -> None:
     roadmap = post_roadmap()
     there_and_back = np.concatenate([roadmap.edges[5], roadmap.edges[5, :1]])
-    assert edges_of(roadmap, there_and_back).tolist() == [5, 5]
-    assert edges_of(roadmap, there_and_back[:1]).tolist() == []
+    assert edge_rows(roadmap, there_and_back[:-1], there_and_back[1:]).tolist() == [5, 5]
 
 
 def test_the_network_without_edges_is_that_of_the_smaller_roadmap() -> None:

@@ -12,8 +12,7 @@ from planner.problem.request import WorldRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.robot.poses import pose
 from planner.robot.shapes import Obstacle, Sphere
-from planner.search.network import build_network
-from planner.search.search import edges_of
+from planner.search.network import build_network, edge_rows
 from planner.session.live_world import LiveWorld
 from planner.session.search import LiveFound, search_live
 from planner.trajectory.measure import path_contact
@@ -46,7 +45,7 @@ def test_it_finds_the_cheapest_proven_path_and_leaves_most_edges_open() -> None:
     path = path_waypoints(world.roadmap, ROBOT, found.steps)
     assert path_contact(make_checker(ROBOT, world.scene, "coal"), path) is None
     assert found.field.x[found.steps[0]] <= cost_over_proven_edges(world) + 1e-9
-    rows = edges_of(world.roadmap, found.steps)
+    rows = edge_rows(world.roadmap, found.steps[:-1], found.steps[1:])
     assert found.live.proofs.free[rows].all()
     assert found.live.proofs.seen[rows].all()
 
