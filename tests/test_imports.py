@@ -125,8 +125,6 @@ def test_foreign_libraries_have_one_door(module: str) -> None:
 # methods of a result that hand it to functions over it, which read best as methods: imported when they are called
 FACADES = {
     ("planner.trajectory.trajectory", "planner.trajectory.stopping"),
-    ("planner.tradeoff.sweep", "planner.tradeoff.page"),
-    ("planner.tradeoff.sweep", "planner.tradeoff.record"),
 }
 
 

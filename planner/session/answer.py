@@ -24,7 +24,7 @@ from planner.roadmap.reprove import in_this_world
 from planner.roadmap.roadmap import Roadmap, kept_part, path_waypoints
 from planner.search.network import build_network, path_cost
 from planner.session.live_world import LiveWorld
-from planner.session.search import Found, RoadmapNetwork, go_on, search
+from planner.session.search import LiveFound, go_on, search_live
 
 _GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: beyond it the oldest ones go
 
@@ -93,7 +93,7 @@ def answered(moment: Moment, query: Query, planning: Planning) -> tuple[Moment, 
     )
 
 
-def _plan(live: LiveWorld, last: Found, query: Query, request: PlanRequest) -> Plan:
+def _plan(live: LiveWorld, last: LiveFound, query: Query, request: PlanRequest) -> Plan:
     """What the last search found, as a plan."""
     robot, solved = live.checker.robot, len(last.steps) > 0
     failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
@@ -162,9 +162,7 @@ def _linked_already(roadmap: Roadmap, query: Query) -> bool:
     return all(np.array_equal(roadmap.nodes[nodes], q) for nodes, q in ends)
 
 
-def _search(moment: Moment, planning: Planning) -> Found:
-    live, n = moment.live, len(moment.live.roadmap.nodes)
+def _search(moment: Moment, planning: Planning) -> LiveFound:
     objective = planning.request.quality.objective
-    network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, objective))
-    x = np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)])
-    return search(live, network, x, planning.law, objective.floor, planning.progress)
+    network = build_network(moment.live.roadmap, objective)
+    return search_live(moment.live, network, moment.x, planning.law, objective.floor, planning.progress)
