@@ -17,9 +17,8 @@ def serve(
 ) -> int:
     """Serve the gate and the planner to programs in other languages, over a websocket, until Ctrl-C.
 
-    Text frames are JSON, binary ones msgpack: load a robot and a scene, check chunks of joint targets, change the
-    world, plan with progress and cancel, subscribe to what happens. 'planner schema serve' says what can be asked;
-    docs/howto/serve.md has clients. Examples:
+    Messages are JSON: load a robot and a scene, check chunks of joint targets, change the world, plan with progress
+    and cancel. 'planner schema serve' describes them; docs/howto/serve.md has clients. Examples:
 
     planner serve --port 8765
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import logging
 import os
 import secrets
+import socket
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http import HTTPStatus
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +18,6 @@ from typing import Any
 from planner.base.errors import FileError, InstallationError, OptionError, PlannerError
 from planner.base.interrupts import until_signal
 from planner.base.yamlfile import read_text
-from planner.serve.worlds import Worlds
 
 HOST = "127.0.0.1"
 _LARGEST = 1 << 24  # bytes of a message
@@ -48,36 +48,43 @@ def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = Fal
     """
     if not 0 <= port <= 65535:
         raise OptionError(f"port must be from 1 to 65535, or 0 for any free one, got {port}.")
-    Connection, hang_up, websocket_server, closed = _library()
-    worlds, talking = Worlds(allow_xacro), set[Any]()
+    try:
+        from websockets.exceptions import ConnectionClosed
+        from websockets.sync.server import serve as websocket_server
 
-    def talk(socket: Any) -> None:
+        from planner.serve.connection import Connection
+    except ModuleNotFoundError as error:
+        if error.name != "websockets":
+            raise
+        raise InstallationError(
+            "serving needs the Python package websockets: run pip install 'gabf-planner[serve]'."
+        ) from None
+    clients: dict[Any, Connection] = {}
+
+    def talk(client: Any) -> None:
         """One client from its first frame to its last."""
-        connection = Connection(socket, worlds)
-        talking.add(socket)
-        try:
-            for frame in socket:
+        connection = clients[client] = Connection(client, allow_xacro)
+        with suppress(ConnectionClosed):
+            for frame in client:
                 connection.take(frame)
-        except closed:  # without a word: its work ends all the same
-            pass
-        finally:
-            connection.close()
-            talking.discard(socket)
+        connection.close()
+        del clients[client]
 
-    def leave() -> None:
-        """Wait no longer for who does not say goodbye, nor read what it is sent."""
-        for socket in list(talking):
-            hang_up(socket)
+    def hang_up() -> None:
+        """End the connections of clients that do not say goodbye, or do not read their answers."""
+        for client in list(clients):
+            with suppress(OSError):
+                client.socket.shutdown(socket.SHUT_RDWR)
 
-    def admit(socket: Any, request: Any) -> Any:
-        """None for who knows the token, else the answer that turns it away."""
+    def admit(client: Any, request: Any) -> Any:
+        """None for a client that knows the token, else the answer that turns it away."""
         given = request.headers.get("Authorization", "")
         if secrets.compare_digest(given.encode(), f"Bearer {token}".encode()):
             return None
-        return socket.respond(HTTPStatus.UNAUTHORIZED, "Send the token, as Authorization: Bearer TOKEN.\n")
+        return client.respond(HTTPStatus.UNAUTHORIZED, "Send the token, as Authorization: Bearer TOKEN.\n")
 
     quiet = logging.getLogger("planner.serve.websockets")
-    quiet.setLevel(logging.CRITICAL)  # who hangs up early is nobody's fault
+    quiet.setLevel(logging.CRITICAL)  # clients may hang up early
     how = {"origins": [None], "process_request": admit, "max_size": _LARGEST, "compression": None, "logger": quiet}
     try:
         server = websocket_server(talk, host, port, **how)
@@ -93,12 +100,13 @@ def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = Fal
         name = f"[{host}]" if ":" in host else host
         yield f"ws://{name}:{server.socket.getsockname()[1]}/"
     finally:
-        worlds.close()
-        patience = threading.Timer(_PATIENCE, leave)
+        for connection in list(clients.values()):
+            connection.stop()
+        patience = threading.Timer(_PATIENCE, hang_up)
         patience.start()
         server.shutdown()
         patience.cancel()
-        leave()  # websockets before 17 leaves connections open
+        hang_up()  # websockets before 17 leaves connections open
         thread.join()
         sys.setswitchinterval(before)
 
@@ -119,19 +127,3 @@ def token_in(path: Path) -> str:
     if len(text) < _SHORTEST or not text.isascii() or not text.isprintable() or " " in text:
         raise FileError(f"token file {path} must hold one word of {_SHORTEST} plain characters or more: remove it.")
     return text
-
-
-def _library() -> tuple[Any, Any, Any, Any]:
-    """The connection, what ends and what serves it, and what is raised when a client is gone."""
-    try:
-        from websockets.exceptions import ConnectionClosed
-        from websockets.sync.server import serve as websocket_server
-
-        from planner.serve.connection import Connection, hang_up
-    except ModuleNotFoundError as error:
-        if error.name not in ("websockets", "msgpack"):
-            raise
-        raise InstallationError(
-            f"serving needs the Python package {error.name}: run pip install 'gabf-planner[serve]'."
-        ) from None
-    return Connection, hang_up, websocket_server, ConnectionClosed

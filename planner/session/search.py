@@ -23,7 +23,7 @@ from planner.collision.second_look import second_look
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork, first_violation, layered_network
 from planner.session.edge_proofs import clauses_of
-from planner.session.live_world import LiveWorld
+from planner.session.live_roadmap import LiveRoadmap
 
 _MANY = 0.5  # share of the clauses beyond which a checker of them alone gains nothing
 
@@ -36,7 +36,7 @@ class Found:
     included, join a start and a goal.
     """
 
-    live: LiveWorld
+    live: LiveRoadmap
     layered: LayeredNetwork
     field: gabf.CostToGo
     steps: Ints
@@ -83,7 +83,7 @@ def go_on(progress: Progress) -> None:
 
 
 def search(
-    live: LiveWorld,
+    live: LiveRoadmap,
     network: RoadmapNetwork,
     x: Floats,
     law: gabf.Law,
@@ -118,7 +118,7 @@ def search(
         barred.append((int(steps[low]), int(steps[low + 1])))
 
 
-def prove_path(live: LiveWorld, steps: Ints, around_too: bool = True) -> tuple[LiveWorld, bool]:
+def prove_path(live: LiveRoadmap, steps: Ints, around_too: bool = True) -> tuple[LiveRoadmap, bool]:
     """The world after what was open of a path over nodes ``steps`` (k,) was proven, and whether all of it holds.
 
     Where it does not the edges around it are proven, too, unless nothing is to be found in its place.
@@ -142,7 +142,7 @@ def prove_path(live: LiveWorld, steps: Ints, around_too: bool = True) -> tuple[L
     return replace(live, proofs=live.proofs.confirmed(rows)), True
 
 
-def _judge(live: LiveWorld, clauses: Bools) -> CollisionChecker:
+def _judge(live: LiveRoadmap, clauses: Bools) -> CollisionChecker:
     """A second checker that knows at least the pairs of some clauses, and is quicker for knowing few."""
     if clauses.mean() > _MANY or not clauses.any():
         return second_checker(live.checker)

@@ -57,7 +57,7 @@ def test_lines_cubics_and_quintics_are_what_the_controller_runs() -> None:
     for kind in KINDS:
         chunk = random_chunk(robot, kind, 6, 0.7, rng)
         columns, named = chunk.arguments()
-        judged = planner.Gate(robot, Scene("x", (FAR,)), judged=()).check(*columns, **named)._judged.chunk
+        judged = planner.Gate(robot, Scene("x", (FAR,)), judged=()).check(*columns, **named)._run()
         for k, one in enumerate(motion_of(chunk)):
             u = np.linspace(0.0, 1.0, 7)
             ours = np.vander(u, judged.coefficients.shape[1], increasing=True) @ judged.coefficients[k]
