@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from planner.base.errors import InstallationError
 from planner.cli.common import Debug
 from planner.cli.terminal import say
 
@@ -30,7 +31,13 @@ def serve(
         token_file: File with the token that clients send; a random one is written where there is no such file.
         allow_xacro: Expand robots that are written as xacro, whose expressions run on this machine.
     """
-    from planner.serve.server import serve as run
-
+    try:
+        from planner.serve.server import serve as run
+    except ModuleNotFoundError as error:
+        if error.name != "websockets":
+            raise
+        raise InstallationError(
+            "serving needs the Python package websockets: run pip install 'gabf-planner[serve]'."
+        ) from None
     run(host, port, token_file, allow_xacro, say)
     return 0

@@ -6,6 +6,7 @@ import json
 import logging
 import os
 import re
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterable
@@ -46,8 +47,8 @@ _MESHES = (".stl", ".obj", ".ply", ".dae", ".glb")
 class Connection:
     """A gate and a session on the live world of one client; :meth:`take` its frames, then :meth:`close`."""
 
-    def __init__(self, socket: Socket, allow_xacro: bool) -> None:
-        self._socket, self._allow_xacro = socket, allow_xacro
+    def __init__(self, client: Socket, allow_xacro: bool) -> None:
+        self._socket, self._allow_xacro = client, allow_xacro
         self._world: tuple[Gate, Session] | None = None
         self._jobs: dict[Any, threading.Event] = {}  # by the ids of requests; a job ends once its event is set
         self._worker = ThreadPoolExecutor(1, "work")
@@ -68,13 +69,14 @@ class Connection:
 
     def close(self) -> None:
         """End all work, and wait for it."""
-        self.stop()
-        self._worker.shutdown()
-
-    def stop(self) -> None:
-        """End all work as soon as possible."""
         for cancelled in list(self._jobs.values()):
             cancelled.set()
+        self._worker.shutdown()
+
+    def hang_up(self) -> None:
+        """End the connection at once, also while a thread waits in ``send``; then its work ends too."""
+        with suppress(OSError):
+            self._socket.socket.shutdown(socket.SHUT_RDWR)
 
     def _begin(self, request: ask.Request) -> None:
         """Load or plan in the second thread, with events on progress."""
@@ -112,9 +114,10 @@ class Connection:
         if isinstance(asked, ask.Load):
             return self._load(asked, progress)
         if isinstance(asked, ask.Cancel):
-            if asked.id not in self._jobs:
+            cancelled = self._jobs.get(asked.id)
+            if cancelled is None:
                 raise OptionError(f"request {asked.id!r} is not under way: it is answered already, or never came.")
-            self._jobs[asked.id].set()
+            cancelled.set()
             return {"cancelled": asked.id}
         if self._world is None:
             raise OptionError("there is no world yet: load one first.")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import secrets
-import socket
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -15,22 +14,29 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from planner.base.errors import FileError, InstallationError, OptionError, PlannerError
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.sync.server import ServerConnection
+from websockets.sync.server import serve as websocket_server
+
+from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.interrupts import until_signal
 from planner.base.yamlfile import read_text
+from planner.serve.connection import Connection
 
 HOST = "127.0.0.1"
 _LARGEST = 1 << 24  # bytes of a message
 _SHORTEST = 16  # characters of a token
 _SWITCH = 5e-4  # s after which a thread that plans lets one that checks go on; Python's own is 5 ms
-_PATIENCE = 2.0  # s in which clients may end their connections when the server does
-_AWAY = "left without waiting for what was being answered."
 
 
 def serve(host: str, port: int, token_file: Path | None, allow_xacro: bool, announce: Callable[[str], None]) -> None:
     """Serve until SIGINT or SIGTERM, then end what is under way; from the main thread only."""
     asked = threading.Event()
-    with until_signal(asked, _AWAY), TemporaryDirectory(prefix="planner-serve-") as folder:
+    with (
+        until_signal(asked, "left without waiting for what was being answered."),
+        TemporaryDirectory(prefix="planner-serve-") as folder,
+    ):
         path = token_file or Path(folder) / "token"
         with running(token_in(path), host, port, allow_xacro) as address:
             announce(f"Serving {address}; token in {path}; Ctrl-C ends it.")
@@ -43,40 +49,23 @@ def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = Fal
     """A server, gone when the block ends: its address.
 
     Only clients that send the ``token``, as ``Authorization: Bearer <token>``, are served; pages in a browser, which
-    send an Origin, are not. Raises :class:`OptionError` for a port that cannot be used,
-    :class:`InstallationError` where the packages are missing.
+    send an Origin, are not. Raises :class:`PlannerError` for a port that cannot be used.
     """
     if not 0 <= port <= 65535:
         raise OptionError(f"port must be from 1 to 65535, or 0 for any free one, got {port}.")
-    try:
-        from websockets.exceptions import ConnectionClosed
-        from websockets.sync.server import serve as websocket_server
+    connections: set[Connection] = set()
 
-        from planner.serve.connection import Connection
-    except ModuleNotFoundError as error:
-        if error.name != "websockets":
-            raise
-        raise InstallationError(
-            "serving needs the Python package websockets: run pip install 'gabf-planner[serve]'."
-        ) from None
-    clients: dict[Any, Connection] = {}
-
-    def talk(client: Any) -> None:
+    def talk(client: ServerConnection) -> None:
         """One client from its first frame to its last."""
-        connection = clients[client] = Connection(client, allow_xacro)
+        connection = Connection(client, allow_xacro)
+        connections.add(connection)
         with suppress(ConnectionClosed):
             for frame in client:
                 connection.take(frame)
         connection.close()
-        del clients[client]
+        connections.discard(connection)
 
-    def hang_up() -> None:
-        """End the connections of clients that do not say goodbye, or do not read their answers."""
-        for client in list(clients):
-            with suppress(OSError):
-                client.socket.shutdown(socket.SHUT_RDWR)
-
-    def admit(client: Any, request: Any) -> Any:
+    def admit(client: ServerConnection, request: Request) -> Response | None:
         """None for a client that knows the token, else the answer that turns it away."""
         given = request.headers.get("Authorization", "")
         if secrets.compare_digest(given.encode(), f"Bearer {token}".encode()):
@@ -85,7 +74,7 @@ def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = Fal
 
     quiet = logging.getLogger("planner.serve.websockets")
     quiet.setLevel(logging.CRITICAL)  # clients may hang up early
-    how = {"origins": [None], "process_request": admit, "max_size": _LARGEST, "compression": None, "logger": quiet}
+    how: Any = {"origins": [None], "process_request": admit, "max_size": _LARGEST, "compression": None, "logger": quiet}
     try:
         server = websocket_server(talk, host, port, **how)
     except OSError as error:
@@ -100,13 +89,9 @@ def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = Fal
         name = f"[{host}]" if ":" in host else host
         yield f"ws://{name}:{server.socket.getsockname()[1]}/"
     finally:
-        for connection in list(clients.values()):
-            connection.stop()
-        patience = threading.Timer(_PATIENCE, hang_up)
-        patience.start()
+        for connection in list(connections):
+            connection.hang_up()
         server.shutdown()
-        patience.cancel()
-        hang_up()  # websockets before 17 leaves connections open
         thread.join()
         sys.setswitchinterval(before)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NoReturn, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -64,7 +64,8 @@ class Gate:
             request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision, keep=keep)
             self.world = LiveWorld(request)
         kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.world.robot, limits)
-        self._limits = own_limits(kept, self.world.robot)
+        self.limits: MotionLimits = own_limits(kept, self.world.robot)
+        """The limits that are kept, as far as they are judged."""
         self._rules = Rules.of(self.world.robot, kept, judged, min_manipulability, start_tolerance)
         self._guard = Guard.of(*self.world.now, self._rules)
         self.checker.make_ready()  # its trees of triangles: no check waits for them
@@ -90,14 +91,6 @@ class Gate:
     def to_dict(self) -> dict[str, Any]:
         """What is judged, as plain data, and the revision of the world."""
         return {"limits": self.limits.to_dict(), **self._now().to_dict()}
-
-    @property
-    def limits(self) -> MotionLimits:
-        """The limits that are kept, as far as they are judged."""
-        return self._limits
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("a gate stays in its process and is no copy of another: make one of its robot and scene.")
 
     def check(
         self,

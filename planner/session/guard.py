@@ -81,7 +81,7 @@ class Guard:
 
     @staticmethod
     def of(checker: CollisionChecker, revision: int, rules: Rules) -> Guard:
-        """The guard of a world; :class:`SceneError` for obstacles of known motions, whose clock nobody gives."""
+        """The guard of a world; :class:`SceneError` for obstacles that follow known motions."""
         world, robot = checker.world, checker.robot
         require_still(world.scene, world.scene.moving)
         limited = np.array([item.speed_limit > 0 for item in world.obstacles], dtype=bool)

@@ -6,13 +6,12 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from itertools import count
-from typing import NoReturn
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
-from planner.base.yamlfile import SMALLEST, validate
+from planner.base.yamlfile import validate
 from planner.collision.checker import CollisionChecker
 from planner.problem.request import WorldRequest
 from planner.query.in_hand import let_go, taken
@@ -22,7 +21,7 @@ from planner.robot.frames import in_world
 from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot, with_carried
 from planner.robot.scene import PoseFile, Scene
-from planner.robot.shapes import Box, Carried, Mesh, Obstacle, Shape
+from planner.robot.shapes import Carried, Obstacle
 
 _REVISIONS = count()
 
@@ -44,9 +43,6 @@ class LiveWorld:
         self.now: tuple[CollisionChecker, int] = checker, next(_REVISIONS)
         """The checker, and its revision: it grows with every change, and no two worlds of a process share one."""
         self._change(lambda _: in_world(scene, self.bare))
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("a live world stays in its process: make another one of its robot and scene.")
 
     @property
     def checker(self) -> CollisionChecker:
@@ -70,10 +66,6 @@ class LiveWorld:
             if not obstacle.name or obstacle.name in names:
                 raise SceneError(
                     f"obstacle name '{obstacle.name}' is empty or taken: give one that no obstacle and no link has."
-                )
-            if not _sizes(obstacle.shape).min() >= SMALLEST:
-                raise SceneError(
-                    f"obstacle '{obstacle.name}' has an unusable size: give sizes in metres from {SMALLEST:g} on."
                 )
             if isinstance(obstacle, MovingObstacle):
                 return replace(scene, moving=(*scene.moving, obstacle))
@@ -194,14 +186,3 @@ def _carried(scene: Scene, name: str) -> Carried:
         if item.name == name:
             return item
     raise SceneError(f"'{name}' is not carried; the arm carries {choices(item.name for item in scene.carried)}.")
-
-
-def _sizes(shape: Shape) -> Floats:
-    """Every size of a shape (m)."""
-    match shape:
-        case Box(size):
-            return np.array(size, dtype=float)
-        case Mesh(vertices, _):
-            return np.array([np.ptp(vertices, axis=0).max()])
-        case _:
-            return np.array(list(vars(shape).values()), dtype=float)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from os import PathLike
-from typing import Any, NoReturn, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -136,9 +136,6 @@ class Session:
     def close(self) -> None:
         """End what is under way in another thread, as soon as can be: that call, and every later one, raises."""
         self._closed.set()
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("a session stays in its process and is no copy of another: make one of its robot and scene.")
 
     @property
     def roadmap(self) -> Roadmap:

@@ -17,7 +17,6 @@ from planner.base.errors import PlannerError, SceneError, StateError
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.problem.outcome import Outcome
-from planner.problem.reasons import FloorTooHigh, Separated
 from planner.roadmap.roadmap import segments
 from planner.roadmap.storage import load_roadmap, same_world
 from planner.robot.poses import pose
@@ -31,7 +30,6 @@ from tests.coal_judge import CoalWorld
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 BALL = Obstacle("ball", Sphere(0.08), pose([-0.5, 0.5, 0]))
-WALLS = [Obstacle(f"wall {k}", Box((0.1, 0.02, 0.2)), pose([x, 0.0, 0.0])) for k, x in enumerate((0.35, -0.35))]
 
 
 def fresh(**options) -> Session:
@@ -114,44 +112,6 @@ def test_a_short_move_spends_clearance_only() -> None:
     assert change.edges.removed == change.edges.proven == 0
 
 
-def test_walls_part_start_and_goal_and_nothing_is_lost_when_they_go() -> None:
-    session = fresh()
-    first = session.plan(POST_START, POST_GOAL)
-    nodes = len(session.live.roadmap.nodes)
-    for wall in WALLS:
-        session.add(wall)
-    parted = session.replan()
-    assert parted.outcome is Outcome.NO_PATH
-    assert len(parted.path) == 0
-    assert isinstance(parted.reason, Separated)
-    assert {*parted.reason.obstacles} <= {"thing0", *(wall.name for wall in WALLS)}
-    for wall in WALLS:
-        session.remove(wall.name)
-    again = session.replan()
-    assert again.solved
-    assert again.cost is not None
-    assert first.cost is not None
-    assert again.cost.total <= first.cost.total * (1 + 1e-12)
-    assert len(session.live.roadmap.nodes) == nodes
-
-
-def test_carried_things_count_as_the_arm_and_are_put_down_again() -> None:
-    session = fresh()
-    session.plan(POST_START, POST_GOAL)
-    session.add(Obstacle("tool", Sphere(0.06), pose([2.0, 2.0, 0.0])))
-    session.move("tool", position=[0.2, -0.95, 0.0])
-    place = session.scene.obstacles[-1].placement
-    session.attach("tool", "link_2", at=POST_START)
-    assert [item.name for item in session.scene.carried] == ["tool"]
-    answer = session.replan()
-    assert (answer.max_error_vs_oracle or 0.0) <= 1e-9
-    require_true(session)
-    session.detach("tool", at=POST_START)
-    np.testing.assert_allclose(session.scene.obstacles[-1].placement, place, atol=1e-12)
-    assert session.robot.carried == ()
-    require_true(session)
-
-
 def test_the_same_calls_give_the_same_answers() -> None:
     paths = []
     for _ in range(2):
@@ -166,7 +126,6 @@ def test_the_same_calls_give_the_same_answers() -> None:
 BAD = {
     "an unknown name": (lambda s: s.move("nothing", position=[0, 0, 1]), "obstacles are thing0"),
     "a NaN": (lambda s: s.move("thing0", position=[np.nan, 0, 0]), "position"),
-    "no size": (lambda s: s.add(Obstacle("x", Sphere(1e-9), pose())), "size"),
     "a name that is taken": (lambda s: s.add(Obstacle("link_1", Sphere(0.1), pose([3, 0, 0]))), "taken"),
     "an unknown frame": (lambda s: s.attach("thing0", "hand", at=POST_START), "frames are"),
     "an unknown link": (lambda s: s.attach("thing0", "link_2", ["hand"], at=POST_START), "links with shapes are"),
@@ -281,13 +240,6 @@ def test_whether_the_path_holds_is_what_a_check_of_it_says(seed: int) -> None:
         if holds:
             assert contact is None
             require_true(session)
-        rows = np.array(
-            [
-                np.flatnonzero((session.live.roadmap.edges == sorted(e)).all(axis=1))[0]
-                for e in zip(answer.path_nodes, answer.path_nodes[1:], strict=False)
-            ]
-        )
-        assert bool(everything_decided(session).proofs.free[rows].all()) is holds
         try:
             assert (session.replan().max_error_vs_oracle or 0.0) < 1e-9
         except StateError:  # the start or the goal is in collision
@@ -361,26 +313,5 @@ def test_a_session_keeps_a_floor() -> None:
                 assert planner.check(kept.path, kept.checker).ok
                 kept_to += 1
     assert kept_to >= len(floors)
-    session = Session("panda", "shelf", plain.roadmap, collision="coal", min_manipulability=0.01)
-    found = session.plan()
-    assert found.solved
-    assert found.message in found.page()
     with pytest.raises(SceneError, match="no floor"):
-        session.plan_in_time()
-
-
-def test_a_floor_that_no_path_keeps_to_is_named_with_one_that_is() -> None:
-    session = Session("panda", "shelf", nodes=40, min_manipulability=0.2, collision="coal")
-    found = session.plan()
-    assert found.outcome is Outcome.TOO_SINGULAR
-    assert isinstance(found.reason, FloorTooHigh)
-    assert 0.0 <= found.reason.reachable < 0.2
-    assert found.message == found.reason.sentence
-
-
-def test_a_session_takes_the_options_of_a_plan_and_no_others() -> None:
-    with pytest.raises(PlannerError, match="metric is a part of the objective"):
-        Session("planar_2r", "empty", objective=planner.Objective(), metric="joint")
-    made = Session("planar_2r", "empty", nodes=10, objective=planner.Objective(0.2, "inverse"))
-    found = made.plan([-1.0, 0.8], [1.0, -0.8])
-    assert (found.request.beta, found.request.manipulability_cost) == (0.2, "inverse")
+        Session("panda", "shelf", min_manipulability=0.01).plan_in_time()
