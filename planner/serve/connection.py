@@ -24,6 +24,7 @@ from planner.base.errors import OptionError, PlannerError
 from planner.base.notes import Note
 from planner.base.progress import QUIET, Progress
 from planner.planning.motion import timed
+from planner.problem.options import conditions_of
 from planner.problem.request import TimingRequest, WorldRequest
 from planner.query.sources import robot_sources, scene_sources
 from planner.robot.model_checks import notes
@@ -144,16 +145,14 @@ class Connection:
         }
 
     def _load(self, asked: ask.Load, progress: Progress) -> dict[str, Any]:
-        limits = [] if asked.limits.limits is None else [Path(asked.limits.limits)]
-        for paths in (robot_sources(asked.robot), scene_sources(asked.scene), limits):
+        limits = asked.limits.limits
+        for paths in (robot_sources(asked.robot), scene_sources(asked.scene), [limits] if limits else []):
             _require_models(paths, self._allow_xacro)
-        given = asked.model_dump(include={"robot", "scene", "margin", "tool"})
-        floor = asked.min_manipulability
-        world = LiveWorld(WorldRequest(**given, keep=asked.keep))
+        keep, floor = conditions_of(asked.keep), asked.min_manipulability
+        world = LiveWorld(WorldRequest(asked.robot, asked.scene, asked.tool, margin=asked.margin, keep=keep))
         gate = Gate(world, limits=asked.limits, judged=asked.judged, min_manipulability=floor)
         _go_on(progress.stopped)
-        planning = asked.model_dump(include={"nodes", "seed", "min_manipulability"})
-        self._world = gate, Session(world, **planning)
+        self._world = gate, Session(world, nodes=asked.nodes, seed=asked.seed, min_manipulability=floor)
         return {
             "robot": world.robot.name,
             "scene": world.scene.name,
@@ -207,15 +206,10 @@ def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
 
 
 def _check(gate: Gate, asked: ask.Check) -> dict[str, Any]:
-    rows = (asked.state.q, asked.state.qd, asked.state.qdd) if asked.state else ()
-    verdict = gate.check(
-        asked.positions,
-        asked.velocities,
-        asked.accelerations,
-        times=asked.times,
-        state=[row for row in rows if row is not None] or None,
-        stop=asked.stop,
-    )
+    now = asked.state
+    state = None if now is None else [row for row in (now.q, now.qd, now.qdd) if row is not None]
+    columns = asked.positions, asked.velocities, asked.accelerations
+    verdict = gate.check(*columns, times=asked.times, state=state, stop=asked.stop)
     found = verdict.to_dict()
     if "stop" in asked.want:
         found["stop"] = _record(verdict.stop, gate)

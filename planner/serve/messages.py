@@ -24,11 +24,6 @@ Rows: TypeAlias = list[list[Number]]
 State: TypeAlias = str | Joints
 
 
-@pydantic.dataclasses.dataclass(frozen=True, config=pydantic.ConfigDict(extra="forbid", allow_inf_nan=False))
-class Limits(LimitsRequest):
-    """Limits for the gate and for motions, in place of the robot's own; ``limits``: a MoveIt joint_limits.yaml."""
-
-
 class Load(Strict):
     """Load a robot in a scene, by names or files of the server, in place of the world of this connection."""
 
@@ -37,7 +32,7 @@ class Load(Strict):
     margin: Number = 0.0
     tool: Name | None = None
     keep: tuple[Name, ...] = ()
-    limits: Limits = Limits()
+    limits: LimitsRequest = LimitsRequest()
     judged: tuple[Literal["position", "velocity", "acceleration", "jerk"], ...] = JUDGED
     min_manipulability: Number = 0.0
     nodes: Whole = 1012
@@ -47,8 +42,8 @@ class Load(Strict):
 class Plan(Strict):
     """Plan a path from start to goal, as the command line writes them or joint values; with ``motion`` in time too."""
 
-    start: State = "start"
-    goal: State = "goal"
+    start: Any = "start"
+    goal: Any = "goal"
     beta: Number | None = None
     motion: bool = True
 

@@ -60,7 +60,7 @@ def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveR
             searches.append(_search(live, planning))
             edges.append(searches[-1].live.proofs.since(live.proofs))
     nodes_grown, curve = len(live.roadmap.nodes) - nodes, ()
-    if len(searches[-1].steps) and planning.request.rounds:
+    if len(searches[-1].steps) and planning.request.quality.rounds:
         live, found, curve = _refined(_after(searches[-1]), planning)
         edges.append(found)
         searches.append(_search(live, planning))
@@ -80,10 +80,10 @@ def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveR
 def _plan(live: LiveRoadmap, last: Found, query: Query, request: PlanRequest) -> Plan:
     """What the last search found, as a plan."""
     robot, solved = live.checker.robot, len(last.steps) > 0
-    failed = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
+    failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
     path = path_waypoints(live.roadmap, robot, last.nodes)
     return Plan(
-        replace(request, robot=robot, scene=live.world.scene),
+        request.with_options(robot=robot, scene=live.world.scene),
         Outcome.SOLVED if solved else failed,
         robot,
         live.world.scene,
@@ -102,14 +102,14 @@ def _plan(live: LiveRoadmap, last: Found, query: Query, request: PlanRequest) ->
 def _refined(live: LiveRoadmap, planning: Planning) -> tuple[LiveRoadmap, Edges, tuple[tuple[int, float], ...]]:
     """With ``effort`` rounds of refinement, as a plan has them, of the best path that is proven, and its best costs."""
     request, before = planning.request, live.held(live.proofs.free)
-    found = improved_roadmap(before, live.checker, request, request.beta, planning.progress)
+    found = improved_roadmap(before, live.checker, request.quality, request.quality.beta, planning.progress)
     go_on(planning.progress)
     return live.enlarged(found.roadmap), Edges(proven=len(found.roadmap.edges) - len(before.edges)), found.curve
 
 
 def _with_first_roadmap(live: LiveRoadmap, query: Query, planning: Planning) -> LiveRoadmap:
-    request, checker = planning.request, live.checker
-    how = request.nodes, request.seed, planning.progress, request.min_manipulability
+    quality, checker = planning.request.quality, live.checker
+    how = quality.nodes, quality.seed, planning.progress, quality.min_manipulability
     roadmap = build_roadmap(checker.robot, checker, query.starts, query.goals, *how)
     go_on(planning.progress)
     return live.with_roadmap(roadmap)
@@ -132,7 +132,7 @@ def _attached(live: LiveRoadmap, query: Query, planning: Planning, join: bool) -
     if not join and _linked_already(live.roadmap, query):
         return live, Edges()
     before = live.held(~live.proofs.blocked)
-    how = planning.request.seed, planning.growth, planning.progress
+    how = planning.request.quality.seed, planning.growth, planning.progress
     after = attach(before, live.checker, query.starts, query.goals, *how, join=join)
     go_on(planning.progress)  # what is not proven in an attempt that was ended is not blocked
     return live.enlarged(after), Edges(proven=len(after.edges) - len(before.edges))
@@ -145,7 +145,7 @@ def _linked_already(roadmap: Roadmap, query: Query) -> bool:
 
 
 def _search(live: LiveRoadmap, planning: Planning) -> Found:
-    objective = planning.request.objective
+    objective = planning.request.quality.objective
     network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, objective))
     return search(live, network, live.x, planning.law, objective.floor, planning.progress)
 

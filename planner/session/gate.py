@@ -11,7 +11,8 @@ from planner.base.arrays import Floats, Ints, numbers
 from planner.base.errors import ArrayError, StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
-from planner.problem.request import Backend, Kept, LimitsRequest, Thing, WorldRequest
+from planner.problem.options import Backend, RobotLike, conditions_of
+from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import HALF_TURN, Robot
 from planner.robot.scene import Scene
@@ -46,8 +47,8 @@ class Gate:
 
     def __init__(
         self,
-        robot: Thing | LiveWorld = "iiwa14",
-        scene: Thing = "paper",
+        robot: RobotLike | LiveWorld = "iiwa14",
+        scene: RobotLike = "paper",
         limits: MotionLimits | LimitsRequest | None = None,
         *,
         judged: Sequence[str] = JUDGED,
@@ -56,17 +57,17 @@ class Gate:
         start_tolerance: float = 0.01,
         tool: str | None = None,
         collision: Backend = "fcl",
-        keep: Kept | None = None,
+        keep: object = (),
     ) -> None:
         if isinstance(robot, LiveWorld):
             self.world = robot
         else:
-            request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision, keep=keep)
-            self.world = LiveWorld(request)
-        kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.world.robot, limits)
-        self.limits: MotionLimits = own_limits(kept, self.world.robot)
+            kept = conditions_of(keep)
+            self.world = LiveWorld(WorldRequest(robot, scene, tool, collision=collision, margin=margin, keep=kept))
+        asked = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.world.robot, limits)
+        self.limits: MotionLimits = own_limits(asked, self.world.robot)
         """The limits that are kept, as far as they are judged."""
-        self._rules = Rules.of(self.world.robot, kept, judged, min_manipulability, start_tolerance)
+        self._rules = Rules.of(self.world.robot, asked, judged, min_manipulability, start_tolerance)
         self._guard = Guard.of(*self.world.now, self._rules)
         self.checker.make_ready()  # its trees of triangles: no check waits for them
 

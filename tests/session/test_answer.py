@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.problem.request import IkSolutions, PlanRequest
+from planner.problem.request import PlanRequest
 from planner.problem.targets import Joints
 from planner.query.query import Query, resolve_query
 from planner.roadmap.growth_settings import GrowthSettings
@@ -14,7 +14,7 @@ from planner.session.answer import Planning, answered
 from planner.session.live_roadmap import LiveRoadmap
 from tests.worlds import POST_GOAL, POST_START, make_post, post_roadmap
 
-PLANNING = Planning(PlanRequest(nodes=60, effort=0), gabf.SingularityFree(), GrowthSettings())
+PLANNING = Planning(PlanRequest.from_options(nodes=60, effort=0), gabf.SingularityFree(), GrowthSettings())
 
 
 def bare() -> LiveRoadmap:
@@ -22,7 +22,7 @@ def bare() -> LiveRoadmap:
 
 
 def query(live: LiveRoadmap, start: np.ndarray = POST_START, goal: np.ndarray = POST_GOAL) -> Query:
-    return resolve_query(live.checker, Joints(tuple(start)), [("there", Joints(tuple(goal)))], IkSolutions(1))
+    return resolve_query(live.checker, Joints(tuple(start)), [Joints(tuple(goal))], 1, (1e-6, 1e-4))
 
 
 def test_the_first_query_grows_the_roadmap_that_a_plan_would() -> None:

@@ -279,7 +279,7 @@ def test_a_session_refines_as_a_plan_does_where_it_is_given_an_effort() -> None:
     assert first.cost is not None
     assert best.cost is not None
     assert best.cost.total < 0.99 * first.cost.total
-    assert (first.request.rounds, best.request.rounds) == (0, 3)
+    assert (first.request.quality.rounds, best.request.quality.rounds) == (0, 3)
     assert first.curve == ()
     assert best.to_dict()["quality"]["effort"] == 3
     assert best.curve[-1][1] == pytest.approx(best.cost.total, rel=1e-6)
