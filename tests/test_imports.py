@@ -57,7 +57,6 @@ DOORS = {
     "umsgpack": {"planner.view.canvas"},
     "viser": {"planner.view.live.picture", "planner.view.live.page"},
     "websockets": {"planner.serve.server", "planner.serve.connection", "planner.view.live.picture"},
-    "msgpack": {"planner.serve.connection"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.view.figures")} | {"reproduce.figures"},
     "ctypes": {"planner.native.loading", "planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
