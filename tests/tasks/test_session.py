@@ -12,9 +12,9 @@ from planner.kinematics.forward import tool_pose
 from planner.problem.options import TaskOptions
 from planner.problem.request import TaskRequest, TimingRequest
 from planner.session.session import Session
-from planner.tasks.file import Move, Pick, Place, TaskError
 from planner.tasks.judge import TaskRecord, judged
 from planner.tasks.plan import task
+from planner.tasks.task import Move, Pick, Place, TaskError
 from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, SCENE, SMALL
 
 FEW: TaskOptions = {"nodes": 100, "ik_solutions": 2}
@@ -47,11 +47,11 @@ def test_the_same_steps_are_answered_on_what_is_known(session: Session) -> None:
     first = session.task(steps, start="home", **FEW)
     assert first.roadmap is not None
     again = session.task(steps, start=first.roadmap.nodes[30], **(FEW | TaskOptions(beta=0.3)))
-    assert again.options is first.options
+    assert again.candidates is first.candidates
     np.testing.assert_allclose(again.path[0], first.roadmap.nodes[30])
     session.move("post", position=[0.75, 0.0, 0.225])
     moved = session.task(steps, start="home", **FEW)
-    assert moved.options is not first.options
+    assert moved.candidates is not first.candidates
     assert moved.solved
     session.move("post", position=[0.62, 0.0, 0.225])
 
@@ -110,7 +110,7 @@ def test_what_is_held_elsewhere_is_not_put_down() -> None:
 
 def test_a_floor_is_refused_and_nothing_is_held_at_first() -> None:
     with pytest.raises(TaskError, match="nothing is held: pick it first"):
-        Session("panda", SCENE).task((Place("mug", (BOARD.placement,)),), **FEW)
+        Session("panda", SCENE).task((Place("mug", pose=(BOARD.placement,)),), **FEW)
     with pytest.raises(SceneError, match="a floor under manipulability, which no task does"):
         Session("panda", SCENE, min_manipulability=0.01).task(SMALL)
 
