@@ -282,7 +282,11 @@ def require_sensible(task: Task, scene: Scene) -> Carried | None:
     held = None if first is None else first.name
     for k, step in enumerate(task.steps, start=1):
         if isinstance(step, Pick):
-            _require_object(step.object, names, k)
+            if step.object not in names:
+                meant, there = nearest(step.object, names), choices(names)
+                raise TaskError(f"step {k} picks '{step.object}'{meant}, not in the scene; obstacles are {there}.")
+            if names.count(step.object) > 1:
+                raise TaskError(f"step {k} picks '{step.object}', which is several shapes: give one that is one shape.")
             if held is not None:
                 raise TaskError(f"step {k} picks '{step.object}' while '{held}' is held: place that first.")
             held = step.object
@@ -294,13 +298,3 @@ def require_sensible(task: Task, scene: Scene) -> Carried | None:
                 names.append(step.object)
             held = None
     return first
-
-
-def _require_object(name: str, names: list[str], step: int) -> None:
-    if names.count(name) > 1:
-        raise TaskError(f"'{name}', which step {step} picks, is made of several shapes: give one that is one shape.")
-    if name not in names:
-        raise TaskError(
-            f"step {step} picks '{name}'{nearest(name, names)}, which is not in the scene; its obstacles are "
-            f"{choices(names)}."
-        )

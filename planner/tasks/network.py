@@ -18,6 +18,7 @@ from planner.cost.scale import cost_number, length_cost
 from planner.kinematics.forward import tool_path_lengths
 from planner.problem.objective import Objective
 from planner.roadmap.roadmap import Roadmap
+from planner.robot.robot import Robot
 from planner.tasks.candidates import NOTHING, Candidate, Candidates
 from planner.tasks.modes import ARM, FREE, Mode, Motions
 from planner.tasks.task import TaskError
@@ -47,9 +48,9 @@ class Transition:
 class TaskNetwork:
     """``tails``, ``heads``, ``motion``, ``mode`` and ``leg`` (arcs,) in the order of the network's arcs.
 
-    Nodes are those of the roadmap in layer after layer, ``layered`` of them, then the corners of every
-    transition, then the ``start``. ``leg`` is 3 step + TRANSIT, APPROACH or RETREAT. ``costs`` (arcs, 2) are what an
-    arc adds to Omega and D of eq. (finew). ``reaches`` (nodes,) is the step that a node is on its way to.
+    Nodes are those of the roadmap in layer after layer, ``layered`` of them, then the corners of every transition, and
+    perhaps another start. ``leg`` is 3 step + TRANSIT, APPROACH or RETREAT. ``costs`` (arcs, 2) are what an arc adds to
+    Omega and D of eq. (finew). ``reaches`` (nodes,) is the step that a node is on its way to.
     """
 
     nodes: int
@@ -95,7 +96,7 @@ class TaskNetwork:
         motion = candidates.modes.motions.straight(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
         arcs = dict(zip(_COLUMNS, _arcs(self.nodes, near, motion, 0, TRANSIT), strict=True))
         more = {name: np.append(getattr(self, name), rows) for name, rows in arcs.items()}
-        costs = np.vstack([self.costs, motion_costs(candidates, roadmap, objective, motion)])
+        costs = np.vstack([self.costs, _motion_costs(candidates, roadmap, objective, motion)])
         reaches = np.append(self.reaches, 0)
         return replace(self, nodes=self.nodes + 1, start=self.nodes, costs=costs, reaches=reaches, **more)
 
@@ -131,27 +132,20 @@ def task_network(candidates: Candidates, roadmap: Roadmap, objective: Objective)
             arcs.append(_arcs(transition.last, after * n + near_out, off, number[layers[after][1]], 3 * stage + 3))
         node = transition.last + 1
         transitions.append(transition)
-        reaches.append(
-            np.append(np.full(transition.last - transition.first, stage), stage + 1)
-        )  # its last is behind the step
+        reaches.append(np.append(np.full(len(candidate.motions), stage), stage + 1))  # its last is behind the step
     columns = np.concatenate(arcs, axis=1)
     columns = columns[:, np.argsort(columns[0] * node + columns[1], kind="stable")]  # as the network has them
-    tails, heads, motion, mode_of, leg_of = columns
-    costs = motion_costs(candidates, roadmap, objective, np.arange(modes.motions.count))
+    costs = _motion_costs(candidates, roadmap, objective, np.arange(modes.motions.count))
     return TaskNetwork(
-        node,
-        int(roadmap.starts[0]),
-        np.array(goals, dtype=np.int64),
-        tails,
-        heads,
-        motion,
-        mode_of,
-        leg_of,
-        costs[motion],
-        tuple(number),
-        len(layers) * n,
-        tuple(transitions),
-        np.concatenate(reaches),
+        nodes=node,
+        start=int(roadmap.starts[0]),
+        goals=np.array(goals, dtype=np.int64),
+        **dict(zip(_COLUMNS, columns, strict=True)),
+        costs=costs[columns[2]],
+        modes=tuple(number),
+        layered=len(layers) * n,
+        transitions=tuple(transitions),
+        reaches=np.concatenate(reaches),
     )
 
 
@@ -175,14 +169,14 @@ def _layers(candidates: Candidates, n: int) -> tuple[list[tuple[int, Mode]], lis
             for candidate in candidates.steps[stage].get(key, ()):
                 after = stage + 1, _after(mode, candidate)
                 if after not in layers and stage + 1 < len(candidates.steps):
-                    if (len(layers) + 1) * n > MOST_NODES:
-                        raise TaskError(
-                            f"the task has more than {len(layers)} modes of {n} nodes: give fewer grasps, fewer "
-                            "placements or fewer --nodes."
-                        )
                     layers[after] = len(layers)
                     queue.append(after)
                 crossings.append((layers[stage, mode], candidate, layers.get(after)))
+        if len(layers) * n > MOST_NODES:
+            give = "give fewer grasps, fewer placements or fewer --nodes"
+            raise TaskError(
+                f"the task must have at most {MOST_NODES} nodes in all modes, got {len(layers) * n}: {give}."
+            )
     return queue, crossings
 
 
@@ -190,11 +184,8 @@ def _lines(candidates: Candidates, mode: Mode, candidate: Candidate) -> list[tup
     """The mode and the leg of each of the motions between a candidate's corners."""
     if candidate.place == NOTHING:
         return []
-    after, hand, rest = (
-        _after(mode, candidate),
-        candidates.at_hand(candidate.place),
-        candidates.at_rest(candidate.place),
-    )
+    after, place = _after(mode, candidate), candidate.place
+    hand, rest = candidates.at_hand(place), candidates.at_rest(place)
     if mode.held is None:
         return [(mode.allowing(*hand), APPROACH), (after.allowing(*rest), RETREAT), (after, RETREAT)]
     return [(mode, APPROACH), (mode.allowing(*rest), APPROACH), (after.allowing(*hand), RETREAT)]
@@ -209,7 +200,7 @@ def _after(mode: Mode, candidate: Candidate) -> Mode:
     return Mode(tuple(sorted((*mode.standing, candidate.place))))
 
 
-def _nearest(roadmap: Roadmap, robot, ends: Floats) -> Ints:
+def _nearest(roadmap: Roadmap, robot: Robot, ends: Floats) -> Ints:
     """The nodes (k, ``NEIGHBOURS``) of the roadmap nearest to ``ends`` (k, dof)."""
     many, rows = min(NEIGHBOURS, len(roadmap.nodes)), []
     for first in range(0, len(ends), _CHUNK):
@@ -218,7 +209,7 @@ def _nearest(roadmap: Roadmap, robot, ends: Floats) -> Ints:
     return np.concatenate(rows)
 
 
-def motion_costs(candidates: Candidates, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
+def _motion_costs(candidates: Candidates, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
     """(k, 2) Omega and D of motions as :func:`planner.search.network.build_network` charges edges, piece by piece."""
     start, delta, owner = candidates.modes.motions.of(motions)
     robot, length = candidates.modes.robot, np.linalg.norm(delta, axis=1)

@@ -180,9 +180,7 @@ def _require_joints(robot: Robot, limits: Mapping[str, tuple[float, float]], val
             raise TaskError(f"the gripper cannot move '{name}': joints of {robot.name} that are held are {held}.")
         low, high = limits[name]
         if not low - 1e-9 <= value <= high + 1e-9:
-            raise TaskError(
-                f"the gripper moves '{name}' to {value:g}, outside its limits [{low:g}, {high:g}] (rad, m)."
-            )
+            raise TaskError(f"the gripper moves '{name}' to {value:g}, outside its limits [{low:g}, {high:g}].")
 
 
 def extent(shape: Shape, rotation: Floats) -> tuple[Floats, Floats]:
@@ -209,10 +207,9 @@ def place_in_region(item: Obstacle, step: Place, boards: Iterable[Obstacle], mar
     All of it lies within the region, ``GAP`` beyond the margin above the top. Raises :class:`TaskError` for a region
     that is not on a level top, or smaller than the object.
     """
-    board = _board(str(step.on), list(boards))
     corners = np.array(step.at, dtype=np.float64)
     low, high = corners.min(axis=0), corners.max(axis=0)
-    top = _level_of_top(board, low, high)
+    top = _level_top(str(step.on), list(boards), low, high)
     upright, placements = item.placement[:3, :3], list[Placement]()
     for k in range(_TRIES * step.samples):
         at = np.mod(0.5 + (k + 1) * _STEPS, 1.0)
@@ -225,39 +222,31 @@ def place_in_region(item: Obstacle, step: Place, boards: Iterable[Obstacle], mar
         matrix[:3, :3] = turn
         matrix[:2, 3] = low - least[:2] + at[:2] * spare
         matrix[2, 3] = top - least[2] + margin + GAP
-        placements.append(Placement(item.name, matrix, (board.name,)))
+        placements.append(Placement(item.name, matrix, (str(step.on),)))
         if len(placements) == step.samples:
             break
     if not placements:
         size = " x ".join(f"{side:.3g}" for side in high - low)
-        raise TaskError(f"the region on '{board.name}' ({size} m) is smaller than '{item.name}': give a larger one.")
+        raise TaskError(f"the region on '{step.on}' ({size} m) is smaller than '{item.name}': give a larger one.")
     return placements
 
 
-def _board(name: str, boards: list[Obstacle]) -> Obstacle:
+def _level_top(name: str, boards: list[Obstacle], low: Floats, high: Floats) -> float:
+    """How high (m) the top of a box is; :class:`TaskError` where it is not level, or does not hold the region."""
     board = next((each for each in boards if each.name == name), None)
     if board is None:
         names = [each.name for each in boards]
         raise TaskError(f"'{name}'{nearest(name, names)} is nothing to put on; what stands still is {choices(names)}.")
-    if not isinstance(board.shape, Box):
-        raise TaskError(f"'{name}' is no box, and regions are of a box's top: give a 'pose' in place of 'on' and 'at'.")
-    return board
-
-
-def _level_of_top(board: Obstacle, low: Floats, high: Floats) -> float:
-    """How high (m) the top of a box is; :class:`TaskError` where it is not level, or does not hold the region."""
-    assert isinstance(board.shape, Box)
-    turn, half = board.placement[:3, :3], 0.5 * np.array(board.shape.size)
+    turn = board.placement[:3, :3]
     up = int(np.abs(turn[2]).argmax())
-    if abs(turn[2, up]) < 1.0 - _LEVEL:
-        raise TaskError(f"the top of '{board.name}' is not level: give a 'pose' in place of 'on' and 'at'.")
-    corners = np.array([[x, y, 0.0] for x in (low[0], high[0]) for y in (low[1], high[1])])
-    corners[:, 2] = board.placement[2, 3]
-    inside = np.abs((corners - board.placement[:3, 3]) @ turn) <= half + 1e-9
-    if not inside.all():
+    if not isinstance(board.shape, Box) or abs(turn[2, up]) < 1.0 - _LEVEL:
+        raise TaskError(f"'{name}' must be a box with a level top: give a 'pose' in place of 'on' and 'at'.")
+    half = 0.5 * np.array(board.shape.size)
+    corners = np.array([[x, y, board.placement[2, 3]] for x in (low[0], high[0]) for y in (low[1], high[1])])
+    if not (np.abs((corners - board.placement[:3, 3]) @ turn) <= half + 1e-9).all():
         least, most = (end + board.placement[:3, 3] for end in extent(board.shape, turn))
         spans = f"x {least[0]:.3g} to {most[0]:.3g}, y {least[1]:.3g} to {most[1]:.3g}"
-        raise TaskError(f"the region reaches beyond the top of '{board.name}' ({spans} m): keep it inside.")
+        raise TaskError(f"the region reaches beyond the top of '{name}' ({spans} m): keep it inside.")
     return float(board.placement[2, 3] + half[up])
 
 

@@ -123,12 +123,6 @@ def test_the_object_goes_where_it_was_to_go(plan: TaskPlan) -> None:
     assert (np.abs(put[:2, 3] - [0.5, 0.35]) <= 0.14 - 0.03 + 1e-5).all()
 
 
-def test_check_judges_each_segment_in_its_mode(plan: TaskPlan) -> None:
-    reports = plan.check(1e-3)
-    assert len(reports) == len(plan.segments)
-    assert all(report.ok for report in reports)
-
-
 def test_check_sees_what_only_the_object_touches(plan: TaskPlan) -> None:
     robot, carrying = load("panda"), plan.segments[3]
     attach = plan.segments[1].path[-1]
@@ -174,13 +168,6 @@ def test_check_sees_an_object_that_is_carried_through_what_it_rests_on(plan: Tas
     assert any("'mug' and 'board' touch" in text and "off the rest of 'mug'" in text for text in reports[4].findings)
 
 
-def test_without_times_there_are_paths_and_events_only() -> None:
-    plan = small().plan()
-    assert plan.trajectory is None
-    assert {event.t for event in plan.events} == {None}
-    assert [report.ok for report in plan.check()] == [True] * 7
-
-
 def test_the_page_moves_the_object_with_the_hand(plan: TaskPlan) -> None:
     assert plan.trajectory is not None
     (mug,) = _scene_in_motion(plan, plan.trajectory).moving
@@ -211,8 +198,7 @@ def test_lines_that_end_where_the_object_may_still_touch_are_timed_and_judged() 
     place = replace(ON_BOARD, approach=Line(0.004), retreat=Line(0.004))
     short = replace(SMALL, steps=(Pick("mug", GRASPS, Line(0.004), Line(0.004)), place))
     found = task(short, timing=TimingRequest(), nodes=200, ik_solutions=2)
-    assert found.solved, found.message
-    assert found.trajectory is not None
+    assert found.trajectory is not None, found.message
     assert found.trajectory.proven
     assert all(report.ok for report in found.check())
 

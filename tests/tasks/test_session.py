@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 
 from planner.base.errors import SceneError
 from planner.kinematics.forward import tool_pose
 from planner.problem.options import TaskOptions
-from planner.problem.request import TaskRequest, TimingRequest
+from planner.problem.request import TimingRequest
 from planner.session.session import Session
 from planner.tasks.judge import TaskRecord, judged
 from planner.tasks.plan import task
@@ -101,19 +99,8 @@ def test_it_may_be_taken_again_and_moved_while_held(carrying) -> None:
     assert all(report.ok for report in found.check())
 
 
-def test_what_is_held_elsewhere_is_not_put_down() -> None:
-    session = Session("panda", SCENE)
-    session.attach("mug", "panda_link4", at="home")
-    with pytest.raises(TaskError, match="'mug' is held by 'panda_link4', which does not move with the tool"):
-        session.task((ON_BOARD,), start="home", **FEW)
-
-
 def test_a_floor_is_refused_and_nothing_is_held_at_first() -> None:
     with pytest.raises(TaskError, match="nothing is held: pick it first"):
         Session("panda", SCENE).task((Place("mug", pose=(BOARD.placement,)),), **FEW)
     with pytest.raises(SceneError, match="a floor under manipulability, which no task does"):
         Session("panda", SCENE, min_manipulability=0.01).task(SMALL)
-
-
-def test_options_of_a_task_are_the_fields_of_its_request() -> None:
-    assert set(TaskOptions.__annotations__) == {field.name for field in fields(TaskRequest)}
