@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from copy import deepcopy
 from dataclasses import dataclass, replace
-from typing import Unpack
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
 from planner.kinematics.inverse import beyond_reach
-from planner.problem.options import TaskOptions, require_known
 from planner.problem.outcome import Outcome
 from planner.problem.request import TaskRequest, TimingRequest, WorldRequest
 from planner.problem.targets import parse_target
@@ -44,7 +43,7 @@ def task(
     progress: Progress = QUIET,
     timing: TimingRequest | None = None,
     request: TaskRequest | None = None,
-    **options: Unpack[TaskOptions],
+    **options: Any,
 ) -> TaskPlan:
     """Plan a task, given or by its file: grasps, configurations, paths and placements chosen together.
 
@@ -80,28 +79,29 @@ class TaskPlanner:
         what: Task | StrPath,
         request: TaskRequest | None = None,
         progress: Progress = QUIET,
-        **options: Unpack[TaskOptions],
+        **options: Any,
     ) -> TaskPlanner:
         """Read, find the candidates of each step, grow the roadmap, join the modes."""
-        clock, request = Stopwatch(), task_request(request, options)
-        what = what if isinstance(what, Task) else Task.load(what)
+        clock, request = Stopwatch(), (request or TaskRequest()).with_options(**options)
+        what, quality = what if isinstance(what, Task) else Task.load(what), request.quality
         with clock("setup"):
             scene = what.scene if isinstance(what.scene, Scene) else Scene.load(str(what.scene))
             scene, modes = _modes(what, scene, request)
             states = states_of(modes.robot, modes.checker.world.scene)
-            start = resolve(parse_target(what.start), modes.checker, states, "start", tolerance=request.tolerance)[0]
+            target, within = parse_target(what.start), request.what.ik_tolerance
+            start = resolve(target, modes.checker, states, "start", tolerance=within)[0]
         with clock("grasps"):
             gripper = gripper_of(modes.robot, what.gripper)
-            candidates = Candidates(what, modes, gripper, start[None], request)
+            candidates = Candidates(what, modes, gripper, start[None], request.what)
             start = free_configuration(start, modes.checker_of(candidates.first), "start")
         if candidates.dead_end is not None:
             return TaskPlanner(request, what, candidates, scene, None, None, clock)
         with clock("roadmap"):
-            ends = _ends(candidates, modes)
-            roadmap = build_roadmap(modes.robot, modes.checker, start, ends, request.nodes, request.seed, progress)
+            ends, size = _ends(candidates, modes), (quality.nodes, quality.seed)
+            roadmap = build_roadmap(modes.robot, modes.checker, start, ends, *size, progress)
         with clock("network"):
-            law = gabf.named_law(request.law, request.prescribed_time)
-            search = LazySearch(modes, task_network(candidates, roadmap, request.objective), law)
+            law = gabf.named_law(quality.law, quality.prescribed_time)
+            search = LazySearch(modes, task_network(candidates, roadmap, quality.objective), law)
         return TaskPlanner(request, what, candidates, scene, roadmap, search, clock)
 
     @property
@@ -118,7 +118,8 @@ class TaskPlanner:
     ) -> TaskPlan:
         """The plan at another ``beta``, from another ``start`` (dof,): what was proven before is known."""
         clock, self.clock, robot = self.clock, Stopwatch(), self.candidates.modes.robot
-        request = self.request if beta is None else replace(self.request, beta=beta)
+        request = self.request if beta is None else self.request.with_options(beta=beta)
+        quality = request.quality
         draft = TaskPlan(request, self.task, Outcome.NO_PATH, robot, self.scene, self.candidates, timings=clock.seconds)
         if start is None:
             world = self.candidates.modes.checker
@@ -131,8 +132,10 @@ class TaskPlanner:
             if start is not None:
                 checker = self.candidates.modes.checker_of(self.candidates.first)
                 q = free_configuration(np.asarray(start, dtype=float), checker, "start")
-                search = known.started(known.network.started(self.candidates, self.roadmap, q, request.objective))
-            found = search.path(request.beta, progress)
+                search = known.started(
+                    known.network.started(self.candidates, self.roadmap, q, request.quality.objective)
+                )
+            found = search.path(quality.beta, progress)
             known.refused |= search.refused[: len(known.refused)]
         draft = replace(
             draft,
@@ -163,25 +166,19 @@ class TaskPlanner:
         return [] if self.search is None else self.search.pieces()
 
     def _solved(self, draft: TaskPlan, found: Found, timing: TimingRequest | None) -> TaskPlan:
-        network, request = draft.network, draft.request
+        network, quality = draft.network, draft.request.quality
         assert network is not None and self.roadmap is not None  # noqa: PT018
         omega, distance = (float(total) for total in network.costs[found.arcs].sum(axis=0))
-        cost = PathCost(request.objective.total(omega, distance), omega, distance, request.beta)
+        cost = PathCost(quality.objective.total(omega, distance), omega, distance, quality.beta)
         segments, modes = segments_of(self.candidates, network, found.arcs)
         solved = replace(draft, outcome=Outcome.SOLVED, cost=cost, segments=tuple(segments))
         if timing is None:
             return replace(solved, events=events_of(segments, modes, None, self.candidates))
-        how = timing, request.objective, self.roadmap.scale
+        how = timing, quality.objective, self.roadmap.scale
         motions = time_segments(segments, modes, self.candidates, *how)
         events = events_of(segments, modes, motions, self.candidates)
         timed, trajectory = join(segments, motions, events)
         return replace(solved, segments=timed, events=events, trajectory=trajectory)
-
-
-def task_request(request: TaskRequest | None, options: TaskOptions) -> TaskRequest:
-    """A request, the default for None, with ``options`` in place of its fields."""
-    require_known(options, TaskOptions.__annotations__, "a task")
-    return replace(request or TaskRequest(), **options)
 
 
 def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes]:
@@ -191,7 +188,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes
         raise TaskError(f"in scene '{scene.name}' obstacles move, and a task has no times: give a scene that stands.")
     names = {step.object for step in what.steps if isinstance(step, Pick)}
     fixed = replace(scene_without(scene, names), carried=tuple(item for item in scene.carried if item is not held))
-    world = WorldRequest(robot=what.robot, scene=fixed, collision=request.collision, margin=request.margin)
+    world = WorldRequest(robot=what.robot, scene=fixed, collision=request.what.collision, margin=request.what.margin)
     checker = open_world(world)
     scene = in_world(scene, checker.robot)
     objects = {item.name: item for item in scene.obstacles if item.name in names}

@@ -187,7 +187,7 @@ class TaskPlan:
     def judge(self) -> CollisionChecker:
         """A checker of the scene before the task."""
         world = self.candidates.modes.checker.world
-        return make_checker(world.robot, self.scene, self.request.collision, world.margin, world.conditions)
+        return make_checker(world.robot, self.scene, self.request.what.collision, world.margin, world.conditions)
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of ``plan.json``; units in rad, m and s."""
@@ -207,7 +207,7 @@ class TaskPlan:
             trajectory=motion_record(self.trajectory, self.robot),
             roadmap=None if self.roadmap is None else self.roadmap.record(),
             modes=self.modes,
-            gabf=field_record(self.request, x, bounds, error),
+            gabf=field_record(self.request.quality, x, bounds, error),
             timings_s=rounded(self.timings),
         )
         return record.to_dict()
@@ -230,7 +230,7 @@ class TaskPlan:
             details=task_rows(self.to_dict()),
             roadmap=None if self.roadmap is None else replace(self.roadmap, goals=self.roadmap.goals[:0]),
             paths=paths,
-            beta=self.request.beta,
+            beta=self.request.quality.beta,
             touching=frozenset() if self.reason is None else self.reason.names,
         )
         return page(content)

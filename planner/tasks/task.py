@@ -17,7 +17,7 @@ from planner.base.errors import SceneError
 from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size, Whole, parse_yaml, read_text, validate
-from planner.problem.request import Thing
+from planner.problem.options import RobotLike
 from planner.robot.poses import quaternion_of
 from planner.robot.scene import PoseFile, Triple
 
@@ -204,8 +204,8 @@ class Task:
     Task("panda", "table.yaml", (Pick("mug"), Place("mug", "board", ((0.4, 0.1), (0.7, 0.3))), Move("home")))
     """
 
-    robot: Annotated[Thing, _NAME]
-    scene: Annotated[Thing, _NAME]
+    robot: Annotated[RobotLike, _NAME]
+    scene: Annotated[RobotLike, _NAME]
     steps: tuple[_StepInFile, ...]
     start: Name = "home"
     gripper: Gripper = Gripper()

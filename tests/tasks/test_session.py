@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from planner.base.errors import SceneError
 from planner.kinematics.forward import tool_pose
-from planner.problem.options import TaskOptions
 from planner.problem.request import TimingRequest
 from planner.session.session import Session
 from planner.tasks.judge import TaskRecord, judged
@@ -15,7 +16,7 @@ from planner.tasks.plan import task
 from planner.tasks.task import Move, Pick, Place, TaskError
 from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, SCENE, SMALL
 
-FEW: TaskOptions = {"nodes": 100, "ik_solutions": 2}
+FEW: dict[str, Any] = {"nodes": 100, "ik_solutions": 2}
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +45,7 @@ def test_the_same_steps_are_answered_on_what_is_known(session: Session) -> None:
     steps = SMALL.steps
     first = session.task(steps, start="home", **FEW)
     assert first.roadmap is not None
-    again = session.task(steps, start=first.roadmap.nodes[30], **(FEW | TaskOptions(beta=0.3)))
+    again = session.task(steps, start=first.roadmap.nodes[30], beta=0.3, **FEW)
     assert again.candidates is first.candidates
     np.testing.assert_allclose(again.path[0], first.roadmap.nodes[30])
     session.move("post", position=[0.75, 0.0, 0.225])
