@@ -30,7 +30,7 @@ from planner.tasks.network import TaskNetwork, task_network
 from planner.tasks.result import ModesRecord, StepFails, TaskPlan, scene_without
 from planner.tasks.sampling import gripper_of
 from planner.tasks.search import Found, LazySearch
-from planner.tasks.segments import events_of, join, segments_of, time_segments
+from planner.tasks.segments import join, segments_of, time_segments
 from planner.tasks.task import Move, Pick, Task, TaskError, step_text
 from planner.tradeoff.envelope import Piece
 
@@ -132,9 +132,7 @@ class TaskPlanner:
             if start is not None:
                 checker = self.candidates.modes.checker_of(self.candidates.first)
                 q = free_configuration(np.asarray(start, dtype=float), checker, "start")
-                search = known.started(
-                    known.network.started(self.candidates, self.roadmap, q, request.quality.objective)
-                )
+                search = known.started(known.network.started(self.candidates, self.roadmap, q, quality.objective))
             found = search.path(quality.beta, progress)
             known.refused |= search.refused[: len(known.refused)]
         draft = replace(
@@ -171,14 +169,19 @@ class TaskPlanner:
         omega, distance = (float(total) for total in network.costs[found.arcs].sum(axis=0))
         cost = PathCost(quality.objective.total(omega, distance), omega, distance, quality.beta)
         segments, modes = segments_of(self.candidates, network, found.arcs)
-        solved = replace(draft, outcome=Outcome.SOLVED, cost=cost, segments=tuple(segments))
-        if timing is None:
-            return replace(solved, events=events_of(segments, modes, None, self.candidates))
-        how = timing, quality.objective, self.roadmap.scale
-        motions = time_segments(segments, modes, self.candidates, *how)
-        events = events_of(segments, modes, motions, self.candidates)
-        timed, trajectory = join(segments, motions, events)
-        return replace(solved, segments=timed, events=events, trajectory=trajectory)
+        motions = None
+        if timing is not None:
+            how = timing, quality.objective, self.roadmap.scale
+            motions = time_segments(segments, modes, self.candidates, *how)
+        timed, events, trajectory = join(segments, modes, motions, self.candidates)
+        return replace(
+            draft,
+            outcome=Outcome.SOLVED,
+            cost=cost,
+            segments=tuple(timed),
+            events=tuple(events),
+            trajectory=trajectory,
+        )
 
 
 def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes]:

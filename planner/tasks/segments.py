@@ -24,7 +24,7 @@ from planner.robot.poses import quaternion_of
 from planner.tasks.candidates import Candidates
 from planner.tasks.modes import Mode
 from planner.tasks.network import APPROACH, TaskNetwork
-from planner.tasks.task import Pick, Place, step_text
+from planner.tasks.task import Move, Pick, step_text
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion
 from planner.trajectory.timing import timed_curve
@@ -174,52 +174,49 @@ def off_rest(made: Trajectory, path: Floats, part: str) -> Trajectory:
     return Trajectory(made.joints, made.nanoseconds[points], tuple(rows[points] for rows in made.columns))
 
 
-def events_of(
-    segments: Sequence[Segment], modes: Sequence[Mode], motions: Sequence[Trajectory] | None, candidates: Candidates
-) -> tuple[Event, ...]:
-    """What happens at the rests: the gripper closes and holds, or opens and lets go."""
-    events: list[Event] = []
-    t = None if motions is None else 0.0
-    world, gripper = candidates.modes, candidates.gripper
-    for number, segment in enumerate(segments):
-        if t is not None and motions is not None:
-            t += motions[number].duration
-        step = candidates.task.steps[segment.step - 1]
-        if segment.part != PARTS[APPROACH] or not isinstance(step, Pick | Place):
-            continue
-        pick, after = isinstance(step, Pick), modes[number + 1]
-        held = after.held if pick else modes[number].held
-        assert held is not None
-        joints = gripper.values(world.grasps[held].opening) if pick else dict(gripper.open or {})
-        wait = PAUSE if joints else 0.0
-        now, kind = None if t is None else t + wait * pick, "attach" if pick else "detach"
-        placements = (world.placements[k] for k in (modes[number] if pick else after).standing)
-        at = next(each.pose for each in placements if each.object == step.object)
-        hold = Event(now, kind, step.object, world.robot.tool, number, at[:3, 3].tolist(), quaternion_of(at[:3, :3]))
-        moves = [Event(t, "gripper", step.object, world.robot.tool, number, joints=joints)] if joints else []
-        events += [*moves, hold] if pick else [hold, *moves]
-        t = None if t is None else t + wait
-    return tuple(events)
-
-
 def join(
-    segments: Sequence[Segment], motions: Sequence[Trajectory], events: Sequence[Event]
-) -> tuple[tuple[Segment, ...], Trajectory]:
-    """The segments with their times, and one motion of all, which rests while a gripper moves."""
-    waits, begin = {event.segment for event in events if event.kind == "gripper"}, 0
-    timed, clock, columns = [], [], []
-    for number, (segment, part) in enumerate(zip(segments, motions, strict=True)):
+    segments: Sequence[Segment], modes: Sequence[Mode], motions: Sequence[Trajectory] | None, candidates: Candidates
+) -> tuple[list[Segment], list[Event], Trajectory | None]:
+    """The segments with their times, the events at their ends, and one motion of all, at rest while a gripper moves.
+
+    Without motions nothing has a time.
+    """
+    events = [_events_at(number, segments, modes, candidates) for number in range(len(segments))]
+    if motions is None:
+        return list(segments), list(itertools.chain(*events)), None
+    begin, timed, happened, clock, columns = 0, list[Segment](), list[Event](), list[Ints](), []
+    for segment, part, rest in zip(segments, motions, events, strict=True):
         times = SegmentTimes(begin=begin / 1e9, duration=part.duration, law=part.law, proven=part.proven)
         timed.append(replace(segment, trajectory=times))
         rows = slice(1 if clock and clock[-1][-1] == begin else 0, None)
         clock.append(part.nanoseconds[rows] - part.nanoseconds[0] + begin)
         columns.append([column[rows] for column in part.columns])
-        begin = int(clock[-1][-1]) + (round(PAUSE * 1e9) if number in waits else 0)
+        begin = int(clock[-1][-1])
+        for event in rest:  # a gripper closes before it holds, and opens after it lets go
+            happened.append(replace(event, t=begin / 1e9))
+            begin += round(PAUSE * 1e9) if event.kind == "gripper" else 0
     whole = tuple(np.concatenate(column) for column in zip(*columns, strict=True))
-    count = sum(part.proven for part in motions)
-    proof = {"segments": len(motions), "segments_proven": count}
-    first, listed = motions[0], tuple(event.to_dict() for event in events)
-    proven = count == len(motions)
-    return tuple(timed), Trajectory(
-        first.joints, np.concatenate(clock), whole, first.law, first.limits, proven, proof, listed
-    )
+    proof = {"segments": len(motions), "segments_proven": sum(part.proven for part in motions)}
+    first, listed = motions[0], tuple(event.to_dict() for event in happened)
+    proven = all(part.proven for part in motions)
+    made = Trajectory(first.joints, np.concatenate(clock), whole, first.law, first.limits, proven, proof, listed)
+    return timed, happened, made
+
+
+def _events_at(
+    number: int, segments: Sequence[Segment], modes: Sequence[Mode], candidates: Candidates
+) -> Sequence[Event]:
+    """What happens at the end of a segment: the gripper closes and holds, or opens and lets go."""
+    step, world = candidates.task.steps[segments[number].step - 1], candidates.modes
+    if segments[number].part != PARTS[APPROACH] or isinstance(step, Move):
+        return []
+    pick, before, after = isinstance(step, Pick), modes[number], modes[number + 1]
+    held = after.held if pick else before.held
+    assert held is not None
+    gripper, to = candidates.gripper, (step.object, world.robot.tool, number)
+    joints = gripper.values(world.grasps[held].opening) if pick else dict(gripper.open or {})
+    placements = (world.placements[k] for k in (before if pick else after).standing)
+    at = next(each.pose for each in placements if each.object == step.object)
+    stands = at[:3, 3].tolist(), quaternion_of(at[:3, :3])
+    moves = [Event(None, "gripper", *to, joints=joints)] if joints else []
+    return [*moves, Event(None, "attach", *to, *stands)] if pick else [Event(None, "detach", *to, *stands), *moves]
