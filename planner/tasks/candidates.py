@@ -168,9 +168,8 @@ class Candidates:
             for name, placement in first.items():
                 side_by_side = self._heights(placement)[0] < self._heights(below)[1] - REST
                 if below.object in placement.supports and not side_by_side:
-                    raise TaskError(
-                        f"step {number} picks '{below.object}' while '{name}' stands on it: pick '{name}' before."
-                    )
+                    picks = f"step {number} picks '{below.object}'"
+                    raise TaskError(f"{picks} while '{name}' stands on it: pick '{name}' before.")
 
     def _heights(self, placement: Placement) -> Floats:
         """How low and how high (2,) m an object at a placement reaches."""

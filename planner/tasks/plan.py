@@ -76,10 +76,7 @@ class TaskPlanner:
 
     @staticmethod
     def of(
-        what: Task | StrPath,
-        request: TaskRequest | None = None,
-        progress: Progress = QUIET,
-        **options: Any,
+        what: Task | StrPath, request: TaskRequest | None = None, progress: Progress = QUIET, **options: Any
     ) -> TaskPlanner:
         """Read, find the candidates of each step, grow the roadmap, join the modes."""
         clock, request = Stopwatch(), (request or TaskRequest()).with_options(**options)
@@ -106,7 +103,7 @@ class TaskPlanner:
 
     @property
     def network(self) -> TaskNetwork | None:
-        """The network over all modes; None where a step has no options."""
+        """The network over all modes; None where a step has no candidates."""
         return None if self.search is None else self.search.network
 
     def plan(

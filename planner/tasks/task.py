@@ -69,12 +69,11 @@ class Grasp(PoseFile):
 
     @model_validator(mode="after")
     def _has_one_direction(self) -> Grasp:
+        turned = self.rpy is not None or self.quaternion is not None
+        if self.axis is not None and (turned or not np.linalg.norm(self.axis) > 1e-9):
+            raise ValueError("give a quaternion (or rpy) or an axis that has a length, not both")
         if self.axis is None and self.cone:
             raise ValueError("a cone is around an axis: give one")
-        if self.axis is not None and (self.rpy is not None or self.quaternion is not None):
-            raise ValueError("give a quaternion (or rpy) or an axis, not both")
-        if self.axis is not None and not np.linalg.norm(self.axis) > 1e-9:
-            raise ValueError("an axis of zero length has no direction")
         return self
 
     @staticmethod

@@ -52,7 +52,7 @@ WRONG = {
     "steps: [{pick: foot}, {place: foot, on: board, SPOT}, {pick: vase}]": "while 'vase' stands on it: pick 'vase'",
     "steps: [{pick: mug, grasps: [{opening: 0.5}]}]": "a grasp of 'mug' must open at most 0.08 m, got 0.5",
     "steps: [{pick: mug, grasps: []}]": "'steps.0.pick.grasps' is wrong",
-    "steps: [{pick: mug, grasps: [{axis: [0, 0, 1], rpy: [0, 0, 0]}]}]": "a quaternion (or rpy) or an axis",
+    "steps: [{pick: mug, grasps: [{axis: [0, 0, 1], rpy: [0, 0, 0]}]}]": "a quaternion (or rpy) or an axis that",
     "steps: [{pick: mug, graps: auto}]": "unknown key 'steps.0.pick.graps' (did you mean 'grasps'?)",
     "steps: [{pick: mug, approach: 100}]": "'steps.0.pick.approach.distance' is wrong: Input should be less than",
     "steps: [{pick: mug, approach: .nan}]": "'steps.0.pick.approach.distance' is wrong",
