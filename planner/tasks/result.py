@@ -20,7 +20,7 @@ from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, field_record, m
 from planner.planning.run_record import run_record
 from planner.planning.summary import cost_text, field_rows
 from planner.problem.outcome import Outcome
-from planner.problem.request import TaskRequest
+from planner.problem.request import TaskRequest, WorldRequest
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.moving import KnownMotion, MovingObstacle
@@ -28,11 +28,12 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
 from planner.tasks.file import Task
-from planner.tasks.judge import SegmentReport, Stage, TaskRecord, judged
 from planner.tasks.network import TaskNetwork
 from planner.tasks.options import Options
 from planner.tasks.record import Event, ModesRecord, SegmentRecord, StepFails, TaskPlanRecord
+from planner.tasks.replay import EventReplay, TaskRecord, check_task
 from planner.tasks.segments import Segment, begins_of, joined
+from planner.trajectory.report import Report
 from planner.trajectory.trajectory import Trajectory
 from planner.view.page import Content, page, save_page
 from planner.view.shown_path import Rows, ShownMotion, ShownPath, path_rows
@@ -93,11 +94,11 @@ class TaskPlan:
         """One motion of all segments, at rest while a gripper moves; None without times."""
         return joined(self.segments, self.events)
 
-    def check(self, step: float = RECHECK) -> list[SegmentReport]:
-        """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
+    def check(self, step: float = RECHECK, checker: CollisionChecker | None = None) -> Report:
+        """The report on the task, from its record as :func:`planner.tasks.replay.check_task` replays it."""
         names, path, events = list(self.robot.joints), self.path.tolist(), list(self.events)
         record = TaskRecord(outcome=self.outcome.key, joints=names, path=path, segments=self._segments(), events=events)
-        return [report for _, report in judged(record, self.judge, self.trajectory, step)]
+        return check_task(record, checker or self.judge, self.trajectory, step)
 
     @cached_property
     def judge(self) -> CollisionChecker:
@@ -109,6 +110,8 @@ class TaskPlan:
         """The keys of ``plan.json``; units in rad, m and s."""
         begun: dict[str, Any] = run_record(self.request, self.outcome, self.robot, self.scene)
         begun |= {"message": self.message, "notes": [*begun["notes"], *self.end_notes]}
+        world = WorldRequest(robot=self.task.robot, scene=self.task.scene).to_dict()
+        begun["config"] |= {name: world[name] for name in ("robot", "scene")}
         net, x = self.network, self.cost_to_go
         record = TaskPlanRecord(
             **begun,
@@ -207,7 +210,7 @@ def task_rows(record: dict[str, Any]) -> Rows:
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     """The scene with what is picked as obstacles that move as the hand moves them."""
-    names, stage = plan.options.modes.objects, Stage(plan.judge, plan.events)
+    names, stage = plan.options.modes.objects, EventReplay(plan.judge, plan.events)
     times = np.linspace(0.0, motion.duration, max(2, int(motion.duration / _SHOWN_APART)))
     left = [(event.t, event) for event in plan.events if event.t is not None]
     at = np.unique(np.concatenate([times, [t for t, _ in left]]))
@@ -216,7 +219,7 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     for now in at.tolist():
         while left and left[0][0] <= now:
             t, event = left.pop(0)
-            stage.after(event, motion.at(t)[0])
+            stage.apply(event, motion.at(t)[0])
         for name, found in poses.items():
             found.append(stage.pose(name, motion.at(now)[0]))
     moving = tuple(

@@ -20,7 +20,7 @@ from planner.query.query import states_of
 from planner.robot.files.scene_writer import write_scene
 from planner.robot.poses import pose, quaternion_of
 from planner.session.session import Session, Snapshot
-from planner.trajectory.path_clearance import clearance_text
+from planner.trajectory.clearance import clearance_text
 from planner.view.live.picture import HOST, Picture, place, start_server
 from planner.view.motion import configurations_at, path_shares
 

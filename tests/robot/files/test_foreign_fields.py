@@ -22,7 +22,7 @@ from planner.robot.scene import Scene
 from planner.robot.shapes import Carried, Obstacle, Sphere
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.messages import points_of
-from planner.trajectory.path_file import read_joint_path
+from planner.trajectory.points import read_motion
 from tests.refusals import refusal_of
 from tests.worlds import joint_xml, link_xml, load
 
@@ -175,7 +175,7 @@ def test_what_wraps_a_path_without_times_is_told(tmp_path: Path, caplog: pytest.
     robot = load("planar_2r")
     text = path.read_text().replace("joint1", robot.joints[0]).replace("joint2", robot.joints[1])
     path.write_text(f'{{"trajectory": [{text}], "trajectory_start": {{"joint_state": {{"name": ["x"]}}}}}}')
-    assert len(read_joint_path(path, robot)) == 2
+    assert len(read_motion(path, robot)) == 2
     assert "trajectory_start of the message are not checked" in caplog.text
 
 
