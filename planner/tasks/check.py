@@ -49,29 +49,24 @@ def check(
         for finding in report.findings: print(finding.sentence)
 
     Samples are ``step`` metres of motion apart, proofs of whole pieces come on top. ``robot`` and ``scene`` are names,
-    files or objects, in place of those of the plan or of the plan.json next to a file; ``checker`` stands for both.
-    ``limits`` are in place of those that a trajectory was made for. Raises :class:`PlannerError` for a motion that
-    cannot be read, and :class:`ArrayError` for an array of another shape.
+    files or objects; of a file they are those of the plan.json next to it where they are left out. ``checker`` stands
+    for both. ``limits`` are in place of those that a trajectory was made for. Raises :class:`PlannerError` for a motion
+    that cannot be read, and :class:`ArrayError` for an array of another shape.
     """
     require_step(step)
     given = KeptWorld(robot=robot, scene=scene)
     if isinstance(motion, str | os.PathLike):
         return check_file(Path(motion), given, limits, step, progress, checker)
-    if isinstance(motion, Plan | TaskPlan):
-        config = motion.request.to_dict()
-        own = motion.judge if isinstance(motion, TaskPlan) else motion.checker
-        checker = checker or (None if robot or scene else own)
-    else:
-        config = {}
-    checker = checker or open_world(with_config(given, config), config.get("request"))
+    if isinstance(motion, Plan | TaskPlan) and (robot or scene):
+        raise OptionError("robot and scene must be those of the plan: leave them out, or check its trajectory.")
     if isinstance(motion, TaskPlan):
         return motion.check(step, checker)
     if isinstance(motion, Plan):
-        motion = motion.path if motion.trajectory is None else motion.trajectory
+        checker, motion = checker or motion.checker, motion.path if motion.trajectory is None else motion.trajectory
+    checker = checker or open_world(with_config(given, {}))
     if isinstance(motion, Trajectory):
         return check_trajectory(checker, motion, _limits(limits, checker.robot), step, progress)
-    path = numbers("path", motion, ("k", len(checker.robot.joints)), most=FAR)
-    return check_path(checker, path, step, progress)
+    return check_path(checker, numbers("path", motion, ("k", checker.robot.dof), most=FAR), step, progress)
 
 
 def check_file(

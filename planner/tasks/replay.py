@@ -58,12 +58,10 @@ def check_task(
     and its support, as measured. Raises :class:`FileError` for a record that does not fit together.
     """
     _require_task(record, checker, whole)
-    replay, parts, rows = EventReplay(checker, record.events), list[Report](), list[list[float]]()
-    begun, last = None, None
-    for number, segment in enumerate(record.segments):
-        path = matrix(segment.path, f"segment {number + 1}")
-        _require_fitting(f"segment {number + 1}", segment, path, last, replay)
-        motion = None if whole is None or segment.trajectory is None else _motion_of(segment, whole, path)
+    replay, parts = EventReplay(checker, record.events), list[Report]()
+    motions, begun, path = _motions_of(record, whole), None, None
+    for number, (segment, motion) in enumerate(zip(record.segments, motions, strict=True)):
+        path = _path_of(f"segment {number + 1}", segment, motion, path, replay)
         events = [event for event in record.events if event.segment == number]
         following = next((event for event in events if event.kind != "gripper"), None)
         hand, rests, faults = replay.excuse_pairs(segment, path, begun, following)
@@ -74,8 +72,7 @@ def check_task(
         if report.ok and rests:
             faults += _find_contacts_off_rest(path, motion, replay, hand, rests, step)
         faults += _find_wrong_commands(events, replay.robot)
-        rows += segment.path[len(rows) > 0 :]
-        if segment is record.segments[-1] and rows != record.path:
+        if segment is record.segments[-1] and record.path != _joined(record):
             faults.append("the path of the task must be that of its segments: plan again")
         findings = (
             *report.findings,
@@ -85,16 +82,14 @@ def check_task(
         told["may_touch"] = sorted(map(sorted, may_touch))
         title = f"step {segment.step}, {segment.doing}: {segment.part}"
         parts.append(replace(report, findings=findings, measures=report.measures | told, title=title))
-        begun, last = following, path[-1]
+        begun = following
         for event in events:
-            replay.apply(event, last)
-    if whole is not None:
-        _require_rests_between(record, whole)
+            replay.apply(event, path[-1])
     findings = tuple(finding for part in parts for finding in part.findings)
     return Report(checker, step, whole is not None, findings, parts=tuple(parts))
 
 
-def _require(holds: bool, text: str, remedy: str = "the files are damaged, plan again") -> None:
+def _require(holds: object, text: str, remedy: str = "the files are damaged, plan again") -> None:
     if not holds:
         raise FileError(f"{text}: {remedy}.")
 
@@ -104,60 +99,61 @@ def _require_task(record: TaskRecord, checker: CollisionChecker, whole: Trajecto
     events, joints, count = [event.to_dict() for event in record.events], checker.robot.joints, len(record.segments)
     same = whole is None or [dict(event) for event in whole.events] == events
     _require(same, "the task has other events than its trajectory")
-    solved = record.outcome == Outcome.SOLVED.key and count > 0
+    solved = record.outcome == Outcome.SOLVED.key and count
     _require(solved, f"a task must be solved, got '{record.outcome}', {count} segments", "plan again")
     late = any(event.segment >= count for event in record.events)
     _require(not late, "an event of the task comes after a segment that is not there")
     same = tuple(record.joints) == joints and (whole is None or whole.joints == joints)
     _require(same, f"joints of the task and its trajectory must be {choices(joints)} in this order", "plan again")
-    timed = whole is None or all(segment.trajectory for segment in record.segments)
-    _require(timed, "the task has a trajectory, and segments without times")
 
 
-def _require_fitting(head: str, segment: SegmentRecord, path: Floats, last: Floats | None, replay: EventReplay) -> None:
-    """Raise :class:`FileError` for a segment that does not follow from the one before it and from the events."""
-    robot, held = replay.robot, None if replay.held is None else replay.held.name
+def _joined(record: TaskRecord) -> list[list[float]]:
+    """The path of all segments, each rest once."""
+    return [*record.segments[0].path[:1], *(row for segment in record.segments for row in segment.path[1:])]
+
+
+def _path_of(
+    head: str, segment: SegmentRecord, motion: Trajectory | None, before: Floats | None, replay: EventReplay
+) -> Floats:
+    """The path of a segment; :class:`FileError` where it does not follow from the one before it and from the events."""
+    path, robot, held = matrix(segment.path, head), replay.robot, replay.held and replay.held.name
     _require(path.shape[1] == robot.dof, f"{head} has {path.shape[1]} columns, {robot.name} has {robot.dof} joints")
     require_of_an_arm(path, robot, head)
     _require(len(path) > 1, f"{head} has a path of one waypoint")
-    joins = last is None or np.abs(path[0] - last).max() <= _SAME
-    _require(bool(joins), f"{head} begins elsewhere than the one before it ends")
+    joins = before is None or np.abs(path[0] - before[-1]).max() <= _SAME
+    _require(joins, f"{head} begins elsewhere than the one before it ends")
+    joins = motion is None or np.abs(motion.columns[0][[0, -1]] - path[[0, -1]]).max() <= _SAME
+    _require(joins, f"{head} of the task has another path than its trajectory")
     said, truth = (f"'{name}'" if name else "nothing" for name in (segment.carried, held))
     _require(segment.carried == held, f"{head} says that {said} is held, by the events it is {truth}")
+    return path
 
 
-def _span(segment: SegmentRecord) -> tuple[int, int]:
-    """When a segment with times begins and ends, in ns."""
-    times = segment.trajectory
-    assert times is not None
-    return round(times.begin * 1e9), round((times.begin + times.duration) * 1e9)
-
-
-def _motion_of(segment: SegmentRecord, whole: Trajectory, path: Floats) -> Trajectory:
-    """The part of a motion that a segment is; :class:`FileError` where it does not join the ends of its ``path``."""
-    begin, end = _span(segment)
-    rows = np.flatnonzero((whole.nanoseconds >= begin) & (whole.nanoseconds <= end))
-    _require(len(rows) > 1, "the segments of the task have other times than its trajectory")
-    columns = tuple(column[rows] for column in whole.columns)
-    joins = np.abs(columns[0][[0, -1]] - path[[0, -1]]).max() <= _SAME
-    _require(bool(joins), "the segments of the task have other paths than its trajectory")
-    return Trajectory(whole.joints, whole.nanoseconds[rows], columns, whole.law, whole.limits)
-
-
-def _require_rests_between(record: TaskRecord, whole: Trajectory) -> None:
-    """Raise :class:`FileError` where a motion goes on outside the segments, or an event does not come between them."""
-    clock, spans = whole.nanoseconds, [_span(segment) for segment in record.segments]
-    edges = [int(clock[0]), *(ns for span in spans for ns in span), int(clock[-1])]
-    for number, (end, begin) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
+def _motions_of(record: TaskRecord, whole: Trajectory | None) -> list[Trajectory | None]:
+    """The part of the whole motion that each segment is; :class:`FileError` where it moves, or events come, outside."""
+    if whole is None:
+        return [None] * len(record.segments)
+    edges, clock, motions = [int(whole.nanoseconds[0])], whole.nanoseconds, list[Trajectory | None]()
+    for segment in record.segments:
+        times = segment.trajectory
+        if times is None:
+            raise FileError("the task has a trajectory, and segments without times: the files are damaged, plan again.")
+        edges += [round(times.begin * 1e9), round((times.begin + times.duration) * 1e9)]
+        rows = np.flatnonzero((clock >= edges[-2]) & (clock <= edges[-1]))
+        _require(len(rows) > 1, "the segments of the task have other times than its trajectory")
+        columns = tuple(column[rows] for column in whole.columns)
+        motions.append(Trajectory(whole.joints, clock[rows], columns, whole.law, whole.limits))
+    for number, (end, begin) in enumerate(zip(edges[::2], [*edges[1::2], int(clock[-1])], strict=True)):
         rows, h = (clock >= end) & (clock <= begin), 1e-9 * (begin - end)
         where = f"after segment {number}" if number else "before its first segment"
-        _require(bool(rows.any()), f"the trajectory of the task has other times {where} than its segments")
+        _require(rows.any(), f"the trajectory of the task has other times {where} than its segments")
         rates = sum(np.abs(rate[rows]).max() * h**k for k, rate in enumerate(whole.columns) if k)
         still = max(rates, np.ptp(whole.columns[0][rows], axis=0).max()) <= _SAME
-        _require(bool(still), f"the trajectory of the task moves on {where}")
+        _require(still, f"the trajectory of the task moves on {where}")
         moments = [event.t for event in record.events if event.segment == number - 1]
         between = all(t is not None and end - 1 <= 1e9 * t <= begin + 1 for t in moments)
         _require(between, f"an event of the task does not come {where}, where it belongs")
+    return motions
 
 
 def _find_wrong_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
@@ -244,30 +240,24 @@ class EventReplay:
         return next(item for item in self.scene.obstacles if item.name == name).placement
 
     def apply(self, event: Event, q: Floats) -> None:
-        """Take or let go, in a configuration (dof,); :class:`FileError` for what is not there."""
-        name, held = event.object, self.held
-        if event.kind == "attach":
-            if held is not None:
-                raise FileError(f"the task takes '{name}' while it holds '{held.name}': mend the file.")
-            item = next((item for item in self.scene.obstacles if item.name == name), None)
-            if item is None:
-                raise FileError(f"the task takes '{name}', which is not in scene '{self.scene.name}': give its scene.")
-            if tool_joint(with_tool(self.robot, event.link))[0] != tool_joint(self.robot)[0]:
-                raise FileError(f"the task takes '{name}' with '{event.link}', which does not move with the tool.")
-            _require_there(event, item, item.placement, f"in scene '{self.scene.name}'")
-            self.scene, self._name = taken(self.scene, item, self.robot, event.link, q), name
-        elif event.kind == "detach":
-            if held is None or held.name != name:
-                raise FileError(f"the task lets go of '{name}', which it does not hold: mend the file.")
-            _require_there(event, held, self.pose(name, q), "in the hand")
-            self.scene, self._name = let_go(self.scene, held, self.robot, q), None
-
-
-def _require_there(event: Event, item: Carried | Obstacle, placement: Floats, where: str) -> None:
-    """Raise :class:`FileError` where an object is elsewhere than the plan had it."""
-    if event.position is None or event.quaternion is None:
-        return
-    away = float(_measure_shift(item, placement, pose(event.position, quaternion=event.quaternion)))
-    if away > _MOVED:
-        off = f"is {where} {1e3 * away:.3g} mm"
-        raise FileError(f"at its {event.kind} '{event.object}' {off} from where the plan has it: plan again.")
+        """Take or let go, in a configuration (dof,); :class:`FileError` for an object that is not there."""
+        if event.kind == "gripper":
+            return
+        name, held, takes = event.object, self.held, event.kind == "attach"
+        where = f"in scene '{self.scene.name}'" if takes else "in the hand"
+        _require(not takes or held is None, f"the task takes '{name}' while it holds '{self._name}'")
+        there = self.scene.obstacles if takes else () if held is None else (held,)
+        item = next((item for item in there if item.name == name), None)
+        if item is None:
+            raise FileError(f"the task {event.kind}es '{name}', which is not {where}: give the scene of the task.")
+        if event.position is not None and event.quaternion is not None:
+            planned = pose(event.position, quaternion=event.quaternion)
+            away = float(_measure_shift(item, self.pose(name, q), planned))
+            off = f"at its {event.kind} '{name}' is {where} {1e3 * away:.3g} mm from where the plan has it"
+            _require(away <= _MOVED, off, "plan again")
+        if isinstance(item, Carried):
+            self.scene, self._name = let_go(self.scene, item, self.robot, q), None
+            return
+        with_hand = tool_joint(with_tool(self.robot, event.link))[0] == tool_joint(self.robot)[0]
+        _require(with_hand, f"the task takes '{name}' with '{event.link}', which does not move with the tool")
+        self.scene, self._name = taken(self.scene, item, self.robot, event.link, q), name

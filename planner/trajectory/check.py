@@ -75,7 +75,7 @@ def check_trajectory(
     require_joints(points.joints, checker)
     limits = limits or points.limits or MotionLimits.of(robot)
     measures = {"points": len(points.times), "limits": {**limits.to_dict(), "text": limits.text(robot)}}
-    begun = Report(checker, step, timed=True, measures=measures, notes=(*_notes(points), *_beginning(points)))
+    begun = Report(checker, step, timed=True, measures=measures, notes=_notes(points))
     if faults := _faults(points):
         return replace(begun, findings=faults)
     trajectory = points if isinstance(points, Trajectory) else points.trajectory()
@@ -221,8 +221,7 @@ def _degrees(where: tuple[float, float], timed: bool = True) -> Finding:
 
 def _faults(points: Points | Trajectory) -> tuple[Finding, ...]:
     """Why no controller runs these times and velocities; empty where one does."""
-    times, last = points.times, points.columns[1][-1] if len(points.columns) > 1 else np.zeros(1)
-    late = np.flatnonzero(np.diff(whole_nanoseconds(times)) <= 0)
+    times, late = points.times, np.flatnonzero(np.diff(whole_nanoseconds(points.times)) <= 0)
     if len(late):
         k, (a, b) = int(late[0]), times[late[0] : late[0] + 2].tolist()
         text = f"time does not increase from point {k + 1} to point {k + 2} ({a:.10g} s, {b:.10g} s)"
@@ -230,32 +229,32 @@ def _faults(points: Points | Trajectory) -> tuple[Finding, ...]:
     if times[0] < 0:
         text = f"the first point is {-times[0]:g} s before the start"
         return (Finding("discontinuity", ("time",), (float(times[0]), 0.0), float(times[0]), 0.0, "s", text=text),)
-    joint, end = int(np.abs(last).argmax()), float(times[-1])
-    if abs(last[joint]) > _AT_REST:
-        text = (
-            f"the last velocity is not 0: joint '{points.joints[joint]}' ends with {last[joint]:.3g}, "
-            "which a ROS 2 joint trajectory controller refuses"
-        )
-        what = ("velocity", points.joints[joint])
-        return (Finding("discontinuity", what, (end, end), float(last[joint]), 0.0, "rad/s", text=text),)
-    return ()
+    joint, velocity = _fastest(points, -1)
+    if abs(velocity) <= _AT_REST:
+        return ()
+    text = f"the last velocity is not 0: joint '{joint}' ends with {velocity:.3g}"
+    text += ", which a ROS 2 joint trajectory controller refuses"
+    end = (float(times[-1]), float(times[-1]))
+    return (Finding("discontinuity", ("velocity", joint), end, velocity, 0.0, "rad/s", text=text),)
 
 
 def _notes(points: Points | Trajectory) -> tuple[str, ...]:
-    return points.notes if isinstance(points, Points) else ()
-
-
-def _beginning(points: Points | Trajectory) -> list[str]:
-    """Notes on how a trajectory begins: the motion before its first point is the controller's."""
-    found = []
+    """Notes of the file, and on how the motion begins: what comes before its first point is the controller's."""
+    notes = list(points.notes) if isinstance(points, Points) else []
     if points.times[0] > 0:
-        found.append(f"until {points.times[0]:g} s it moves there from where the robot is: that is not checked")
-    velocity = points.columns[1][0] if len(points.columns) > 1 else np.zeros(1)
+        notes.append(f"until {points.times[0]:g} s it moves there from where the robot is: that is not checked")
+    joint, velocity = _fastest(points, 0)
+    if abs(velocity) > _AT_REST:
+        moves = f"joint '{joint}' begins with a velocity of {velocity:.3g}"
+        notes.append(f"{moves}: right only for a robot that moves so already")
+    return tuple(notes)
+
+
+def _fastest(points: Points | Trajectory, row: int) -> tuple[str, float]:
+    """The joint of the largest velocity that is given for a point, and this velocity; 0 where none is given."""
+    velocity = points.columns[1][row] if len(points.columns) > 1 else np.zeros(1)
     joint = int(np.abs(velocity).argmax())
-    if abs(velocity[joint]) > _AT_REST:
-        moves = f"joint '{points.joints[joint]}' begins with a velocity of {velocity[joint]:.3g}"
-        found.append(f"{moves}: right only for a robot that moves so already")
-    return found
+    return points.joints[joint], float(velocity[joint])
 
 
 def _require_within_reason(trajectory: Trajectory) -> None:

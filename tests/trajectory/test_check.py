@@ -197,7 +197,9 @@ def test_one_function_checks_paths_trajectories_and_plans(solved: Plan) -> None:
     assert not planner.check(made, limits=slower, checker=CHECKER).ok
     assert planner.check(path, "planar_2r", "empty").ok
     assert planner.check(solved).proven
-    assert planner.check(solved, scene="empty").ok
+    assert planner.check(solved.path, "iiwa14", "empty").ok
+    with pytest.raises(OptionError, match="those of the plan"):
+        planner.check(solved, scene="empty")
     with pytest.raises(OptionError, match="is of other joints"):
         planner.check(replace(made, joints=("a", "b")), checker=CHECKER)
     with pytest.raises(ArrayError, match="path"):
