@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import tyro
 
 from planner.base.files import json_text
 from planner.cli.common import Debug, Flag
 from planner.cli.terminal import facts, say, show, watching
-from planner.problem.request import KeptWorld, LimitsRequest
+from planner.problem.request import LimitsRequest, PartialWorld
 
 EXIT_NOT_USABLE = 4
 
 
 def check(
     path: tyro.conf.Positional[Path],
-    request: Annotated[KeptWorld, tyro.conf.arg(name="")] = KeptWorld(),  # noqa: B008 (frozen)
-    motion: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
+    world: PartialWorld = PartialWorld(),  # noqa: B008 (frozen)
+    motion: LimitsRequest = LimitsRequest(),  # noqa: B008
     step: float = 0.001,
     json: Flag = False,
     debug: Debug = False,
@@ -58,12 +57,12 @@ def check(
 
     limits = None if motion == LimitsRequest() else motion
     if json:
-        report = check_file(path, request, limits, step)
+        report = check_file(path, world, limits, step)
         say(json_text(report.to_dict()))
     else:
         with watching() as progress:
-            report = check_file(path, request, limits, step, progress)
-        world = report.checker.world
-        show(facts(f"{path}: {world.robot.name} in {world.scene.name}", report.rows()))
+            report = check_file(path, world, limits, step, progress)
+        against = report.checker.world
+        show(facts(f"{path}: {against.robot.name} in {against.scene.name}", report.rows()))
         say(report.sentence)
     return 0 if report.ok else EXIT_NOT_USABLE

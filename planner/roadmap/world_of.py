@@ -7,7 +7,6 @@ from dataclasses import fields
 from typing import Any
 
 import numpy as np
-import pydantic
 
 from planner.base.errors import FileError, OptionError
 from planner.base.files import StrPath
@@ -21,11 +20,10 @@ from planner.robot.robot import with_widened_limits
 
 def world_in(config: Mapping[str, Any], where: str) -> WorldRequest:
     """The robot and the scene in the ``config`` of a plan.json; :class:`FileError` for options that are not valid."""
-    names = {field.name for field in fields(WorldRequest)}
+    names = {field.name for field in fields(WorldRequest)}  # type: ignore[arg-type]
     try:
-        options = {name: value for name, value in config.items() if name in names}
-        return pydantic.TypeAdapter(WorldRequest).validate_python(options)
-    except (pydantic.ValidationError, OptionError):
+        return WorldRequest(**{name: value for name, value in config.items() if name in names})
+    except OptionError:
         raise FileError(f"the options in the plan.json {where} are not valid: plan again.") from None
 
 

@@ -17,7 +17,8 @@ from planner.base.resolutions import RECHECK
 from planner.base.yamlfile import read_text, validate
 from planner.collision.checker import CollisionChecker
 from planner.planning.result import JSON_NAME, Plan
-from planner.problem.request import KeptWorld, LimitsRequest, Thing, WorldRequest
+from planner.problem.options import RobotLike
+from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import open_world
 from planner.roadmap.world_of import world_in
 from planner.robot.robot import Robot
@@ -34,8 +35,8 @@ from planner.trajectory.trajectory import Trajectory
 
 def check(
     motion: Floats | Sequence[Sequence[float]] | Trajectory | StrPath | Plan | TaskPlan,
-    robot: Thing | None = None,
-    scene: Thing | None = None,
+    robot: RobotLike | None = None,
+    scene: RobotLike | None = None,
     limits: MotionLimits | LimitsRequest | None = None,
     *,
     checker: CollisionChecker | None = None,
@@ -54,7 +55,7 @@ def check(
     that cannot be read, and :class:`ArrayError` for an array of another shape.
     """
     require_step(step)
-    given = KeptWorld(robot=robot, scene=scene)
+    given = PartialWorld(robot=robot, scene=scene)
     if isinstance(motion, str | os.PathLike):
         return check_file(Path(motion), given, limits, step, progress, checker)
     if isinstance(motion, Plan | TaskPlan) and (robot or scene):
@@ -71,7 +72,7 @@ def check(
 
 def check_file(
     path: Path,
-    given: KeptWorld,
+    given: PartialWorld,
     limits: MotionLimits | LimitsRequest | None = None,
     step: float = RECHECK,
     progress: Progress = QUIET,
@@ -113,7 +114,7 @@ def read_record(folder: Path) -> dict[str, Any]:
     return record if isinstance(record, dict) and isinstance(record.get("config", {}), dict) else {}
 
 
-def with_config(given: KeptWorld, config: Mapping[str, Any]) -> WorldRequest:
+def with_config(given: PartialWorld, config: Mapping[str, Any]) -> WorldRequest:
     """The robot and scene that are ``given``, and what they leave out by the ``config`` of a plan.json.
 
     Of the config of another robot the scene, the margin and the constraints are taken.
@@ -123,9 +124,9 @@ def with_config(given: KeptWorld, config: Mapping[str, Any]) -> WorldRequest:
         options = {name: options[name] for name in ("scene", "margin", "keep") if name in options}
     if given.group is not None or given.joints is not None:
         options = {name: value for name, value in options.items() if name not in ("group", "joints")}
-    told = {each.name: getattr(given, each.name) for each in fields(given)}
-    world = world_in(options, "next to it") if options else WorldRequest()
-    return replace(world, **{name: value for name, value in told.items() if value is not None})
+    own = {each.name: getattr(given, each.name) for each in fields(given)}  # type: ignore[arg-type]
+    own = {name: value for name, value in own.items() if value not in (None, ())}
+    return replace(world_in(options, "next to it"), **own)
 
 
 def _check_task(record: TaskRecord, folder: Path, checker: CollisionChecker, step: float) -> Report:

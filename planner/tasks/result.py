@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +21,7 @@ from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, field_record, m
 from planner.planning.run_record import run_record
 from planner.planning.summary import cost_text, field_rows
 from planner.problem.outcome import Outcome
-from planner.problem.request import TaskRequest, WorldRequest
+from planner.problem.request import TaskRequest
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.moving import KnownMotion, MovingObstacle
@@ -104,14 +105,14 @@ class TaskPlan:
     def judge(self) -> CollisionChecker:
         """A checker of the scene before the task."""
         world = self.options.modes.checker.world
-        return make_checker(world.robot, self.scene, self.request.collision, world.margin, world.conditions)
+        return make_checker(world.robot, self.scene, self.request.what.collision, world.margin, world.conditions)
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of ``plan.json``; units in rad, m and s."""
         begun: dict[str, Any] = run_record(self.request, self.outcome, self.robot, self.scene)
         begun |= {"message": self.message, "notes": [*begun["notes"], *self.end_notes]}
-        world = WorldRequest(robot=self.task.robot, scene=self.task.scene).to_dict()
-        begun["config"] |= {name: world[name] for name in ("robot", "scene")}
+        for name, given in (("robot", self.task.robot), ("scene", self.task.scene)):
+            begun["config"][name] = str(given) if isinstance(given, str | os.PathLike) else given.name
         net, x = self.network, self.cost_to_go
         record = TaskPlanRecord(
             **begun,
@@ -136,7 +137,7 @@ class TaskPlan:
             gabf=None
             if x is None
             else field_record(
-                self.request, x, gabf.certify(x.network, x.law, x), gabf.max_error(x, gabf.oracle(x.network))
+                self.request.quality, x, gabf.certify(x.network, x.law, x), gabf.max_error(x, gabf.oracle(x.network))
             ),
             timings_s=rounded(self.timings),
         )
@@ -164,7 +165,7 @@ class TaskPlan:
             details=task_rows(self.to_dict()),
             roadmap=None if self.roadmap is None else replace(self.roadmap, goals=self.roadmap.goals[:0]),
             paths=paths,
-            beta=self.request.beta,
+            beta=self.request.quality.beta,
             touching=frozenset() if self.reason is None else self.reason.names,
         )
         return page(content)

@@ -16,7 +16,8 @@ from planner.collision.looks import first_seen
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
-from planner.problem.request import LimitsRequest, TimeLaw
+from planner.problem.options import TimeLaw
+from planner.problem.request import LimitsRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
 from planner.trajectory.curve import blends, without_standstill
