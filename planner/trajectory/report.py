@@ -146,18 +146,19 @@ class Report:
         """The report as the table of the terminal."""
         if self.parts:
             return [(part.title, part._line()) for part in self.parts]
-        m = self.measures
+        m, findings = self.measures, [(each.kind, each.sentence) for each in self.findings]
         rows = [("trajectory" if self.timed else "path", self._size())]
         rows += [("limits", m["limits"]["text"])] if self.timed else []
-        rows += [("note", note) for note in self.notes]
-        rows += [("points", self._first("discontinuity"))] if "w_min" not in m and self._first("discontinuity") else []
+        rows += [*(("note", note) for note in self.notes), *findings]
         if "w_min" not in m:
-            return rows + [("joint limits", each.sentence) for each in self.findings if each.kind == "limit"]
-        rows.append(("joint limits", self._first("limit", "position") or "within limits"))
-        rows += [(kind, self._rate(kind)) for kind in KINDS if self.timed]
-        none = f"none, sampled every {1000 * self.step:g} mm of motion"
-        touches = self._first("contact") or self._first("clearance")
-        rows += [("first contact", touches or none), ("smallest clearance", self._clearance())]
+            return rows
+        shares = [(kind, share) for kind, share in m.get("shares", {}).items() if share is not None]
+        rows += [(kind, f"{100 * share:.1f} % of the limit at most") for kind, share in shares]
+        open_text = f"infinite, as {m.get('jump')}; not judged, as the limit is merely assumed"
+        rows += [(kind, open_text) for kind in m.get("not_judged", [])]
+        if not {"contact", "clearance"} & {kind for kind, _ in findings}:
+            rows.append(("contacts", f"none, sampled every {1000 * self.step:g} mm of motion"))
+        rows.append(("smallest clearance", self._clearance()))
         if self.ok and self.clearance and self.clearance.min < CLOSE:
             rows.append((TOO_CLOSE, TOO_CLOSE_TEXT))
         rows.append(("proofs", self._proofs()))
@@ -166,11 +167,12 @@ class Report:
             rows.append(("known motions", f"{clear} of {of} proven clear of {choices(m['moving']['obstacles'])}"))
         rows += [("horizon", self._horizon())] if "horizon" in m else []
         least = f"min {m['w_min']:.3g} ({self._at(m['w_at'])}), mean {m['w_mean']:.3g}"
-        return [
-            *rows,
-            ("manipulability w", f"{least}, frame {self.checker.robot.tool}"),
-            *map(self._kept, m["constraints"]),
-        ]
+        rows.append(("manipulability w", f"{least}, frame {self.checker.robot.tool}"))
+        for each in m["constraints"]:
+            proof = "proven all along" if each["proven"] else "NOT proven between what was sampled"
+            spare = f"'{each['condition']}' with {each['spare']:.3g} {each['unit']} to spare"
+            rows += [] if each["strays"] else [("kept", f"{spare}, {proof}, least {self._at(each['at'])}")]
+        return rows
 
     def _size(self) -> str:
         m = self.measures
@@ -179,20 +181,6 @@ class Report:
             late = f", beginning {m['begin']:.3f} s after the start" if m["begin"] > 0 else ""
             return f"{size}, {m['duration']:.3f} s{late}, run as {m['interpolation']} between them"
         return f"{size}, {m['joint_length']:.3f} rad, {m['workspace_length']:.3f} m" if "w_min" in m else size
-
-    def _first(self, kind: Kind, quantity: str | None = None) -> str:
-        """The sentence of the first finding of a kind, and of a limited quantity; empty where there is none."""
-        found = (each for each in self.findings if each.kind == kind and quantity in (None, each.what[0]))
-        return next((each.sentence for each in found), "")
-
-    def _rate(self, kind: str) -> str:
-        """What is said of the limit on velocity, acceleration or jerk."""
-        if said := self._first("limit", kind) or self._first("discontinuity", kind):
-            return said
-        if kind in self.measures["not_judged"]:
-            return f"infinite, as {self.measures['jump']}; not judged, as the limit is merely assumed"
-        share = self.measures["shares"][kind]
-        return "" if share is None else f"{100 * share:.1f} % of the limit at most"
 
     def _clearance(self) -> str:
         if self.clearance is None:
@@ -207,14 +195,6 @@ class Report:
 
     def _at(self, place: float) -> str:
         return place_text((place, place), self.timed)
-
-    def _kept(self, each: dict[str, Any]) -> tuple[str, str]:
-        """What came of a path constraint."""
-        if each["strays"]:
-            return "constraint", self._first("constraint", each["condition"])
-        proof = "proven all along" if each["proven"] else "NOT proven between what was sampled"
-        spare = f"{each['spare']:.3g} {each['unit']} to spare, {proof}, least {self._at(each['at'])}"
-        return "constraint", f"'{each['condition']}' with {spare}"
 
     def _horizon(self) -> str:
         """Until when unknown motions cannot matter, as part of a sentence."""
