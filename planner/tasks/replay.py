@@ -59,7 +59,7 @@ def check_task(
     """
     _require_task(record, checker, whole)
     replay, parts = EventReplay(checker, record.events), list[Report]()
-    motions, begun, path = _motions_of(record, whole), None, None
+    motions, begun, path, rows = _motions_of(record, whole), None, None, list[list[float]]()
     for number, (segment, motion) in enumerate(zip(record.segments, motions, strict=True)):
         path = _path_of(f"segment {number + 1}", segment, motion, path, replay)
         events = [event for event in record.events if event.segment == number]
@@ -72,7 +72,8 @@ def check_task(
         if report.ok and rests:
             faults += _find_contacts_off_rest(path, motion, replay, hand, rests, step)
         faults += _find_wrong_commands(events, replay.robot)
-        if segment is record.segments[-1] and record.path != _joined(record):
+        rows += segment.path[len(rows) > 0 :]
+        if segment is record.segments[-1] and record.path != rows:
             faults.append("the path of the task must be that of its segments: plan again")
         findings = (
             *report.findings,
@@ -105,11 +106,6 @@ def _require_task(record: TaskRecord, checker: CollisionChecker, whole: Trajecto
     _require(not late, "an event of the task comes after a segment that is not there")
     same = tuple(record.joints) == joints and (whole is None or whole.joints == joints)
     _require(same, f"joints of the task and its trajectory must be {choices(joints)} in this order", "plan again")
-
-
-def _joined(record: TaskRecord) -> list[list[float]]:
-    """The path of all segments, each rest once."""
-    return [*record.segments[0].path[:1], *(row for segment in record.segments for row in segment.path[1:])]
 
 
 def _path_of(
