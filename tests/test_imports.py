@@ -126,7 +126,6 @@ def test_foreign_libraries_have_one_door(module: str) -> None:
 FACADES = {
     ("planner.trajectory.trajectory", "planner.trajectory.stopping"),
     ("planner.tradeoff.sweep", "planner.tradeoff.page"),
-    ("planner.tradeoff.sweep", "planner.tradeoff.record"),
 }
 
 

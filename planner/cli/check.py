@@ -68,7 +68,7 @@ def check(
     from planner.trajectory.path_check import check_path, require_step, worst_excess
 
     require_step(step)
-    from planner.planning.result import JSON_NAME
+    from planner.planning.run import JSON_NAME
     from planner.query.query import open_world
     from planner.query.resolve import looks_like_degrees
     from planner.tasks.judge import task_record

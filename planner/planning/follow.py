@@ -16,11 +16,10 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.native.graphs import reached
-from planner.planning.followed import FollowedPath
 from planner.planning.motion import looked_at_again, timed
 from planner.planning.plan import improved, solve_and_heal
 from planner.planning.record import ToolPathRecord
-from planner.planning.result import Plan
+from planner.planning.result import FollowedPath, Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
@@ -113,12 +112,7 @@ class Follower:
         """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
         clock, robot = Stopwatch(self.timings), self.checker.robot
         limits = None if timing is None else MotionLimits.of(robot, timing)
-        begun: dict[str, Any] = {
-            "robot": robot,
-            "scene": self.checker.world.scene,
-            "checker": self.checker,
-            "timings": clock.seconds,
-        }
+        begun: dict[str, Any] = {"checker": self.checker, "timings": clock.seconds}
         if not request.begins_on_path:
             states = states_of(robot, self.checker.world.scene)
             begun["end_notes"] = tuple(other_turns(parse_target(str(request.start)), self.checker, states))

@@ -9,10 +9,9 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.tool_bound import Frame
-from planner.planning.followed import leg_line
 from planner.planning.motion import timed
 from planner.planning.record import LegRecord
-from planner.planning.result import Plan
+from planner.planning.result import Plan, leg_line
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query

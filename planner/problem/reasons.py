@@ -9,7 +9,7 @@ from pydantic import Field
 
 from planner.base.errors import Reason, choices
 from planner.problem.conditions import parse_condition
-from planner.problem.run_schema import Record
+from planner.problem.outcome import Record
 
 _Names = Annotated[tuple[str, ...], Field(min_length=1)]
 

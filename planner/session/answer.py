@@ -11,8 +11,7 @@ from planner import gabf
 from planner.base.arrays import Floats, frozen
 from planner.base.progress import QUIET, Progress
 from planner.planning.improvement import improved_roadmap
-from planner.planning.replanned import Edges, Replanned
-from planner.planning.result import Plan
+from planner.planning.result import Edges, Plan, Replanned
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
 from planner.query.query import Query
@@ -101,8 +100,6 @@ def _plan(live: LiveWorld, last: Found, query: Query, request: PlanRequest) -> P
     return Plan(
         replace(request, robot=robot, scene=live.scene),
         Outcome.SOLVED if solved else failed,
-        robot,
-        live.scene,
         live.checker,
         live.held(~live.proofs.blocked),
         layered=last.layered,

@@ -19,7 +19,7 @@ from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.looks import looks_along, straight
 from planner.kinematics.forward import tool_joint
-from planner.planning.result import JSON_NAME
+from planner.planning.run import JSON_NAME
 from planner.problem.outcome import Outcome
 from planner.query.in_hand import let_go, placement_of, taken
 from planner.robot.poses import pose

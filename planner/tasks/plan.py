@@ -117,7 +117,7 @@ class TaskPlanner:
         """The plan at another ``beta``, from another ``start`` (dof,): what was proven before is known."""
         clock, self.clock, robot = self.clock, Stopwatch(), self.options.modes.robot
         request = self.request if beta is None else replace(self.request, beta=beta)
-        draft = TaskPlan(request, self.task, Outcome.NO_PATH, robot, self.scene, self.options, timings=clock.seconds)
+        draft = TaskPlan(request, Outcome.NO_PATH, self.task, robot, self.scene, self.options, timings=clock.seconds)
         if start is None:
             world = self.options.modes.checker
             told = other_turns(parse_target(self.task.start), world, states_of(robot, world.world.scene))

@@ -9,10 +9,9 @@ from pydantic import Field
 
 from planner.base.errors import Reason, choices, metric
 from planner.base.yamlfile import Name, Number, Whole
-from planner.planning.record import FieldRecord, MotionRecord
-from planner.planning.run_record import RunRecord
-from planner.problem.run_schema import Record
-from planner.roadmap.record_text import RoadmapRecord
+from planner.planning.run import FieldRecord, MotionRecord, RunRecord, cost_text
+from planner.problem.outcome import Record, Rows
+from planner.roadmap.roadmap import RoadmapRecord
 from planner.search.network import PathCost
 
 Pairs = list[tuple[Name, Name]]
@@ -149,4 +148,21 @@ class TaskPlanRecord(RunRecord):
     """null where a step has no grasp or placement at all"""
     modes: ModesRecord | None
     gabf: FieldRecord | None
-    timings_s: dict[str, float]
+
+    @property
+    def rows(self) -> Rows:
+        rows: Rows = [] if self.roadmap is None else [("roadmap", self.roadmap.text)]
+        if self.modes is not None:
+            m = self.modes
+            rows.append(("modes", f"{m.modes} over {m.nodes} nodes, {m.arcs_refused} of {m.arcs} arcs refused"))
+        if self.cost is not None:
+            rows.append(("cost", cost_text(self.cost)))
+        for k, segment in enumerate(self.segments, start=1):
+            held, timed = f", holding {segment.carried}" if segment.carried else "", segment.trajectory
+            motion = f", {timed.duration:.2f} s{'' if timed.proven else ', NOT proven'}" if timed else ""
+            what = f"step {segment.step}, {segment.doing}: {segment.part}{held}{motion}"
+            rows.append((f"segment {k}", what))
+        if self.trajectory is not None:
+            proven = "all proven" if self.trajectory.proven else "not all proven"
+            rows.append(("motion", f"{self.trajectory.duration:.2f} s, {proven}"))
+        return rows + (self.gabf.rows if self.gabf else [])

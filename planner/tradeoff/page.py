@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-from planner.problem.outcome import Outcome
-from planner.roadmap.record_text import roadmap_text
+from planner.problem.outcome import Outcome, Rows
 from planner.tradeoff.sweep import Tradeoff
-from planner.view.page import Content, page
-from planner.view.shown_path import Rows, ShownPath, path_rows
+from planner.view.motion import ShownPath, path_rows
+from planner.view.page import Page
 
 
 def sweep_page(tradeoff: Tradeoff) -> str:
     """A trade-off's page as HTML text, whatever part of it is there."""
     paths = of_tradeoff(tradeoff)
     beta = 0.5 if tradeoff.complete else 0.0
-    content = Content(
-        tradeoff.robot,
-        tradeoff.scene,
-        _message(tradeoff),
-        tradeoff.roadmap.nodes[tradeoff.roadmap.starts[0]],
-        details=_about_sweep(tradeoff),
-        roadmap=tradeoff.roadmap,
-        paths=paths,
-        current=next((k for k, shown in enumerate(paths) if shown.interval and beta <= shown.interval[1]), 0),
-        beta=beta,
-        floor=tradeoff.request.min_manipulability,
-    )
-    return page(content)
+    current = next((k for k, shown in enumerate(paths) if shown.interval and beta <= shown.interval[1]), 0)
+    q = paths[current].path[0] if paths else tradeoff.roadmap.nodes[tradeoff.roadmap.starts[0]]
+    page = Page(tradeoff.robot, tradeoff.scene, q, _message(tradeoff), _about_sweep(tradeoff))
+    page.add_roadmap(tradeoff.roadmap)
+    if paths:
+        page.add_paths(paths, current, beta=beta, floor=tradeoff.request.min_manipulability)
+    return page.html()
 
 
 def of_tradeoff(tradeoff: Tradeoff) -> list[ShownPath]:
@@ -50,7 +43,7 @@ def _message(tradeoff: Tradeoff) -> str:
 
 
 def _about_sweep(tradeoff: Tradeoff) -> Rows:
-    rows = [("roadmap", roadmap_text(tradeoff.roadmap.record(tradeoff.edges_removed).to_dict()))]
+    rows = [("roadmap", tradeoff.roadmap.record(tradeoff.edges_removed).text)]
     if tradeoff.solves:
         rows.append(("fields solved", str(tradeoff.solves)))
         rows.append(("error against oracle", f"{tradeoff.max_error_vs_oracle:.1e} relative"))

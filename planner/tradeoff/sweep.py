@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints, frozen
-from planner.base.files import StrPath
+from planner.base.files import write_whole
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.planning.improvement import improved_roadmap, roomy_roadmap
+from planner.planning.run import ROADMAP_NAME, Result
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
 from planner.query.query import Query, make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import save_roadmap
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.healing import HealingNetwork
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import build_network
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
+from planner.tradeoff.record import NUMBERS, IntervalRecord, SweepRecord, range_text
 from planner.trajectory.measure import measure_path
 
 IMPROVED_AT = (0.0, 0.25, 0.5, 0.75, 1.0)  # betas at which the roadmap is improved before the sweep
@@ -51,21 +56,19 @@ class Interval:
     workspace_length: float
     cost_to_go: gabf.CostToGo
 
+    def record(self) -> IntervalRecord:
+        """What ``sweep.json`` holds of it."""
+        known = {name: getattr(self, name) for name in NUMBERS}
+        return IntervalRecord(**known, path_nodes=self.path_nodes.tolist(), path=self.path.tolist())
+
     @property
     def betas(self) -> str:
         """The interval with as many digits as tell its ends apart: "0.238 to 0.479", "0.99979 to 1"."""
         return range_text(self.beta_min, self.beta_max)
 
 
-def range_text(low: float, high: float, between: str = " to ") -> str:
-    """Two numbers in [0, 1] with three digits behind the point, or as many as tell them apart."""
-    apart = high - low
-    digits = min(12, max(3, 1 - int(np.floor(np.log10(apart))))) if apart > 0.0 else 3
-    return between.join(f"{value:.{digits}f}".rstrip("0").rstrip(".") for value in (low, high))
-
-
-@dataclass(frozen=True, eq=False)
-class Tradeoff:
+@dataclass(frozen=True, eq=False, repr=False)
+class Tradeoff(Result[SweepRecord]):
     """The trade-off with everything it was made from.
 
     ``intervals`` are sorted and cover [0, 1] where ``complete``; where the sweep was interrupted those that are
@@ -73,10 +76,12 @@ class Tradeoff:
     the largest relative error of all of them.
     """
 
+    JSON: ClassVar = "sweep.json"
+    PAGE: ClassVar = "sweep.html"
+    CSV: ClassVar = "sweep.csv"
+    FILES: ClassVar = (ROADMAP_NAME, CSV, PAGE, JSON)
+
     request: SweepRequest
-    outcome: Outcome
-    robot: Robot
-    scene: Scene
     checker: CollisionChecker
     roadmap: Roadmap
     layered: LayeredNetwork | None = None
@@ -86,16 +91,35 @@ class Tradeoff:
     max_error_vs_oracle: float | None = None
     edges_removed: int = 0
     clearance: float = 0.0  # m beyond the margin that every path keeps
-    timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         count = f"{len(self.intervals)} intervals of beta"
         return f"<Tradeoff: {self.robot.name} in {self.scene.name}, {self.outcome.key}, {count}>"
 
-    def _repr_html_(self) -> str:
-        from planner.tradeoff.record import sweep_table
+    @property
+    def robot(self) -> Robot:
+        return self.checker.robot
 
-        return sweep_table(self)
+    @property
+    def scene(self) -> Scene:
+        return self.checker.world.scene
+
+    @cached_property
+    def record(self) -> SweepRecord:
+        """What ``sweep.json`` holds; units in rad, m and s."""
+        return SweepRecord.of(
+            self,
+            self.robot,
+            self.scene,
+            complete=self.complete,
+            intervals=[interval.record() for interval in self.intervals],
+            roadmap=self.roadmap.record(self.edges_removed),
+            solves=self.solves,
+            max_error_vs_oracle=self.max_error_vs_oracle,
+        )
+
+    def _repr_html_(self) -> str:
+        return self.record.html()
 
     def page(self) -> str:
         """The page as HTML text that needs nothing but a browser."""
@@ -103,11 +127,10 @@ class Tradeoff:
 
         return sweep_page(self)
 
-    def save(self, folder: StrPath) -> None:
-        """Write ``sweep.json``, ``sweep.csv``, ``sweep.html`` and ``roadmap.npz`` under ``folder``."""
-        from planner.tradeoff.record import save_sweep
-
-        save_sweep(self, Path(folder))
+    def write(self, folder: Path) -> None:
+        """Write ``roadmap.npz`` and ``sweep.csv`` into an empty ``folder``."""
+        save_roadmap(self.roadmap, folder / ROADMAP_NAME)
+        write_whole(folder / self.CSV, self.record.csv.encode())
 
 
 def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
@@ -123,8 +146,8 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
         query = make_query(request)
     with clock("roadmap"):
         roadmap = _obtain(request, query, progress)
-    robot, scene, checker = query.robot, query.scene, query.checker
-    draft = Tradeoff(request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, timings=clock.seconds)
+    checker = query.checker
+    draft = Tradeoff(request, Outcome.INTERRUPTED, checker, roadmap, timings=clock.seconds)
     if progress.stopped:
         return draft
     with clock("costs"):

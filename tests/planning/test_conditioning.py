@@ -83,9 +83,10 @@ def test_an_end_that_is_singular_is_named():
 def test_a_singular_start_that_is_the_goal(q: list[float]) -> None:
     """Its path has no edge, and the highest floor is its own w."""
     found = plan(PlanRequest("planar_2r", "empty", nodes=10, effort=0), start=q, goal=q)
-    assert found.conditioning is not None
-    assert found.conditioning.poor
-    floor = found.conditioning.reachable_floor
+    worst = found.record.conditioning
+    assert worst is not None
+    assert worst.poor
+    floor = worst.reachable_floor
     assert floor is not None
     assert 0.0 <= floor <= manipulability(found.robot, np.array([q]))[0]
 
@@ -97,5 +98,6 @@ def test_the_floor_that_is_advised_can_be_kept(tmp_path):
     floor = reachable_floor(found.robot, found.roadmap)
     found.save(tmp_path)
     better = plan(request, roadmap=tmp_path / "roadmap.npz", min_manipulability=floor)
-    assert better.conditioning is not None
-    assert better.conditioning.w_min >= floor
+    worst = better.record.conditioning
+    assert worst is not None
+    assert worst.w_min >= floor

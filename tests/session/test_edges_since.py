@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from planner.planning.replanned import Edges
+from planner.planning.result import Edges
 from planner.session.edge_proofs import ARM, EdgeProofs
 
 STATES = {"free": 0.1, "open": np.nan, "blocked": -np.inf}

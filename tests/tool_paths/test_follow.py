@@ -13,7 +13,6 @@ import pytest
 from planner.base.errors import KeywordError, OptionError, RobotError, SceneError, StateError
 from planner.kinematics.manipulability import manipulability
 from planner.planning.follow import Follower, follow
-from planner.planning.summary import summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
@@ -334,7 +333,7 @@ def test_a_deviation_is_told_of_the_motion_too_which_rounds_corners() -> None:
     of_path, of_motion = (each.tool_path.record.largest_deviation for each in (alone, path))  # type: ignore[union-attr]
     assert of_path.position < 0.5 * off
     assert of_motion.position == pytest.approx(off, rel=0.01)
-    told = dict(summary_rows(path.to_dict()))["tool path"]
+    told = dict(path.record.rows)["tool path"]
     assert "; path and motion at most" in told
     assert "proven within 2 mm" in told
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,8 +24,8 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.search.healing import HealingNetwork
 from planner.search.network import build_network, path_cost
-from planner.tradeoff.record import save_sweep, summary_lines, sweep_record
-from planner.tradeoff.sweep import Interval, Tradeoff, range_text, sweep
+from planner.tradeoff.record import range_text
+from planner.tradeoff.sweep import Interval, Tradeoff, sweep
 from planner.trajectory.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
 from tests.random_shapes import QUICK
 
@@ -171,10 +172,10 @@ def test_when_every_way_fails_there_is_no_path(
     found = sweep(again)
     assert (found.outcome, found.complete, found.intervals) == (Outcome.NO_PATH, False, ())
     assert found.edges_removed == len(around)
-    record = save_sweep(found, tmp_path)
-    assert (record["outcome"], record["intervals"]) == ("no_path", [])
+    found.save(tmp_path)
+    assert (found.record.outcome, found.record.intervals) == ("no_path", [])
     assert (tmp_path / "sweep.csv").read_text().count("\n") == 1
-    assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"]
+    assert load_roadmap(tmp_path / "roadmap.npz").sha256 == found.roadmap.sha256
 
 
 # interrupted
@@ -192,8 +193,8 @@ def test_an_interrupted_sweep_keeps_what_is_proven(swept: Tradeoff, tmp_path: Pa
     assert (part.outcome, part.complete) == (Outcome.INTERRUPTED, False)
     assert outline(part) == outline(swept)[: len(part.intervals)], "only what is proven"
     assert len(part.intervals) < len(swept.intervals)
-    record = save_sweep(part, tmp_path)
-    assert record["complete"] is False
+    part.save(tmp_path)
+    assert json.loads((tmp_path / "sweep.json").read_text())["complete"] is False
 
 
 def test_some_of_these_interruptions_hold_intervals(swept: Tradeoff) -> None:
@@ -201,8 +202,7 @@ def test_some_of_these_interruptions_hold_intervals(swept: Tradeoff) -> None:
     sweep(swept.request, Progress(lambda stage, done, total: words.append(stage)))
     part = sweep(swept.request, after(words.count("beta") - 1, "beta"))
     assert len(part.intervals) >= 1
-    lines = summary_lines(sweep_record(part))
-    assert any(f"Proven up to beta = {part.intervals[-1].beta_max:.5g}" in line for line in lines)
+    assert any(f"Proven up to beta = {part.intervals[-1].beta_max:.5g}" in line for line in part.record.lines)
 
 
 def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> None:
@@ -210,7 +210,7 @@ def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> Non
     part = sweep(request, after(30, "roadmap"))
     assert (part.outcome, part.intervals) == (Outcome.INTERRUPTED, ())
     assert 2 < len(part.roadmap.nodes) < 150
-    save_sweep(part, tmp_path)
+    part.save(tmp_path)
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == part.roadmap.sha256
 
 

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from planner.view.colours import css_gradient, hex_colour, ramp_stops
+from planner.view.surfaces import css_gradient, hex_colour, ramp_stops
 
 
 def lightness(rgb: np.ndarray) -> np.ndarray:

@@ -23,8 +23,3 @@ def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> Non
         planner.show(made.roadmap)
     with pytest.raises(OptionError, match="grown with"):
         planner.show(made.roadmap, planner.make_checker(planner.Robot.load("ur5"), planner.Scene("none")))
-    with pytest.raises(OptionError, match="leave the other one out"):
-        planner.show(made, made.checker)
-    for height in (0, -1, True):
-        with pytest.raises(OptionError, match="height"):
-            planner.show(made, height=height)

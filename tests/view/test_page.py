@@ -12,7 +12,7 @@ from IPython.core.interactiveshell import InteractiveShell
 import planner
 from planner.base.errors import FileError
 from planner.planning.plan import plan
-from planner.planning.result import Plan, shown_paths
+from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
@@ -25,7 +25,7 @@ from tests.worlds import checker_of, load
 
 
 def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) -> None:
-    (mine, current), theirs = shown_paths(made), of_tradeoff(tradeoff)
+    (mine, current), theirs = made.shown_paths(), of_tradeoff(tradeoff)
     assert len(mine) == len(theirs) >= 4
     for a, b in zip(mine, theirs, strict=True):
         assert a.interval == pytest.approx(b.interval, abs=1e-9)
@@ -43,7 +43,7 @@ def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path)
     held = with_alternatives(plan(PlanRequest(nodes=150, min_manipulability=floor, room=0.0)))
     save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
     whole = sweep(PlanRequest(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
-    (mine, current), theirs = shown_paths(held), of_tradeoff(whole)
+    (mine, current), theirs = held.shown_paths(), of_tradeoff(whole)
     assert len(mine) == len(theirs) >= 1
     for a, b in zip(mine, theirs, strict=True):
         assert a.interval == pytest.approx(b.interval, abs=1e-9)
@@ -60,9 +60,9 @@ def test_a_plan_that_is_one_of_several_as_good_is_shown_itself(made: Plan) -> No
     """At a corner of the trade-off, as at 0 and 1, the plan's path may be none of the intervals'."""
     assert made.cost is not None
     other = replace(made, cost=replace(made.cost, distance=made.cost.distance + 1.0))
-    plain, _ = shown_paths(made)
+    plain, _ = made.shown_paths()
     for beta, place in ((0.0, 0), (plain[0].interval[1], 1), (1.0, len(plain))):  # type: ignore[index]
-        shown, current = shown_paths(replace(other, request=replace(made.request, beta=beta)))
+        shown, current = replace(other, request=replace(made.request, beta=beta)).shown_paths()
         assert len(shown) == len(plain) + 1
         assert current == place
         assert shown[current].interval == (beta, beta)
@@ -100,7 +100,8 @@ def test_cells_show_small_tables(made: Plan, tradeoff: Tradeoff) -> None:
 
 
 def test_names_out_of_files_cannot_become_markup(made: Plan) -> None:
-    nasty = replace(made, scene=replace(made.scene, name="<script>alert(1)</script>"))
+    nasty = replace(made, goal="<script>alert(1)</script>")
+    assert "&lt;script>" in nasty._repr_html_().replace("&gt;", ">")
     assert "<script>" not in nasty._repr_html_()
 
 

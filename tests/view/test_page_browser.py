@@ -582,9 +582,9 @@ def test_names_that_break_nothing_in_a_plan(window: Tab, made: Plan, tradeoff: T
     name = "".join(HOSTILE)
     obstacles = tuple(replace(item, name=f"{name}{k or ''}") for k, item in enumerate(made.scene.obstacles))
     scene = replace(made.scene, name=name, obstacles=(*obstacles[:-1], replace(obstacles[-1], name="__proto__")))
-    assert_harmless(window, replace(made, scene=scene).page(), name, tmp_path / "plan.html")
-    sweep = replace(tradeoff, scene=scene, robot=replace(tradeoff.robot, name=name))
-    assert_harmless(window, sweep.page(), name, tmp_path / "sweep.html")
+    for found in (made, tradeoff):
+        checker = make_checker(replace(found.robot, name=name), scene)
+        assert_harmless(window, replace(found, checker=checker).page(), name, tmp_path / found.PAGE)
 
 
 def test_a_script_in_a_name_would_be_noticed(window: Tab, tmp_path: Path) -> None:

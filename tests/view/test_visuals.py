@@ -12,9 +12,9 @@ import pytest
 
 from planner.robot.robot import Robot, load_visuals, with_carried
 from planner.robot.shapes import Body, Carried, Mesh, Sphere, corners
-from planner.view import visuals
+from planner.view import drawing
 from planner.view.canvas import Canvas
-from planner.view.visuals import draw_robot, drawn_bodies
+from planner.view.drawing import draw_robot, drawn_bodies
 from tests.random_shapes import box_mesh
 from tests.robot.files.test_meshes import mesh_file
 from tests.view.test_canvas import unpacked
@@ -42,7 +42,7 @@ def test_a_second_look_reads_no_mesh(monkeypatch: pytest.MonkeyPatch, cache: Pat
     robot = Robot.load("ur5")
     first = drawn_bodies(robot)
     assert len(list(cache.glob("*.npz"))) == 1
-    monkeypatch.setattr(visuals, "load_visuals", lambda robot: pytest.fail("read again"))
+    monkeypatch.setattr(drawing, "load_visuals", lambda robot: pytest.fail("read again"))
     assert contents(drawn_bodies(robot)[0]) == contents(first[0])
     assert contents(drawn_bodies(robot)[1]) == contents(first[1])
 
@@ -78,7 +78,7 @@ def test_contacts_are_red_and_a_carried_body_is_drawn_as_both_kinds() -> None:
 
 
 def test_stand_ins_for_meshes_are_not_kept(robot: Robot, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(visuals, "load_visuals", lambda robot: robot.bodies)
+    monkeypatch.setattr(drawing, "load_visuals", lambda robot: robot.bodies)
     assert [body.name for body in drawn_bodies(robot)[0]] == [body.name for body in robot.bodies]
     assert not cache.exists()
 

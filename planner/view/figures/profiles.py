@@ -13,7 +13,7 @@ from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
 from planner.trajectory.measure import dense_path, path_clearance
 from planner.view.figures.strokes import labelled, marked, single, stroke
-from planner.view.shown_path import W_UNIT
+from planner.view.motion import W_UNIT
 
 
 def path_profiles(checker: CollisionChecker, paths: Mapping[str, Floats]) -> Figure:

@@ -19,7 +19,7 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.kinematics.manipulability import jacobian
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
-from planner.view.colours import ramp_stops
+from planner.view.surfaces import ramp_stops
 
 _HATCHED: dict[str, Any] = {"colors": ["0.85"], "hatches": ["////"]}
 _SINGULAR: dict[str, Any] = {"colors": "black", "linestyles": [(0, (6, 2, 1, 2))], "linewidths": 1.4}
