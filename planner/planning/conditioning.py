@@ -17,7 +17,7 @@ from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap, component_labels, path_waypoints
 from planner.robot.robot import Robot
 from planner.search.manipulability_floor import rounded_down
-from planner.trajectory.measure import dense_path, dense_segments
+from planner.trajectory.measure import dense_path
 
 POOR = 0.1  # of the typical w: a path that falls below it is called badly conditioned
 _MOST_PATHS = 100  # that are sampled anew in search of a reachable floor
@@ -35,9 +35,6 @@ class Conditioning(Record):
     poor: bool
     share: float
     """of the path's length (rad), where w is smallest"""
-    waypoint: int
-    """on the way from it to the next one"""
-    configuration: list[float]
     reachable_floor: float | None
     """the highest floor above which a path of the roadmap stays; null where the path is not poor"""
     advice: str | None
@@ -46,7 +43,7 @@ class Conditioning(Record):
 
 def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, request: PlanRequest) -> Conditioning:
     """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, that ``request`` asked for."""
-    q, segment = dense_segments(path, W_ALONG_PATH)
+    q = dense_path(path, W_ALONG_PATH)
     w, typical = manipulability(robot, q), quantile(roadmap.manipulability, 0.5)
     lowest = int(w.argmin())
     w_min, poor = float(w[lowest]), bool(w[lowest] < POOR * typical)
@@ -57,8 +54,6 @@ def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, request: Pl
         typical=typical,
         poor=poor,
         share=share,
-        waypoint=int(segment[lowest]),
-        configuration=q[lowest].tolist(),
         reachable_floor=reachable_floor(robot, roadmap) if poor else None,
         advice=None,
     )

@@ -18,8 +18,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.native.graphs import reached
 from planner.planning.motion import looked_at_again, timed
 from planner.planning.plan import improved, solve_and_heal
-from planner.planning.record import ToolPathRecord
-from planner.planning.result import FollowedPath, Plan
+from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
@@ -33,6 +32,7 @@ from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.search.manipulability_floor import rounded_down
 from planner.search.network import build_network
 from planner.tool_paths.file import read_tool_path
+from planner.tool_paths.followed import FollowedPath, ToolPathRecord
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of
 from planner.tool_paths.timing import ToolSpeedRecord, joined_motion, time_tool_path

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 import numpy as np
@@ -11,20 +11,22 @@ from pydantic import Field
 from planner.base.arrays import Floats
 from planner.base.errors import choices
 from planner.constraints.keeps import Keeps
+from planner.cost.motion_cost import MotionCost
+from planner.cost.scale import manipulability_cost
+from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.conditioning import Conditioning
-from planner.planning.quality import QualityRecord
-from planner.planning.run import FieldRecord, MotionRecord, RunRecord, cost_text
+from planner.planning.run import FieldRecord, MotionRecord, RunRecord, cost_text, outward
+from planner.problem.objective import Metric, Objective
 from planner.problem.outcome import Nodes, Record, Rows
 from planner.problem.reasons import NoPath
-from planner.roadmap.roadmap import RoadmapRecord
+from planner.problem.request import PlanRequest
+from planner.roadmap.roadmap import Roadmap, RoadmapRecord
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import first_violation
 from planner.search.network import PathCost
-from planner.tool_paths.timing import ToolSpeedRecord
-from planner.tool_paths.tool_path import TubeSize
-from planner.tool_paths.tube import Deviation
+from planner.tool_paths.followed import LegRecord, ToolPathRecord
 from planner.trajectory.clearance import Nearest
 from planner.trajectory.measure import dense_path, path_manipulability
 from planner.trajectory.path_clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, clearance_text
@@ -32,7 +34,97 @@ from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 
 CONDITIONING = "conditioning"  # the row that is there only where it is bad
+_NOTABLE = 0.02  # share of a cost
+_ROUNDING = 1e-9  # %, of a cost that is a sum
 _KEPT_APART = 1e-3  # s between two states of a motion at which conditions are measured
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointRecord(Record):
+    """The best cost after so many rounds."""
+
+    rounds: int
+    cost: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class QualityRecord(Record):
+    """How good the path is."""
+
+    effort: int
+    """rounds of refinement and search"""
+    curve: list[PointRecord]
+    lower_bound: float
+    """no path between the roadmap's start and goal configurations costs less"""
+    gap: float | None
+    """how much more this one costs at most than the optimum between these, as a share"""
+    manipulability_cost: float | None
+    """Omega of the path in pieces of 0.01 rad, where ``cost`` has it by few states an edge; null if charged at nodes"""
+
+    @classmethod
+    def of(
+        cls,
+        request: PlanRequest,
+        roadmap: Roadmap,
+        robot: Robot,
+        path: Floats,
+        total: float,
+        curve: tuple[tuple[int, float], ...],
+    ) -> Self:
+        """The quality of a path (k, dof) of ``roadmap`` that costs ``total``."""
+        bound, finely = cost_lower_bound(roadmap, robot, request.objective), None
+        if request.charge == "edges":
+            alone, states = replace(request.objective, beta=0.0, floor=0.0), dense_path(path)
+            cost = MotionCost(robot, roadmap.scale, alone, longest=np.inf, states=3).of_pieces
+            finely = float(cost(states[:-1], states[1:]).sum())
+        points = [PointRecord(rounds=rounds, cost=cost) for rounds, cost in curve]
+        gap = total / bound - 1.0 if bound > 0 else None
+        return cls(effort=request.rounds, curve=points, lower_bound=bound, gap=gap, manipulability_cost=finely)
+
+    def rows(self, cost: PathCost, in_time: bool) -> Rows:
+        """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""
+        rows, finely = [], self.manipulability_cost
+        if finely is not None and cost.beta < 1.0 and finely > (1.0 + _NOTABLE) * cost.manipulability:
+            more = f"{100 * (finely / cost.manipulability - 1.0):.1f} % more: w dips between states"
+            rows.append(("integral", f"{finely:.4f} manipulability in pieces of 0.01 rad, {more}"))
+        ends, apart = "between the roadmap's start and goal configurations", ""
+        if self.gap is not None and not in_time:
+            share = max(0.0, 100 * self.gap - _ROUNDING)
+            apart = f"; this path is at most {outward(share, 1, up=True)} % above the optimum between them"
+        rows.append(("bound", f"no path {ends} costs less than {outward(self.lower_bound, 4, up=False)}{apart}"))
+        if len(self.curve) > 1:
+            first, last = self.curve[0], self.curve[-1]
+            text = f"{last.rounds} rounds took the best cost from {first.cost:.4f} to {last.cost:.4f}"
+            rows.append(("effort", text))
+        return rows
+
+
+def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> float:
+    """A lower bound on the cost, as the network of ``roadmap`` charges it, of every path from a start to a goal.
+
+    Starts and goals are the roadmap's: of what is asked of the tool, other configurations may be nearer to each other.
+    No path is shorter than the straight line between its ends, in joint space or (metric "workspace") from tool to
+    tool. omega is nowhere below ``scale.zeta``: integrated over that length it costs so much at least. Charged at
+    nodes, the goal's own omega is all that every path pays. The least of all pairs of a start and a goal counts.
+    """
+    starts, goals = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
+    distance = _straight(robot, starts, goals, objective.metric)
+    distance /= roadmap.scale.joint_length if objective.metric == "joint" else roadmap.scale.tool_length
+    moves = (robot.difference(starts[:, None], goals[None]) != 0).any(axis=2)
+    if objective.charge == "edges":
+        omega = roadmap.scale.zeta * distance
+    else:
+        name, w = objective.manipulability_cost, roadmap.manipulability[roadmap.goals]
+        omega = np.broadcast_to(manipulability_cost(w, roadmap.scale, name), moves.shape)
+    return float(np.where(moves, objective.total(omega, distance), 0.0).min())
+
+
+def _straight(robot: Robot, starts: Floats, goals: Floats, metric: Metric) -> Floats:
+    """(s, g) straight-line lengths, rad of joint motion or metres of the tool's."""
+    if metric == "joint":
+        return np.linalg.norm(robot.difference(starts[:, None], goals[None]), axis=2)
+    here, there = (tool_positions(robot, q) for q in (starts, goals))
+    return np.linalg.norm(here[:, None] - there[None], axis=2)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -224,62 +316,6 @@ class InTimeRecord(Record):
             when = "at any time" if until is None else f"before {until:.3f} s"
             rows.append(("horizon", f"no contact {when}, whatever these do: {limits}"))
         return rows
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ToolPathRecord(Record):
-    """How a tool path is followed; deviations are sampled, what is proven holds between samples."""
-
-    followed: float
-    """share of its length"""
-    points: int
-    """in its file"""
-    largest_deviation: Deviation
-    """of the path, and of the motion where there is one, which rounds the path's corners"""
-    tube: TubeSize
-    proven: bool
-    """what is followed stays in the tube throughout, as does the motion where there is one"""
-    first_unreachable: int | None
-    """a point of its file, from 1"""
-    speed: ToolSpeedRecord | None = None
-
-    def rows(self, what: str) -> Rows:
-        """How much is followed, how far ``what`` ("path", "path and motion") is off, and how fast the tool goes."""
-        off, tube, speed = self.largest_deviation, self.tube, self.speed
-        stops = "" if self.first_unreachable is None else f", not to point {self.first_unreachable}"
-        text = f"{100 * self.followed:.1f} % of {self.points} points followed{stops}"
-        if self.followed > 0:
-            proof = "proven within" if self.proven else "NOT proven within"
-            text += (
-                f"; {what} at most {1e3 * off.position:.3g} mm and {off.angle:.2g} rad off where sampled, "
-                f"{proof} {1e3 * tube.position:g} mm and {tube.angle:g} rad"
-            )
-        rows = [("tool path", text)]
-        if speed is not None:
-            share = f"{100 * speed.share:.1f} % of it at the {speed.asked:g} m/s asked for"
-            rows.append(("tool speed", f"{share}, nowhere above {speed.largest:.6g} m/s"))
-        return rows
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LegRecord(Record):
-    """A straight line of the tool at an end of a path, proven to stay in its tube; deviations are sampled."""
-
-    leg: str
-    """retreat or approach"""
-    length: float
-    """m"""
-    largest_deviation: Deviation
-    """of the path, and of the motion where there is one, which rounds the path's corners"""
-    tube: TubeSize
-
-    def text(self, what: str) -> str:
-        """The line, and how far ``what`` ("path", "path and motion") is off it."""
-        off, tube = self.largest_deviation, self.tube
-        return (
-            f"{self.length:.3g} m straight along the tool's z axis; {what} at most {1e3 * off.position:.3g} mm "
-            f"off where sampled, proven within {1e3 * tube.position:g} mm and {tube.angle:g} rad"
-        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,19 +13,16 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
-from planner.kinematics.tool_bound import Frame
 from planner.planning.conditioning import judge_conditioning
-from planner.planning.quality import QualityRecord
 from planner.planning.record import (
     CONDITIONING,
     ClearanceRecord,
     InTimeRecord,
     KeptRecord,
-    LegRecord,
     LengthRecord,
     ManipulabilityRecord,
     PlanRecord,
-    ToolPathRecord,
+    QualityRecord,
 )
 from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME, FieldRecord, MotionRecord, Result
 from planner.problem.reasons import NoPath
@@ -37,6 +34,7 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import PathCost
+from planner.tool_paths.followed import FollowedPath, LegRecord, leg_line
 from planner.trajectory.clearance import nearest_in_motion, nearest_on_path
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
 from planner.trajectory.measure import joint_path_length, tool_path_length
@@ -87,20 +85,6 @@ class Replanned:
     rounds: int = 0
     raised: int = 0
     updates: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class FollowedPath:
-    """A tool path that was to be followed: its record, and what a page draws of it.
-
-    Points (k, 3) m ``wanted`` and (n, 3) m ``reached``; ``rungs`` (m, dof): the solutions of inverse kinematics that
-    were to choose from.
-    """
-
-    record: ToolPathRecord
-    wanted: Floats
-    reached: Floats
-    rungs: Floats
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -271,9 +255,3 @@ class Plan(Result[PlanRecord]):
         place = sum(other.interval is not None and other.interval[0] < beta for other in shown)
         shown.insert(place, ShownPath(self.path, rows, (beta, beta), field, costs, motion))
         return shown, place
-
-
-def leg_line(robot: Robot, q: Floats, length: float) -> Floats:
-    """(2, 3) m from where the tool is at ``q`` (dof,) to ``length`` m back along its z axis."""
-    rotation, position = Frame.tool(robot).poses(robot, q[None])
-    return position - np.array([[0.0], [length]]) * rotation[0, :, 2]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+# the paths for all betas
+import html
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +12,7 @@ import pytest
 from IPython.core.interactiveshell import InteractiveShell
 
 import planner
-from planner.base.errors import FileError
+from planner.base.errors import FileError, OptionError
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
@@ -18,19 +20,22 @@ from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.page import of_tradeoff
 from planner.tradeoff.sweep import Tradeoff, sweep
+from planner.view.motion import ShownPath
 from tests.browser import page_data
 from tests.worlds import checker_of, load
 
-# the paths for all betas
 
-
-def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) -> None:
-    (mine, current), theirs = made.shown_paths(), of_tradeoff(tradeoff)
-    assert len(mine) == len(theirs) >= 4
+def assert_same(mine: list[ShownPath], theirs: list[ShownPath]) -> None:
     for a, b in zip(mine, theirs, strict=True):
         assert a.interval == pytest.approx(b.interval, abs=1e-9)
         assert a.numbers == b.numbers
         np.testing.assert_array_equal(a.path, b.path)
+
+
+def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) -> None:
+    (mine, current), theirs = made.shown_paths(), of_tradeoff(tradeoff)
+    assert len(mine) >= 4
+    assert_same(mine, theirs)
     assert mine[current].path is made.path
     for interval, shown in zip(tradeoff.intervals, theirs, strict=True):
         rows = dict(shown.numbers)
@@ -43,12 +48,8 @@ def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path)
     held = with_alternatives(plan(PlanRequest(nodes=150, min_manipulability=floor, room=0.0)))
     save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
     whole = sweep(PlanRequest(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
-    (mine, current), theirs = held.shown_paths(), of_tradeoff(whole)
-    assert len(mine) == len(theirs) >= 1
-    for a, b in zip(mine, theirs, strict=True):
-        assert a.interval == pytest.approx(b.interval, abs=1e-9)
-        assert a.numbers == b.numbers
-        np.testing.assert_array_equal(a.path, b.path)
+    (mine, current) = held.shown_paths()
+    assert_same(mine, of_tradeoff(whole))
     field = mine[current].cost_to_go
     assert field is not None
     assert field.shape == (len(held.roadmap.nodes),)
@@ -113,3 +114,16 @@ def test_a_roadmap_that_has_no_edges_is_shown(tmp_path: Path) -> None:
     assert "0 edges" in lone._repr_html_()
     (tmp_path / "page.html").write_text(planner.show(lone, checker).html)
     assert page_data(tmp_path / "page.html")["roadmap"]["edges"] == []
+
+
+def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> None:
+    for shown in (planner.show(made), planner.show(tradeoff), planner.show(made.roadmap, made.checker, height=400)):
+        cell = shown._repr_html_()
+        assert cell.startswith('<iframe sandbox="allow-scripts"')
+        assert html.unescape(cell.split('srcdoc="')[1].rsplit('"')[0]) == shown.html
+        assert len(repr(shown)) < 50
+    assert "height:400px" in cell
+    with pytest.raises(OptionError, match="holds no geometry"):
+        planner.show(made.roadmap)
+    with pytest.raises(OptionError, match="grown with"):
+        planner.show(made.roadmap, planner.make_checker(planner.Robot.load("ur5"), planner.Scene("none")))
