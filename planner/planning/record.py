@@ -20,7 +20,7 @@ from planner.planning.run import FieldRecord, MotionRecord, RunRecord, cost_text
 from planner.problem.objective import Metric, Objective
 from planner.problem.outcome import Nodes, Record, Rows
 from planner.problem.reasons import NoPath
-from planner.problem.request import PlanRequest
+from planner.problem.request import PlanQuality
 from planner.roadmap.roadmap import Roadmap, RoadmapRecord
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -64,7 +64,7 @@ class QualityRecord(Record):
     @classmethod
     def of(
         cls,
-        request: PlanRequest,
+        quality: PlanQuality,
         roadmap: Roadmap,
         robot: Robot,
         path: Floats,
@@ -72,14 +72,14 @@ class QualityRecord(Record):
         curve: tuple[tuple[int, float], ...],
     ) -> Self:
         """The quality of a path (k, dof) of ``roadmap`` that costs ``total``."""
-        bound, finely = cost_lower_bound(roadmap, robot, request.objective), None
-        if request.charge == "edges":
-            alone, states = replace(request.objective, beta=0.0, floor=0.0), dense_path(path)
+        bound, finely = cost_lower_bound(roadmap, robot, quality.objective), None
+        if quality.charge == "edges":
+            alone, states = replace(quality.objective, beta=0.0, floor=0.0), dense_path(path)
             cost = MotionCost(robot, roadmap.scale, alone, longest=np.inf, states=3).of_pieces
             finely = float(cost(states[:-1], states[1:]).sum())
         points = [PointRecord(rounds=rounds, cost=cost) for rounds, cost in curve]
         gap = total / bound - 1.0 if bound > 0 else None
-        return cls(effort=request.rounds, curve=points, lower_bound=bound, gap=gap, manipulability_cost=finely)
+        return cls(effort=quality.rounds, curve=points, lower_bound=bound, gap=gap, manipulability_cost=finely)
 
     def rows(self, cost: PathCost, in_time: bool) -> Rows:
         """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""

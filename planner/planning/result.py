@@ -26,7 +26,7 @@ from planner.planning.record import (
 )
 from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME, FieldRecord, MotionRecord, Result
 from planner.problem.reasons import NoPath
-from planner.problem.request import PlanRequest
+from planner.problem.request import FollowRequest, PlanRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.robot import model_checks
@@ -100,7 +100,7 @@ class Plan(Result[PlanRecord]):
 
     FILES: ClassVar = (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME, PAGE_NAME, JSON_NAME)
 
-    request: PlanRequest
+    request: PlanRequest | FollowRequest
     checker: CollisionChecker
     roadmap: Roadmap
     reason: NoPath | None = field(default=None, kw_only=True)
@@ -173,7 +173,7 @@ class Plan(Result[PlanRecord]):
     @cached_property
     def record(self) -> PlanRecord:
         """What ``plan.json`` holds; units in rad, m and s."""
-        robot, roadmap, request, path = self.robot, self.roadmap, self.request, self.path
+        robot, roadmap, quality, path = self.robot, self.roadmap, self.request.quality, self.path
         found, cost = len(path) > 0, self.cost
         return PlanRecord.of(
             self,
@@ -184,9 +184,9 @@ class Plan(Result[PlanRecord]):
             path_nodes=self.path_nodes.tolist(),
             goal=self.goal,
             cost=cost,
-            quality=None if cost is None else QualityRecord.of(request, roadmap, robot, path, cost.total, self.curve),
-            manipulability=ManipulabilityRecord.of(robot, path, request.min_manipulability) if found else None,
-            conditioning=judge_conditioning(robot, roadmap, path, request) if found else None,
+            quality=None if cost is None else QualityRecord.of(quality, roadmap, robot, path, cost.total, self.curve),
+            manipulability=ManipulabilityRecord.of(robot, path, quality.min_manipulability) if found else None,
+            conditioning=judge_conditioning(robot, roadmap, path, quality) if found else None,
             path_length=LengthRecord(joint=joint_path_length(path), workspace=tool_path_length(robot, path))
             if found
             else None,
@@ -195,7 +195,7 @@ class Plan(Result[PlanRecord]):
             kept=KeptRecord.all_of(self.checker.world.keeps, path, self.trajectory),
             in_time=InTimeRecord.of(self.scene, self.trajectory, self.route),
             roadmap=roadmap.record(self.edges_removed),
-            gabf=FieldRecord.of(request, self.cost_to_go),
+            gabf=FieldRecord.of(quality, self.cost_to_go),
             tool_path=None if self.tool_path is None else self.tool_path.record,
             legs=list(self.legs) or None,
         )
@@ -209,7 +209,7 @@ class Plan(Result[PlanRecord]):
         """The plan with its proof, for a checker that trusts no planner; None where there is no path."""
         if not self.solved:
             return None
-        return certificate_of(self.checker, self.path, self.trajectory, self.request.min_manipulability)
+        return certificate_of(self.checker, self.path, self.trajectory, self.request.quality.min_manipulability)
 
     def write(self, folder: Path) -> None:
         """Write ``roadmap.npz``, and ``trajectory.json`` where there is a motion, into an empty ``folder``."""
@@ -231,16 +231,17 @@ class Plan(Result[PlanRecord]):
             page.add_rungs(self.tool_path.rungs)
         page.add_roadmap(self.roadmap, self.node_costs)
         if paths:
-            request = self.request
-            floor, curve = request.min_manipulability, self.curve
-            page.add_paths(paths, current, beta=request.beta, floor=floor, curve=curve)
+            quality = self.request.quality
+            floor, curve = quality.min_manipulability, self.curve
+            page.add_paths(paths, current, beta=quality.beta, floor=floor, curve=curve)
         return page.html()
 
     def shown_paths(self) -> tuple[list[ShownPath], int]:
         """The alternatives with the plan's own path among them, and which it is; none without a path."""
         if self.cost is None:
             return [], 0
-        beta, shown, costs = self.request.beta, list(self.alternatives), (self.cost.manipulability, self.cost.distance)
+        beta, shown = self.request.quality.beta, list(self.alternatives)
+        costs = self.cost.manipulability, self.cost.distance
         rows, field = path_rows(self.robot, self.path, *costs), self.node_costs
         motion = None if self.trajectory is None else shown_motion(self.trajectory, self.checker)
         if self.scene.moving:  # the earliest motion, which no beta has chosen

@@ -20,7 +20,7 @@ from planner.base.progress import Stopwatch, rounded
 from planner.base.versions import versions
 from planner.certificate.certificate import PROOF_NAME, Certificate
 from planner.problem.outcome import Outcome, Record, Rows
-from planner.problem.request import CostField, Growth
+from planner.problem.request import Request, SweepQuality, TaskQuality
 from planner.robot.model_checks import notes
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -59,8 +59,8 @@ class RunRecord(Record):
             message=run.message,
             robot=robot.name,
             scene=scene.name,
-            seed=run.request.seed,
-            config=run.request.to_dict(),
+            seed=run.request.values()["seed"],
+            config=run.request.config(),
             versions=versions(),
             joints=list(robot.joints),
             tool=robot.tool,
@@ -89,7 +89,7 @@ class Result(ABC, Generic[R]):
     PAGE: ClassVar[str] = PAGE_NAME
     FILES: ClassVar[tuple[str, ...]]  # all that are written, in the order in which they take their places
 
-    request: Growth
+    request: Request
     outcome: Outcome
     reason: Reason | None = field(default=None, kw_only=True)
     end_notes: tuple[str, ...] = field(default=(), kw_only=True)
@@ -249,14 +249,14 @@ class FieldRecord(Record):
     certificate: list[CertificateRecord]
 
     @classmethod
-    def of(cls, request: CostField, field: gabf.CostToGo | None) -> Self | None:
+    def of(cls, quality: SweepQuality | TaskQuality, field: gabf.CostToGo | None) -> Self | None:
         """The record of a field, with every bound that it meets and its error against the oracle."""
         if field is None:
             return None
         bracket = field.settling_tau_bracket
         return cls(
-            law=request.law,
-            prescribed_time=request.prescribed_time,
+            law=quality.law,
+            prescribed_time=quality.prescribed_time,
             settling_time=field.settling_time,
             settling_tau=field.settling_tau,
             settling_tau_bracket=None if bracket is None else [tau if math.isfinite(tau) else None for tau in bracket],

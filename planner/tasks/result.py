@@ -89,7 +89,7 @@ class TaskPlan(Result[TaskPlanRecord]):
     def judge(self) -> CollisionChecker:
         """A checker of the scene before the task."""
         world = self.options.modes.checker.world
-        return make_checker(world.robot, self.scene, self.request.collision, world.margin, world.conditions)
+        return make_checker(world.robot, self.scene, self.request.what.collision, world.margin, world.conditions)
 
     @cached_property
     def record(self) -> TaskPlanRecord:
@@ -117,7 +117,7 @@ class TaskPlan(Result[TaskPlanRecord]):
                 rounds=self.rounds,
                 arcs_refused=self.refused,
             ),
-            gabf=FieldRecord.of(self.request, self.cost_to_go),
+            gabf=FieldRecord.of(self.request.quality, self.cost_to_go),
         )
 
     def _segments(self) -> list[SegmentRecord]:
@@ -139,7 +139,7 @@ class TaskPlan(Result[TaskPlanRecord]):
         if self.roadmap is not None:
             page.add_roadmap(replace(self.roadmap, goals=self.roadmap.goals[:0]))
         if paths:
-            page.add_paths(paths, beta=self.request.beta)
+            page.add_paths(paths, beta=self.request.quality.beta)
         return page.html()
 
     def write(self, folder: Path) -> None:

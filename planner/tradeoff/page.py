@@ -17,7 +17,7 @@ def sweep_page(tradeoff: Tradeoff) -> str:
     page = Page(tradeoff.robot, tradeoff.scene, q, _message(tradeoff), _about_sweep(tradeoff))
     page.add_roadmap(tradeoff.roadmap)
     if paths:
-        page.add_paths(paths, current, beta=beta, floor=tradeoff.request.min_manipulability)
+        page.add_paths(paths, current, beta=beta, floor=tradeoff.request.quality.min_manipulability)
     return page.html()
 
 

@@ -33,8 +33,8 @@ UNREACHED: dict[str, Any] = {"robot": "planar_2r", "scene": "empty", "nodes": 2,
 @cache
 def small() -> tuple[Plan, ...]:
     """With a motion, without, and without a path."""
-    timed = plan(PlanRequest(**SMALL), timing=TimingRequest())
-    return timed, plan(PlanRequest(**SMALL)), plan(PlanRequest(**UNREACHED))
+    timed = plan(PlanRequest.from_options(**SMALL), timing=TimingRequest())
+    return timed, plan(PlanRequest.from_options(**SMALL)), plan(PlanRequest.from_options(**UNREACHED))
 
 
 @pytest.mark.parametrize("validator", ["plan"], indirect=True)
@@ -49,6 +49,7 @@ def test_plans_are_as_the_schema_says(validator: jsonschema.Draft202012Validator
 
 
 def test_a_written_plan_is_read_as_the_same_record_with_whatever_comes_later(solved: Plan) -> None:
+    made, written = solved, {}
     for made in (solved, *small()):
         written = as_written(made.to_dict())
         read = pydantic.TypeAdapter(PlanRecord).validate_python(written | {"from_the_future": 1})

@@ -19,8 +19,9 @@ from planner.base.errors import FileError
 from planner.base.progress import Progress, Stopwatch
 from planner.planning.plan import plan
 from planner.planning.result import Plan
+from planner.problem.options import Backend
 from planner.problem.outcome import Outcome
-from planner.problem.request import Backend, PlanRequest, TimingRequest
+from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.simplify import TOLERANCE
 from planner.roadmap.storage import load_roadmap
 from planner.robot.poses import pose
@@ -29,7 +30,7 @@ from planner.robot.shapes import Box, Obstacle
 from planner.trajectory.measure import path_manipulability, tool_path_length
 from planner.trajectory.timing import time_path
 
-TINY = PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
+TINY = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
 CONTRACT = {
     "": {"outcome", "robot", "scene", "seed", "config", "versions", "path", "path_nodes", "cost", "manipulability"}
     | {"roadmap", "gabf", "quality", "timings_s", "clearance", "reason"},
@@ -63,11 +64,11 @@ def test_the_contracts_keys_and_what_they_hold(solved: Plan) -> None:
     assert roadmap["sha256"] == solved.roadmap.sha256
     assert record["gabf"]["max_error_vs_oracle"] == 0.0
     assert record["gabf"]["settling_time"] < record["gabf"]["prescribed_time"]
-    assert record["config"] == solved.request.to_dict()
+    assert record["config"] == solved.request.config()
 
 
 def test_the_bound_and_the_curve() -> None:
-    solved = plan(PlanRequest(nodes=150, seed=2))  # whose first path leaves much to refine
+    solved = plan(PlanRequest.from_options(nodes=150, seed=2))  # whose first path leaves much to refine
     quality, cost, roadmap = solved.record.quality, solved.cost, solved.roadmap
     assert cost is not None
     assert quality is not None
@@ -77,7 +78,7 @@ def test_the_bound_and_the_curve() -> None:
     assert quality.lower_bound <= cost.total
     assert quality.gap == pytest.approx(cost.total / quality.lower_bound - 1.0)
     costs = [point.cost for point in quality.curve]
-    assert len(costs) == 1 + quality.effort == 1 + solved.request.rounds
+    assert len(costs) == 1 + quality.effort == 1 + solved.request.quality.rounds
     # fewer corners may cost a bit
     assert all(later <= (1.0 + TOLERANCE) * before for before, later in itertools.pairwise(costs))
     assert cost.total < 0.9 * costs[0]
@@ -100,7 +101,7 @@ def test_the_files(solved: Plan, tmp_path: Path) -> None:
 def test_a_plan_that_cannot_be_written_leaves_the_one_that_is_there(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first, second = (plan(replace(TINY, seed=seed), timing=TimingRequest()) for seed in (0, 1))
+    first, second = (plan(TINY.with_options(seed=seed), timing=TimingRequest()) for seed in (0, 1))
     first.save(tmp_path, certificate=True)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     writes = iter(range(10))
@@ -145,7 +146,7 @@ def test_interrupted_plans_and_those_without_a_path_are_saved_too(solved: Plan, 
 def test_a_plan_can_be_copied_and_pickled(backend: Backend) -> None:
     """In memory, as processes exchange it; what it was made from comes along, and answers as before."""
     options: dict[str, Any] = {"scene": "window", "start": "start", "goal": "goal", "nodes": 60}
-    found = plan(PlanRequest("planar_2r", collision=backend, **options), timing=TimingRequest())
+    found = plan(PlanRequest.from_options(robot="planar_2r", collision=backend, **options), timing=TimingRequest())
     record, drawn, moved = found.to_dict(), found.page(), found.checker
     for other in (pickle.loads(pickle.dumps(found)), copy.copy(found), copy.deepcopy(found)):
         assert other.to_dict() == record
@@ -161,8 +162,10 @@ def test_a_plan_can_be_copied_and_pickled(backend: Backend) -> None:
 def test_a_plan_that_failed_and_one_with_meshes_can_be_pickled() -> None:
     wall = Scene("shut", (Obstacle("wall", Box((0.02, 2.0, 0.2)), pose([0.6, 0, 0])),))
     for request in (
-        PlanRequest("panda", "shelf", nodes=12, effort=0),
-        PlanRequest("planar_2r", wall, start=[1.2, 1.0], goal=[-1.2, -1.0], nodes=20, effort=0),
+        PlanRequest.from_options(robot="panda", scene="shelf", nodes=12, effort=0),
+        PlanRequest.from_options(
+            robot="planar_2r", scene=wall, start=[1.2, 1.0], goal=[-1.2, -1.0], nodes=20, effort=0
+        ),
     ):
         found = plan(request)
         assert pickle.loads(pickle.dumps(found)).to_dict() == found.to_dict()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from planner.planning.plan import plan
@@ -13,7 +11,7 @@ from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.sweep import Tradeoff, sweep
 
-TASK = PlanRequest(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
+TASK = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
 
 
 @pytest.fixture(scope="session")
@@ -25,4 +23,4 @@ def made() -> Plan:
 def tradeoff(made: Plan, tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
     path = tmp_path_factory.mktemp("roadmap") / "roadmap.npz"
     save_roadmap(made.roadmap, path)
-    return sweep(replace(TASK, roadmap=path))
+    return sweep(TASK.with_options(roadmap=path))

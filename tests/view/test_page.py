@@ -45,9 +45,9 @@ def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) 
 
 @pytest.mark.parametrize("floor", [0.02, 0.03])  # above the goal's w alone; above those of both ends
 def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path) -> None:
-    held = with_alternatives(plan(PlanRequest(nodes=150, min_manipulability=floor, room=0.0)))
+    held = with_alternatives(plan(PlanRequest.from_options(nodes=150, min_manipulability=floor, room=0.0)))
     save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
-    whole = sweep(PlanRequest(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
+    whole = sweep(PlanRequest.from_options(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
     (mine, current) = held.shown_paths()
     assert_same(mine, of_tradeoff(whole))
     field = mine[current].cost_to_go
@@ -63,7 +63,7 @@ def test_a_plan_that_is_one_of_several_as_good_is_shown_itself(made: Plan) -> No
     other = replace(made, cost=replace(made.cost, distance=made.cost.distance + 1.0))
     plain, _ = made.shown_paths()
     for beta, place in ((0.0, 0), (plain[0].interval[1], 1), (1.0, len(plain))):  # type: ignore[index]
-        shown, current = replace(other, request=replace(made.request, beta=beta)).shown_paths()
+        shown, current = replace(other, request=made.request.with_options(beta=beta)).shown_paths()
         assert len(shown) == len(plain) + 1
         assert current == place
         assert shown[current].interval == (beta, beta)
