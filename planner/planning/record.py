@@ -28,7 +28,7 @@ from planner.search.manipulability_floor import first_violation
 from planner.search.network import PathCost
 from planner.tool_paths.followed import LegRecord, ToolPathRecord
 from planner.trajectory.clearance import Nearest
-from planner.trajectory.measure import dense_path, path_manipulability
+from planner.trajectory.measure import PathMeasures, dense_path, path_manipulability
 from planner.trajectory.path_clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, clearance_text
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
@@ -180,7 +180,7 @@ class ManipulabilityRecord(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ClearanceRecord(Record):
-    """How near path and motion come to anything that is checked."""
+    """The smallest distance (m) to anything that is checked, of pairs that a joint can move."""
 
     path: Nearest | None
     """null where there is nothing to come near to"""
@@ -215,6 +215,10 @@ class LengthRecord(Record):
     """rad"""
     workspace: float
     """of the tool's path, m"""
+
+    @classmethod
+    def of(cls, measures: PathMeasures) -> Self:
+        return cls(joint=measures.joint_length, workspace=measures.workspace_length)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

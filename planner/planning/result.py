@@ -37,7 +37,7 @@ from planner.search.network import PathCost
 from planner.tool_paths.followed import FollowedPath, LegRecord, leg_line
 from planner.trajectory.clearance import nearest_in_motion, nearest_on_path
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
-from planner.trajectory.measure import joint_path_length, tool_path_length
+from planner.trajectory.measure import PathMeasures, measure_path
 from planner.trajectory.path_clearance import TOO_CLOSE
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
@@ -143,6 +143,11 @@ class Plan(Result[PlanRecord]):
         return None if self.layered is None else self.layered.network
 
     @cached_property
+    def measures(self) -> PathMeasures:
+        """Manipulability and lengths along the path, where there is one."""
+        return measure_path(self.robot, self.path)
+
+    @cached_property
     def max_error_vs_oracle(self) -> float | None:
         """The largest error of the cost-to-go against Dijkstra's answer, relative to max(1, |x*|); None without one."""
         field = self.cost_to_go
@@ -187,9 +192,7 @@ class Plan(Result[PlanRecord]):
             quality=None if cost is None else QualityRecord.of(quality, roadmap, robot, path, cost.total, self.curve),
             manipulability=ManipulabilityRecord.of(robot, path, quality.min_manipulability) if found else None,
             conditioning=judge_conditioning(robot, roadmap, path, quality) if found else None,
-            path_length=LengthRecord(joint=joint_path_length(path), workspace=tool_path_length(robot, path))
-            if found
-            else None,
+            path_length=LengthRecord.of(self.measures) if found else None,
             clearance=self.clearance,
             trajectory=MotionRecord.of(self.trajectory, robot),
             kept=KeptRecord.all_of(self.checker.world.keeps, path, self.trajectory),

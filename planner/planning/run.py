@@ -30,6 +30,10 @@ from planner.trajectory.report import floor_text
 from planner.trajectory.trajectory import Trajectory
 
 JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
+_SECONDS = (
+    "seconds per stage, and their `total` with all between, to the last file; `record` measures the path for this file "
+    "and encloses when the field settles, `files` writes the others"
+)
 _CORNERS = ("corners", "corners_blended", "shortcuts")  # keys of a trajectory's proof
 
 
@@ -37,6 +41,7 @@ _CORNERS = ("corners", "corners_blended", "shortcuts")  # keys of a trajectory's
 class RunRecord(Record):
     """How a run ended, what it was asked for, and with which software."""
 
+    # pydantic reads docstrings of a class's own fields only, and other records begin with these
     format_version: int
     outcome: Annotated[str, Field(description="solved, no_path, too_singular, partly_followed or interrupted")]
     message: Annotated[str, Field(description="the outcome as a sentence, with its reason and the remedy")]
@@ -44,11 +49,11 @@ class RunRecord(Record):
     scene: str
     seed: int
     config: Annotated[dict[str, Any], Field(description="every option")]
-    versions: dict[str, str]
+    versions: Annotated[dict[str, str], Field(description="of the planner, Python and its libraries")]
     joints: Annotated[list[str], Field(description="the planned ones, in the order of the columns of a path")]
     tool: str
     notes: Annotated[list[str], Field(description="what was noticed about the model and the start")]
-    timings_s: Annotated[dict[str, float], Field(description="seconds per stage, and their total")]
+    timings_s: Annotated[dict[str, float], Field(description=_SECONDS)]
 
     @classmethod
     def of(cls, run: Result[Any], robot: Robot, scene: Scene, **own: Any) -> Self:
@@ -176,7 +181,7 @@ class Result(ABC, Generic[R]):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionRecord(Record):
-    """The trajectory beside it."""
+    """The motion along the path, which trajectory.json holds."""
 
     law: str
     duration: float
@@ -186,7 +191,9 @@ class MotionRecord(Record):
     corners_blended: int | None = None
     shortcuts: int | None = None
     proven: bool
+    """whether every piece is proven free and within limits"""
     floor: dict[str, Any] | None
+    """``proof.floor`` of trajectory.json"""
 
     @classmethod
     def of(cls, made: Trajectory | None, robot: Robot) -> Self | None:

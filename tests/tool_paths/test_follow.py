@@ -177,7 +177,7 @@ def test_what_is_to_be_kept_is_kept_and_named_where_it_is_in_the_way(keep: str, 
     assert isinstance(found.reason, CannotFollow)
     assert (found.reason.cause, found.reason.between, found.reason.point) == ("strays", (keep,), point)
     assert 0 < found.reason.distance <= 0.1 + 1e-6
-    assert f"'{keep}', which is to be kept, would be broken by" in found.message
+    assert f"'{keep}' is kept, and would be broken by" in found.message
     assert f" {unit}; move the path" in found.message
     assert all(pose_of(found.robot, q)[1][1] <= 0.05 for q in found.path)
     found.to_dict()
