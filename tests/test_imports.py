@@ -63,7 +63,7 @@ DOORS = {
     "yaml": {"planner.base.yamlfile"},
     "joblib": {"planner.batch.parallel"},
     "distributed": {"planner.batch.parallel"},
-    "robot_descriptions": {"planner.robot.files.descriptions"},
+    "robot_descriptions": {"planner.robot.files.robot_files"},
     "trimesh": {"planner.robot.files.meshes"},
     "mujoco": {"planner.robot.files.mjcf"},
     "xacro": {"planner.robot.files.xacro"},

@@ -15,7 +15,7 @@ from planner.base.progress import Progress
 from planner.planning.motion import timed
 from planner.planning.result import Plan
 from planner.problem.request import LimitsRequest, TimingRequest
-from planner.query.sources import robot_sources, scene_sources
+from planner.query.robots import robot_sources, scene_sources
 from planner.robot.model_checks import notes
 from planner.robot.scene import mesh_notes, obstacle_of
 from planner.serve import messages as ask
