@@ -11,8 +11,7 @@ from planner.cli.terminal import report_table, say, show, working
 from planner.problem.request import SweepQuality, SweepRequest
 
 if TYPE_CHECKING:
-    from planner.tradeoff.record import SweepRecord
-    from planner.tradeoff.sweep import Tradeoff
+    from planner.tradeoff.result import SweepRecord, Tradeoff
 
 
 def sweep(

@@ -18,8 +18,8 @@ from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
-from planner.tradeoff.page import of_tradeoff
-from planner.tradeoff.sweep import Tradeoff, sweep
+from planner.tradeoff.result import Tradeoff
+from planner.tradeoff.sweep import sweep
 from planner.view.motion import ShownPath
 from tests.browser import page_data
 from tests.worlds import checker_of, load
@@ -33,7 +33,7 @@ def assert_same(mine: list[ShownPath], theirs: list[ShownPath]) -> None:
 
 
 def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) -> None:
-    (mine, current), theirs = made.shown_paths(), of_tradeoff(tradeoff)
+    (mine, current), theirs = made.shown_paths(), tradeoff.shown_paths()
     assert len(mine) >= 4
     assert_same(mine, theirs)
     assert mine[current].path is made.path
@@ -49,7 +49,7 @@ def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path)
     save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
     whole = sweep(PlanRequest.from_options(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
     (mine, current) = held.shown_paths()
-    assert_same(mine, of_tradeoff(whole))
+    assert_same(mine, whole.shown_paths())
     field = mine[current].cost_to_go
     assert field is not None
     assert field.shape == (len(held.roadmap.nodes),)

@@ -22,7 +22,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from planner.tradeoff.sweep import Interval, Tradeoff
+from planner.tradeoff.result import Interval, Tradeoff
 from planner.trajectory.measure import dense_path, path_clearance
 from planner.view.figures.strokes import MARKS, labelled, marked, single, stroke
 from planner.view.motion import W_UNIT
