@@ -8,7 +8,7 @@ from .collision.checker import CollisionChecker as CollisionChecker
 from .gabf.path import paths_from as paths_from
 from .planning.follow import follow as follow
 from .planning.plan import plan as plan
-from .planning.replanned import Change as Change
+from .planning.result import Change as Change
 from .planning.result import Plan as Plan
 from .problem.conditions import KeepAxis as KeepAxis
 from .problem.conditions import KeepBox as KeepBox
@@ -59,4 +59,4 @@ from .trajectory.limits import MotionLimits as MotionLimits
 from .trajectory.timing import time_path as time_path
 from .trajectory.trajectory import Trajectory as Trajectory
 from .view import figures as figures
-from .view.notebook import show as show
+from .view.page import show as show

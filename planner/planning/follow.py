@@ -15,10 +15,8 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.planning.followed import FollowedPath
 from planner.planning.motion import looked_at_again, timed
 from planner.planning.plan import improved, solve_and_heal
-from planner.planning.record import ToolPathRecord
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.outcome import Outcome
@@ -31,6 +29,7 @@ from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
 from planner.tool_paths.file import read_tool_path
+from planner.tool_paths.followed import FollowedPath, ToolPathRecord
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of
 from planner.tool_paths.timing import ToolSpeedRecord, joined_motion, time_tool_path
@@ -108,12 +107,7 @@ class Follower:
         """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
         clock, robot = Stopwatch(self.timings), self.checker.robot
         limits = None if timing is None else MotionLimits.of(robot, timing)
-        begun: dict[str, Any] = {
-            "robot": robot,
-            "scene": self.checker.world.scene,
-            "checker": self.checker,
-            "timings": clock.seconds,
-        }
+        begun: dict[str, Any] = {"checker": self.checker, "timings": clock.seconds}
         if request.what.start is not None:
             states = states_of(robot, self.checker.world.scene)
             begun["end_notes"] = tuple(other_turns(request.what.start, self.checker, states))

@@ -63,8 +63,7 @@ def plan(
         if query.scene.moving:
             _require_earliest(request, timing)
         legs = legs_of(query, request)
-    begun = {"robot": query.robot, "scene": query.scene, "checker": query.checker, "timings": clock.seconds}
-    begun["end_notes"] = query.end_notes
+    begun = {"checker": query.checker, "timings": clock.seconds, "end_notes": query.end_notes}
     if isinstance(legs, CannotFollow):
         nowhere = roadmap_of(query.checker, np.concatenate([query.starts, query.goals]), request.quality.seed)
         return Plan(request, Outcome.NO_PATH, roadmap=nowhere, reason=legs, **begun)

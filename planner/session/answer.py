@@ -11,8 +11,7 @@ from planner import gabf
 from planner.base.arrays import frozen
 from planner.base.progress import QUIET, Progress
 from planner.planning.improvement import improved_roadmap
-from planner.planning.replanned import Edges, Replanned
-from planner.planning.result import Plan
+from planner.planning.result import Edges, Plan, Replanned
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
 from planner.query.query import Query
@@ -85,8 +84,6 @@ def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest
     return Plan(
         request.with_options(robot=robot, scene=live.world.scene),
         Outcome.SOLVED if solved else failed,
-        robot,
-        live.world.scene,
         live.checker,
         live.held(~live.proofs.blocked),
         layered=last.layered,

@@ -16,7 +16,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.planning.replanned import Edges
+from planner.planning.result import Edges
 from planner.roadmap.reprove import batches
 from planner.roadmap.roadmap import Roadmap, segments
 from planner.robot.shapes import Carried, Obstacle, Shape, corners

@@ -117,7 +117,7 @@ class TaskPlanner:
         clock, self.clock, robot = self.clock, Stopwatch(), self.candidates.modes.robot
         request = self.request if beta is None else self.request.with_options(beta=beta)
         quality = request.quality
-        draft = TaskPlan(request, self.task, Outcome.NO_PATH, robot, self.scene, self.candidates, timings=clock.seconds)
+        draft = TaskPlan(request, Outcome.NO_PATH, self.task, robot, self.scene, self.candidates, timings=clock.seconds)
         if start is None:
             world = self.candidates.modes.checker
             told = other_turns(parse_target(self.task.start), world, states_of(robot, world.world.scene))

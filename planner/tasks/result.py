@@ -6,28 +6,23 @@ import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import Reason, choices, metric
-from planner.base.files import StrPath, staged
-from planner.base.progress import Stopwatch, rounded
 from planner.base.resolutions import RECHECK
 from planner.base.yamlfile import Whole
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.planning.record import FieldRecord, MotionRecord
-from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, field_record, motion_record, save_parts
-from planner.planning.run_record import RunRecord, run_record
-from planner.planning.summary import cost_text, field_rows
-from planner.problem.outcome import Outcome
+from planner.planning.result import Plan
+from planner.planning.run import ROADMAP_NAME, FieldRecord, MotionRecord, Result, RunRecord, cost_text
+from planner.problem.outcome import Record, Rows
 from planner.problem.request import TaskRequest
-from planner.problem.run_schema import Record
-from planner.roadmap.record_text import RoadmapRecord, roadmap_text
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.roadmap import Roadmap, RoadmapRecord
+from planner.roadmap.storage import save_roadmap
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -37,10 +32,11 @@ from planner.tasks.network import TaskNetwork
 from planner.tasks.replay import EventReplay, TaskRecord, check_task
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Task
+from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
 from planner.trajectory.report import Report
 from planner.trajectory.trajectory import Trajectory
-from planner.view.page import Content, page, save_page
-from planner.view.shown_path import Rows, ShownMotion, ShownPath, path_rows
+from planner.view.motion import ShownMotion, ShownPath, path_rows
+from planner.view.page import Page
 
 _SHOWN_APART = 0.02  # s between two poses of an object that a page moves
 _NAMED = 3  # contacts in the sentence of a reason
@@ -123,11 +119,28 @@ class TaskPlanRecord(RunRecord):
     """null where a step has no grasp or placement at all"""
     modes: ModesRecord | None
     gabf: FieldRecord | None
-    timings_s: dict[str, float]
+
+    @property
+    def rows(self) -> Rows:
+        rows: Rows = [] if self.roadmap is None else [("roadmap", self.roadmap.text)]
+        if self.modes is not None:
+            m = self.modes
+            rows.append(("modes", f"{m.modes} over {m.nodes} nodes, {m.arcs_refused} of {m.arcs} arcs refused"))
+        if self.cost is not None:
+            rows.append(("cost", cost_text(self.cost)))
+        for k, segment in enumerate(self.segments, start=1):
+            held, timed = f", holding {segment.carried}" if segment.carried else "", segment.trajectory
+            motion = f", {timed.duration:.2f} s{'' if timed.proven else ', NOT proven'}" if timed else ""
+            what = f"step {segment.step}, {segment.doing}: {segment.part}{held}{motion}"
+            rows.append((f"segment {k}", what))
+        if self.trajectory is not None:
+            proven = "all proven" if self.trajectory.proven else "not all proven"
+            rows.append(("motion", f"{self.trajectory.duration:.2f} s, {proven}"))
+        return rows + (self.gabf.rows if self.gabf else [])
 
 
-@dataclass(frozen=True, eq=False)
-class TaskPlan:
+@dataclass(frozen=True, eq=False, repr=False)
+class TaskPlan(Result[TaskPlanRecord]):
     """A task's plan; ``segments`` and ``events`` are empty where there is none, and ``reason`` says why.
 
     ``cost`` is that of the path over the roadmaps, as eq. (finew) sums it; ``cost_to_go`` the field over all modes,
@@ -135,9 +148,10 @@ class TaskPlan:
     moves; None without times.
     """
 
+    FILES: ClassVar = Plan.FILES
+
     request: TaskRequest
     task: Task
-    outcome: Outcome
     robot: Robot
     scene: Scene
     candidates: Candidates
@@ -148,24 +162,12 @@ class TaskPlan:
     segments: tuple[Segment, ...] = ()
     events: tuple[Event, ...] = ()
     trajectory: Trajectory | None = None
-    reason: StepFails | None = None
+    reason: StepFails | None = field(default=None, kw_only=True)
     modes: ModesRecord | None = None
-    end_notes: tuple[str, ...] = ()  # on the start
-    timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         size = f"{len(self.segments)} segments" if self.segments else "no plan"
         return f"<TaskPlan: {self.task.name} by {self.robot.name}, {self.outcome.key}, {size}>"
-
-    @property
-    def solved(self) -> bool:
-        """Whether there is a path."""
-        return self.outcome is Outcome.SOLVED
-
-    @property
-    def message(self) -> str:
-        """How the task ended, in one sentence."""
-        return self.outcome.value if self.reason is None else self.reason.sentence
 
     @cached_property
     def path(self) -> Floats:
@@ -191,30 +193,29 @@ class TaskPlan:
         world = self.candidates.modes.checker.world
         return make_checker(world.robot, self.scene, self.request.what.collision, world.margin, world.conditions)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of ``plan.json``; units in rad, m and s."""
-        run = run_record(self.request, self.outcome, self.robot, self.scene)
-        run |= {"message": self.message, "notes": [*run["notes"], *self.end_notes]}
-        for name, given in (("robot", self.task.robot), ("scene", self.task.scene)):
-            run["config"][name] = str(given) if isinstance(given, str | os.PathLike) else given.name
-        x, bounds, error = self.cost_to_go, [], None
-        if x is not None:
-            bounds, error = gabf.certify(x.network, x.law, x), gabf.max_error(x, gabf.oracle(x.network))
-        record = TaskPlanRecord(
-            **run,
+    @cached_property
+    def record(self) -> TaskPlanRecord:
+        """What ``plan.json`` holds; units in rad, m and s."""
+        record = TaskPlanRecord.of(
+            self,
+            self.robot,
+            self.scene,
             task=self.task.name,
             reason=self.reason,
             path=self.path.tolist(),
             cost=self.cost,
             segments=list(self.segments),
             events=list(self.events),
-            trajectory=motion_record(self.trajectory, self.robot),
+            trajectory=MotionRecord.of(self.trajectory, self.robot),
             roadmap=None if self.roadmap is None else self.roadmap.record(),
             modes=self.modes,
-            gabf=field_record(self.request.quality, x, bounds, error),
-            timings_s=rounded(self.timings),
+            gabf=FieldRecord.of(self.request.quality, self.cost_to_go),
         )
-        return record.to_dict()
+        world = {"robot": self.task.robot, "scene": self.task.scene}  # as the task names them
+        names = {
+            key: str(value) if isinstance(value, str | os.PathLike) else value.name for key, value in world.items()
+        }
+        return replace(record, config=record.config | names)
 
     def page(self) -> str:
         """The page as HTML text: the whole motion, the objects that are picked going along with the hand."""
@@ -226,56 +227,20 @@ class TaskPlan:
             rows = path_rows(self.robot, self.path, self.cost.manipulability, self.cost.distance)
             start, shown = self.path[0], None if motion is None else ShownMotion(motion, None)
             paths = [ShownPath(self.path, rows, motion=shown)]
-        content = Content(
-            self.robot,
-            scene,
-            self.message,
-            start,
-            details=task_rows(self.to_dict()),
-            roadmap=None if self.roadmap is None else replace(self.roadmap, goals=self.roadmap.goals[:0]),
-            paths=paths,
-            beta=self.request.quality.beta,
-            touching=frozenset() if self.reason is None else self.reason.names,
-        )
-        return page(content)
+        touching = frozenset() if self.reason is None else self.reason.names
+        page = Page(self.robot, scene, start, self.message, self.record.rows, touching=touching)
+        if self.roadmap is not None:
+            page.add_roadmap(replace(self.roadmap, goals=self.roadmap.goals[:0]))
+        if paths:
+            page.add_paths(paths, beta=self.request.quality.beta)
+        return page.html()
 
-    def save(self, folder: StrPath) -> None:
-        """Write ``plan.json``, ``plan.html``, and where there are such ``roadmap.npz`` and ``trajectory.json``."""
-        save_task(self, Path(folder))
-
-
-def save_task(plan: TaskPlan, folder: Path, clock: Stopwatch | None = None) -> dict[str, Any]:
-    """Write the files; the stages of ``clock`` go with the plan's own. Returns the record that was written."""
-    clock = clock or Stopwatch(plan.timings)
-    clock.seconds.update(plan.timings)
-    with staged(folder, NAMES) as inner:
-        with clock("files"):
-            save_parts(inner, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
-        with clock("record"):
-            record = plan.to_dict()
-        return save_page(plan.page, inner / PAGE_NAME, record, inner / JSON_NAME, clock)
-
-
-def task_rows(record: dict[str, Any]) -> Rows:
-    """What the terminal's table and the page say about a planned task."""
-    rows: Rows = []
-    if record["roadmap"]:
-        rows.append(("roadmap", roadmap_text(record["roadmap"])))
-    if record["modes"]:
-        m = record["modes"]
-        rows.append(("modes", f"{m['modes']} over {m['nodes']} nodes, {m['arcs_refused']} of {m['arcs']} arcs refused"))
-    if record["cost"]:
-        rows.append(("cost", cost_text(record["cost"])))
-    for k, segment in enumerate(record["segments"], start=1):
-        held = f", holding {segment['carried']}" if segment["carried"] else ""
-        timed = segment["trajectory"]
-        motion = f", {timed['duration']:.2f} s{'' if timed['proven'] else ', NOT proven'}" if timed else ""
-        what = f"step {segment['step']}, {segment['doing']}: {segment['part']}{held}{motion}"
-        rows.append((f"segment {k}", what))
-    if record["trajectory"]:
-        whole = record["trajectory"]
-        rows.append(("motion", f"{whole['duration']:.2f} s, {'all proven' if whole['proven'] else 'not all proven'}"))
-    return rows + (field_rows(record["gabf"]) if record["gabf"] else [])
+    def write(self, folder: Path) -> None:
+        """Write ``roadmap.npz`` and ``trajectory.json`` into an empty ``folder``, as far as there are such."""
+        if self.roadmap is not None:
+            save_roadmap(self.roadmap, folder / ROADMAP_NAME)
+        if self.trajectory is not None:
+            save_trajectory(self.trajectory, folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
 
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:

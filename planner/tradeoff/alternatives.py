@@ -10,7 +10,7 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.search import ProvenNetwork
 from planner.tradeoff.envelope import EnvelopeSearch, pieces
-from planner.view.shown_path import ShownPath, path_rows
+from planner.view.motion import ShownPath, path_rows
 
 
 def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:

