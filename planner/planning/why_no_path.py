@@ -19,10 +19,12 @@ def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
     A roadmap that grew above a floor holds few paths for lower ones: a small one that grows without it is used instead.
     """
     request, checker, roadmap = failed.request, failed.checker, failed.roadmap
-    floor = request.min_manipulability
-    if floor > 0 and request.roadmap is None:
+    floor = request.quality.min_manipulability
+    if floor > 0 and request.quality.roadmap is None:
         ends = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
-        roadmap = build_roadmap(failed.robot, checker, *ends, min(request.nodes, _NODES), request.seed, progress)
+        roadmap = build_roadmap(
+            failed.robot, checker, *ends, min(request.quality.nodes, _NODES), request.quality.seed, progress
+        )
     if progress.stopped:
         return None
     if not roadmap.connected:
@@ -30,5 +32,5 @@ def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
         return None if progress.stopped else apart
     if floor <= 0:
         return None  # every path fell below its own ends, or failed the second check
-    network = build_network(roadmap, request.objective)
+    network = build_network(roadmap, request.quality.objective)
     return FloorTooHigh(floor, highest_floor(failed.robot, roadmap, network, floor))

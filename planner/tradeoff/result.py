@@ -19,7 +19,7 @@ from planner.base.progress import Stopwatch, rounded
 from planner.collision.checker import CollisionChecker
 from planner.planning.run_record import RunRecord, run_record
 from planner.problem.outcome import Outcome
-from planner.problem.request import SweepRequest
+from planner.problem.request import PlanRequest, SweepRequest
 from planner.problem.run_schema import Nodes, Record
 from planner.roadmap.record_text import RoadmapRecord, roadmap_text
 from planner.roadmap.roadmap import Roadmap
@@ -108,7 +108,7 @@ class Tradeoff:
     the largest relative error of all of them.
     """
 
-    request: SweepRequest
+    request: SweepRequest | PlanRequest
     outcome: Outcome
     robot: Robot
     scene: Scene
@@ -168,7 +168,7 @@ class Tradeoff:
             paths=paths,
             current=next((k for k, shown in enumerate(paths) if shown.interval and beta <= shown.interval[1]), 0),
             beta=beta,
-            floor=self.request.min_manipulability,
+            floor=self.request.quality.min_manipulability,
         )
         return page(content)
 

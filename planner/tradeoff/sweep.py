@@ -11,7 +11,7 @@ from planner.base.arrays import frozen
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.planning.improvement import improved_roadmap, roomy_roadmap
 from planner.problem.outcome import Outcome
-from planner.problem.request import SweepRequest
+from planner.problem.request import PlanRequest, SweepQuality, SweepRequest
 from planner.query.query import Query, make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap
@@ -25,7 +25,7 @@ from planner.trajectory.measure import measure_path
 IMPROVED_AT = (0.0, 0.25, 0.5, 0.75, 1.0)  # betas at which the roadmap is improved before the sweep
 
 
-def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
+def sweep(request: SweepRequest | PlanRequest, progress: Progress = QUIET) -> Tradeoff:
     """The whole trade-off between manipulability and distance, on a roadmap that is obtained once.
 
     Every path is checked again at every 1 mm of motion, as a plan's is; a path that fails is removed and the sweep
@@ -33,11 +33,11 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
     settled; once it is asked to stop the sweep ends soon after and returns the intervals that are proven, with
     ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
     """
-    clock = Stopwatch()
+    quality, clock = request.quality, Stopwatch()
     with clock("setup"):
-        query = make_query(request)
+        query = make_query(request.what)
     with clock("roadmap"):
-        roadmap, clearance = _improved_roadmap(request, query, progress)
+        roadmap, clearance = _improved_roadmap(quality, query, progress)
     robot, scene, checker = query.robot, query.scene, query.checker
     draft = Tradeoff(
         request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, clearance=clearance, timings=clock.seconds
@@ -45,9 +45,9 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
     if progress.stopped:
         return draft
     with clock("costs"):
-        network, floor = build_network(roadmap, request.objective_at(0.5), clearance), request.min_manipulability
+        network, floor = build_network(roadmap, quality.objective_at(0.5), clearance), quality.min_manipulability
         paths = RoadmapPaths(roadmap, robot, network, floor, second_looks(checker, roadmap))
-    search = EnvelopeSearch(paths, gabf.named_law(request.law, request.prescribed_time), clock)
+    search = EnvelopeSearch(paths, gabf.named_law(quality.law, quality.prescribed_time), clock)
     while not search.done and not progress.stopped:
         search.step()
         progress("beta", int(100 * search.reach), 100)
@@ -68,18 +68,18 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
     return replace(draft, intervals=intervals, complete=search.done, outcome=outcome)
 
 
-def _improved_roadmap(request: SweepRequest, query: Query, progress: Progress) -> tuple[Roadmap, float]:
-    """The roadmap that ``request`` names or grows, improved at several betas, and the clearance (m) that paths keep.
+def _improved_roadmap(quality: SweepQuality, query: Query, progress: Progress) -> tuple[Roadmap, float]:
+    """The roadmap that ``quality`` names or grows, improved at several betas, and the clearance (m) that paths keep.
 
     A kept roadmap that is not refined stays as it is.
     """
-    roadmap, clearance = obtain_roadmap(request, query, progress), 0.0
-    if request.rounds < 1:
+    roadmap, clearance = obtain_roadmap(quality, query, progress), 0.0
+    if quality.rounds < 1:
         return roadmap, clearance
-    roadmap, clearance = roomy_roadmap(roadmap, query.checker, request, progress)
+    roadmap, clearance = roomy_roadmap(roadmap, query.checker, quality, progress)
     for beta in IMPROVED_AT:
-        roadmap = improved_roadmap(roadmap, query.checker, request, beta, progress, clearance).roadmap
-    return roomy_roadmap(roadmap, query.checker, request, progress)  # now with the edges of the improvements
+        roadmap = improved_roadmap(roadmap, query.checker, quality, beta, progress, clearance).roadmap
+    return roomy_roadmap(roadmap, query.checker, quality, progress)  # now with the edges of the improvements
 
 
 def _interval(piece: Piece, paths: RoadmapPaths, robot: Robot) -> Interval:

@@ -109,7 +109,7 @@ def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None
 @pytest.mark.parametrize("charge", ["nodes", "edges"])
 def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> None:
     floor = 0.05  # start and goal of the paper's scenario lie below
-    found = plan(PlanRequest(nodes=150, min_manipulability=floor, charge=charge))  # type: ignore[arg-type]
+    found = plan(PlanRequest.from_options(nodes=150, min_manipulability=floor, charge=charge))  # type: ignore[arg-type]
     assert found.outcome is Outcome.SOLVED
     w = manipulability(found.robot, dense_path(found.path, 1e-3))
     assert w[0] < floor
@@ -127,12 +127,15 @@ def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> No
 
 def test_a_floor_that_no_path_keeps_is_an_outcome_of_its_own(tmp_path: Path) -> None:
     """With q2 above 0 at the start and below 0 at the goal every path passes w = 0."""
-    request = PlanRequest("planar_2r", "empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60)
+    request = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60)
     free = plan(request)
     assert free.outcome is Outcome.SOLVED
     kept = tmp_path / "roadmap.npz"
     save_roadmap(free.roadmap, kept)
-    for held in (replace(request, min_manipulability=0.05, roadmap=kept), replace(request, min_manipulability=0.05)):
+    for held in (
+        request.with_options(min_manipulability=0.05, roadmap=kept),
+        request.with_options(min_manipulability=0.05),
+    ):
         found = plan(held)
         assert found.outcome is Outcome.TOO_SINGULAR
         assert found.outcome.exit_code == 4
@@ -205,7 +208,7 @@ def test_the_highest_floor_is_that_of_the_widest_path_by_floyd_and_warshall(seed
 def test_below_what_was_asked_a_plan_keeps_to_the_highest_floor(tmp_path: Path) -> None:
     """Paths may begin and end below it; where the ends lie above, it is the widest path's."""
     found = small_plan()
-    robot, roadmap, network = found.robot, found.roadmap, build_network(found.roadmap, found.request.objective)
+    robot, roadmap, network = found.robot, found.roadmap, build_network(found.roadmap, found.request.quality.objective)
     ends = float(roadmap.manipulability[[*roadmap.starts, *roadmap.goals]].min())
     top = float(roadmap.edge_manipulability.max())
     widest, below_ends, near, far = (
@@ -215,7 +218,7 @@ def test_below_what_was_asked_a_plan_keeps_to_the_highest_floor(tmp_path: Path) 
     assert far == near >= widest  # what is found does not hang on how far above all w the floor was
     save_roadmap(roadmap, tmp_path / "kept.npz")
     for floor in (below_ends, near):
-        again = plan(PlanRequest(nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=floor, effort=0))
+        again = plan(nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=floor, effort=0)
         assert len(again.path)
         assert first_violation(robot, again.path, floor) is None
 
