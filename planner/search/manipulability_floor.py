@@ -16,7 +16,6 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass, replace
-from enum import Enum, auto
 
 import numpy as np
 
@@ -79,28 +78,65 @@ def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0)
     """
     if floor <= 0:
         return LayeredNetwork(network, np.arange(network.n_nodes), roadmap.starts)
-    layers, arcs_by_kind = _Layers(roadmap, floor), _Arcs(roadmap, network, floor)
-    parts = [(arcs_by_kind.arcs(_Kind.ABOVE, 0.0), layers.roadmap, layers.roadmap)]
-    for layer in layers.layers_below:
-        parts.append((arcs_by_kind.arcs(_Kind.BELOW, layer.least), layer.copy, layer.copy))
-        if layer.up:
-            parts.append((arcs_by_kind.arcs(_Kind.UP, layer.least), layer.copy, layers.roadmap))
-        else:
-            parts.append((arcs_by_kind.arcs(_Kind.DOWN, layer.least), layers.roadmap, layer.copy))
-    arcs = np.concatenate([part[0] for part in parts])
-    tails = np.concatenate([tail[network.tails[rows]] for rows, tail, _ in parts])
-    heads = np.concatenate([head[network.indices[rows]] for rows, _, head in parts])
+    n, w = len(roadmap.nodes), roadmap.manipulability
+    nodes, below, arcs = np.arange(n), np.flatnonzero(w < floor), _ArcsAtFloor(roadmap, network, floor)
+    parts, layers = [(arcs.above, nodes, nodes)], []  # of arcs, with the number of each roadmap node at both their ends
+    for ends, up in ((roadmap.starts, True), (roadmap.goals, False)):
+        for least in np.unique(w[ends][w[ends] < floor]).tolist():
+            copy = np.full(n, -1, dtype=np.int64)
+            copy[below] = n + len(layers) * len(below) + np.arange(len(below))
+            layers.append(_Layer(least, up, copy))
+            enough = arcs.least >= (1.0 - _ROUNDING) * least
+            parts.append((arcs.below & enough, copy, copy))
+            parts.append((arcs.up & enough, copy, nodes) if up else (arcs.down & enough, nodes, copy))
+    chosen = np.concatenate([np.flatnonzero(kept) for kept, _, _ in parts])
+    roadmap_node = np.concatenate([nodes, np.tile(below, len(layers))])
     graph = gabf.Network.from_arcs(
-        tails,
-        heads,
-        network.weight[arcs],
-        sources=layers.ends(roadmap.goals, up=False),
-        n_nodes=len(layers.roadmap_node),
-        node_cost=None if network.node_cost is None else network.node_cost[layers.roadmap_node],
-        arc_cost=None if network.arc_cost is None else network.arc_cost[arcs],
+        np.concatenate([tail[network.tails[kept]] for kept, tail, _ in parts]),
+        np.concatenate([head[network.indices[kept]] for kept, _, head in parts]),
+        network.weight[chosen],
+        sources=_ends(roadmap.goals, w, floor, layers, up=False),
+        n_nodes=len(roadmap_node),
+        node_cost=None if network.node_cost is None else network.node_cost[roadmap_node],
+        arc_cost=None if network.arc_cost is None else network.arc_cost[chosen],
         kernel=network.kernel,
     )
-    return LayeredNetwork(graph, layers.roadmap_node, layers.ends(roadmap.starts, up=True))
+    return LayeredNetwork(graph, roadmap_node, _ends(roadmap.starts, w, floor, layers, up=True))
+
+
+class _ArcsAtFloor:
+    """The least w on each arc, and which arcs lie above the floor, below it, or cross it once, up or down."""
+
+    def __init__(self, roadmap: Roadmap, network: gabf.Network, floor: float) -> None:
+        w = roadmap.edge_manipulability[edge_rows(roadmap, network.tails, network.indices)]
+        above = np.where((network.tails > network.indices)[:, None], w[:, ::-1], w) >= floor
+        steps, first, last = np.diff(above.astype(np.int8), axis=1), above[:, 0], above[:, -1]
+        self.least = w.min(axis=1)
+        self.above, self.below = above.all(axis=1), ~above.any(axis=1)
+        self.up = (steps >= 0).all(axis=1) & ~first & last
+        self.down = (steps <= 0).all(axis=1) & first & ~last
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """A copy of the nodes below the floor for paths up to it, or down from it, whose end has the w ``least``."""
+
+    least: float
+    up: bool
+    copy: Ints  # (n,) the copy's number of each roadmap node, -1 for those above the floor
+
+
+def _ends(ends: Ints, w: Floats, floor: float, layers: list[_Layer], up: bool) -> Ints:
+    """The nodes of the layered network at which paths may start (``up``) or end.
+
+    An end above the floor is its own node. An end below it is its copy in its own layer, and also its copies in the
+    layers of the other direction, for paths that never reach the floor: such a path stays in one layer, that of its
+    start or that of its goal.
+    """
+    numbers = [[node] for node in ends[w[ends] >= floor]]
+    for node in ends[w[ends] < floor]:
+        numbers.append([layer.copy[node] for layer in layers if layer.up != up or layer.least == w[node]])
+    return np.array(list(itertools.chain(*numbers)), dtype=np.int64)
 
 
 def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
@@ -198,81 +234,6 @@ def _dips(robot: Robot, q: Floats, w: Floats) -> Floats:
         before, after = np.where(inside, -side, before / _FINER), np.where(inside, side, after / _FINER)
         at = states[best, rows]
     return dips
-
-
-class _Kind(Enum):
-    """Where an arc lies relative to the floor."""
-
-    ABOVE = auto()
-    BELOW = auto()
-    UP = auto()  # crosses it once
-    DOWN = auto()
-
-
-class _Arcs:
-    """The arcs of a network by where they lie relative to the floor, with the least w on each."""
-
-    def __init__(self, roadmap: Roadmap, network: gabf.Network, floor: float) -> None:
-        tails, heads = network.tails, network.indices
-        w = roadmap.edge_manipulability[edge_rows(roadmap, tails, heads)]
-        w = np.where((tails > heads)[:, None], w[:, ::-1], w)
-        above = w >= floor
-        rises = (np.diff(above.astype(np.int8), axis=1) >= 0).all(axis=1)
-        falls = (np.diff(above.astype(np.int8), axis=1) <= 0).all(axis=1)
-        first, last = above[:, 0], above[:, -1]
-        self._least = w.min(axis=1)
-        self._of = {
-            _Kind.ABOVE: above.all(axis=1),
-            _Kind.BELOW: ~above.any(axis=1),
-            _Kind.UP: rises & ~first & last,
-            _Kind.DOWN: falls & first & ~last,
-        }
-
-    def arcs(self, kind: _Kind, least: float) -> Ints:
-        """The arcs (k,) of a kind on which w is at least ``least``."""
-        return np.flatnonzero(self._of[kind] & (self._least >= (1.0 - _ROUNDING) * least))
-
-
-@dataclass(frozen=True, eq=False)
-class _Layer:
-    """A copy of the nodes below the floor for paths up to it, or down from it, whose end has the w ``least``."""
-
-    least: float
-    up: bool
-    copy: Ints  # (n,) the copy's number of each roadmap node, -1 for those above the floor
-
-
-class _Layers:
-    """The roadmap's nodes, then their copies, layer by layer."""
-
-    def __init__(self, roadmap: Roadmap, floor: float) -> None:
-        n, self._w = len(roadmap.nodes), roadmap.manipulability
-        self._floor = floor
-        self.roadmap = np.arange(n)
-        below = np.flatnonzero(self._w < floor)
-        bars = [(w, up) for ends, up in ((roadmap.starts, True), (roadmap.goals, False)) for w in self._bars(ends)]
-        self.roadmap_node = np.concatenate([self.roadmap, np.tile(below, len(bars))])
-        layers_below = []
-        for k, (least, up) in enumerate(bars):
-            copy = np.full(n, -1, dtype=np.int64)
-            copy[below] = n + k * len(below) + np.arange(len(below))
-            layers_below.append(_Layer(least, up, copy))
-        self.layers_below = tuple(layers_below)
-
-    def _bars(self, ends: Ints) -> list[float]:
-        return np.unique(self._w[ends][self._w[ends] < self._floor]).tolist()
-
-    def ends(self, nodes: Ints, up: bool) -> Ints:
-        """The nodes of the layered network at which paths may start (``up``) or end.
-
-        An end above the floor is its own node. An end below it is its copy in its own layer, and also its copies in
-        the layers of the other direction, for paths that never reach the floor: such a path stays in one layer, that
-        of its start or that of its goal.
-        """
-        numbers = [[node] for node in nodes[self._w[nodes] >= self._floor]]
-        for node in nodes[self._w[nodes] < self._floor]:
-            numbers.append([t.copy[node] for t in self.layers_below if t.up != up or t.least == self._w[node]])
-        return np.array(list(itertools.chain(*numbers)), dtype=np.int64)
 
 
 def rounded_down(w: float) -> float:

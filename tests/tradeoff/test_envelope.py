@@ -69,16 +69,6 @@ def test_pieces_cover_everything_once_and_hold_their_field(seed: int, levels: in
     assert search.solves <= 2 * len(search.supports) + 1
 
 
-def test_the_cost_on_a_grid_of_1001_betas_is_the_oracles() -> None:
-    graph = random_graph(5, 60, 0.6, None)
-    found = pieces(searched(graph).supports)
-    assert len(found) >= 8
-    for beta in np.linspace(0.0, 1.0, 1001):
-        piece = next(piece for piece in found if piece.beta_min <= beta <= piece.beta_max)
-        least = gabf.oracle(graph.network(beta))[graph.starts].min()
-        assert piece.support.at(beta) == pytest.approx(least, rel=1e-12)
-
-
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 def test_every_law_finds_the_same(law: gabf.Law) -> None:
     graph = random_graph(5, 60, 0.6, None)
@@ -144,23 +134,6 @@ def fan(*paths: tuple[float, float]) -> Graph:
 def test_ties(detour: tuple[float, float], wanted: list[tuple[float, float]]) -> None:
     found = pieces(searched(fan((1.0, 4.0), (4.0, 1.0), detour)).supports)
     assert lines(found).tolist() == [list(line) for line in wanted]
-
-
-def test_the_better_of_two_starts_at_an_end() -> None:
-    graph = fan((1.0, 4.0), (4.0, 1.0), (1.0, 3.0))
-    indptr, heads = np.append(graph.indptr, 7), np.append(graph.heads, 3)
-    costs = np.vstack([graph.costs, [0.5, 1.5]])  # node 5 reads node 3, and is nearer to it than node 0
-    both = Graph(indptr, heads, costs, np.array([0, 5]), graph.goals)
-    found = pieces(searched(both).supports)
-    assert lines(found).tolist() == [[1.0, 2.0], [4.0, 1.0]]
-    assert [int(piece.support.nodes[0]) for piece in found] == [5, 0]
-
-
-def test_no_way_to_a_goal() -> None:
-    search = searched(Graph(np.zeros(4, int), np.zeros(0, int), np.zeros((0, 2)), np.array([0]), np.array([2])))
-    assert not search.connected
-    assert search.reach == 1.0
-    assert pieces(search.supports) == []
 
 
 # half-way

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -103,11 +102,6 @@ def test_nor_on_the_papers_scenario(solved: Plan, tmp_path: Path) -> None:
     assert_optimal_on_a_grid(found)
 
 
-@pytest.mark.parametrize("law", ["nominal", "prescribed-time", "fixed-time"])
-def test_every_law_finds_the_same(swept: Tradeoff, again: SweepRequest, law: Any) -> None:
-    assert outline(sweep(again.with_options(law=law))) == outline(swept)
-
-
 def test_a_plan_at_any_beta_takes_the_path_of_its_interval(swept: Tradeoff, again: SweepRequest) -> None:
     for interval in swept.intervals[::2]:
         beta = 0.5 * (interval.beta_min + interval.beta_max)
@@ -168,14 +162,6 @@ def test_an_interrupted_sweep_keeps_what_is_proven(swept: Tradeoff, steps: int) 
     assert (part.outcome, part.complete) == (Outcome.INTERRUPTED, False)
     assert outline(part) == outline(swept)[: len(part.intervals)], "only what is proven"
     assert len(part.intervals) < len(swept.intervals)
-
-
-def test_some_of_these_interruptions_hold_intervals(swept: Tradeoff) -> None:
-    words: list[str] = []
-    sweep(swept.request, Progress(lambda stage, done, total: words.append(stage)))
-    part = sweep(swept.request, after(words.count("beta") - 1, "beta"))
-    assert len(part.intervals) >= 1
-    assert any(f"Proven up to beta = {part.intervals[-1].beta_max:.5g}" in line for line in part.record.lines)
 
 
 def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> None:
