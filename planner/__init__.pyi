@@ -42,9 +42,13 @@ from .search.network import build_network as build_network
 from .session.gate import Gate as Gate
 from .session.session import Session as Session
 from .session.verdict import Verdict as Verdict
-from .tasks.file import Task as Task
 from .tasks.plan import task as task
 from .tasks.result import TaskPlan as TaskPlan
+from .tasks.task import Grasp as Grasp
+from .tasks.task import Move as Move
+from .tasks.task import Pick as Pick
+from .tasks.task import Place as Place
+from .tasks.task import Task as Task
 from .tool_paths.file import read_tool_path as read_tool_path
 from .tool_paths.tool_path import ToolPath as ToolPath
 from .tradeoff.result import Tradeoff as Tradeoff

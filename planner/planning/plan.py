@@ -188,11 +188,11 @@ def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, seen: s
 
     ``seen`` as in :func:`second_looks`.
     """
-    quality, robot = draft.request.quality, draft.checker.robot
-    look, floor = second_looks(draft.checker, draft.roadmap, seen), quality.min_manipulability
+    request, robot = draft.request, draft.checker.robot
+    look, floor = second_looks(draft.checker, draft.roadmap, seen), request.quality.min_manipulability
     with clock("path"):
         paths = RoadmapPaths(draft.roadmap, robot, network, floor, look)
-    found = search(paths, gabf.named_law(quality.law, quality.prescribed_time), clock=clock)
+    found = search(paths, gabf.named_law(request.quality.law, request.quality.prescribed_time), clock=clock)
     steps, failed = found.steps, Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH
     return replace(
         draft,

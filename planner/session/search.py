@@ -22,7 +22,7 @@ from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import edge_rows
 from planner.search.search import Found, RoadmapPaths, search
 from planner.session.edge_proofs import clauses_of
-from planner.session.live_world import LiveWorld
+from planner.session.live_roadmap import LiveRoadmap
 
 _MANY = 0.5  # share of the clauses beyond which a checker of them alone gains nothing
 
@@ -31,7 +31,7 @@ _MANY = 0.5  # share of the clauses beyond which a checker of them alone gains n
 class LiveFound(Found):
     """What a search found, and the world with what was proven on the way; ``layered`` is its network."""
 
-    live: LiveWorld
+    live: LiveRoadmap
     layered: LayeredNetwork
 
     @property
@@ -52,7 +52,7 @@ def go_on(progress: Progress) -> None:
 
 
 def search_live(
-    live: LiveWorld,
+    live: LiveRoadmap,
     network: gabf.Network,
     x: Floats,
     law: gabf.Law,
@@ -78,7 +78,7 @@ def search_live(
     return LiveFound(**vars(found), live=live, layered=paths.layered)
 
 
-def prove_path(live: LiveWorld, steps: Ints, around_too: bool = True) -> tuple[LiveWorld, bool]:
+def prove_path(live: LiveRoadmap, steps: Ints, around_too: bool = True) -> tuple[LiveRoadmap, bool]:
     """The world after what was open of a path over nodes ``steps`` (k,) was proven, and whether all of it holds.
 
     Where it does not the edges around it are proven, too, unless nothing is to be found in its place.
@@ -102,7 +102,7 @@ def prove_path(live: LiveWorld, steps: Ints, around_too: bool = True) -> tuple[L
     return replace(live, proofs=live.proofs.confirmed(rows)), True
 
 
-def _judge(live: LiveWorld, clauses: Bools) -> CollisionChecker:
+def _judge(live: LiveRoadmap, clauses: Bools) -> CollisionChecker:
     """A second checker that knows at least the pairs of some clauses, and is quicker for knowing few."""
     if clauses.mean() > _MANY or not clauses.any():
         return second_checker(live.checker)

@@ -25,15 +25,14 @@ from planner.query.in_hand import let_go, placement_of, taken
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried, with_tool, without_carried
 from planner.robot.shapes import Carried, Obstacle, extremes
-from planner.tasks.file import GripperSaid, TaskError
-from planner.tasks.gripper import gripper_of
+from planner.tasks.candidates import RELEASE
 from planner.tasks.modes import Pairs
-from planner.tasks.placements import at_pose, standing
-from planner.tasks.reach import RELEASE
-from planner.tasks.record import Event, SegmentRecord, SegmentTimes
+from planner.tasks.sampling import gripper_of, place_at, standing
+from planner.tasks.segments import Event, Segment, SegmentTimes
+from planner.tasks.task import Gripper, TaskError
 from planner.trajectory.check import TrajectoryReport, check
 from planner.trajectory.path_check import PathReport
-from planner.trajectory.path_file import matrix, parse, require_of_an_arm
+from planner.trajectory.path_file import parse, require_of_an_arm
 from planner.trajectory.trajectory import Trajectory
 
 _SAME = 1e-6  # rad (m): joint values in two files
@@ -48,7 +47,7 @@ class TaskRecord(pydantic.BaseModel):
     outcome: str
     joints: list[str]
     path: list[list[Number]]
-    segments: list[SegmentRecord]
+    segments: list[Segment]
     events: list[Event]
 
 
@@ -78,7 +77,7 @@ def task_record(path: Path) -> TaskRecord | None:
 
 def judged(
     record: TaskRecord, checker: CollisionChecker, whole: Trajectory | None, step: float
-) -> Iterator[tuple[SegmentRecord, SegmentReport]]:
+) -> Iterator[tuple[Segment, SegmentReport]]:
     """Each segment with what is found on it, with what is held, and what stands where, by then.
 
     ``checker`` is of the scene before the task, ``whole`` the motion of all segments where there is one; looked at
@@ -88,7 +87,7 @@ def judged(
     _require_task(record, checker, whole)
     stage, before, begun, walked = Stage(checker, record.events), None, None, list[list[float]]()
     for number, segment in enumerate(record.segments):
-        path = matrix(segment.path, f"segment {number + 1}")
+        path = segment.path
         _require_fitting(number, segment, path, before, stage)
         made = None if whole is None or segment.trajectory is None else _part(whole, segment.trajectory, path)
         events = [event for event in record.events if event.segment == number]
@@ -102,7 +101,7 @@ def judged(
             found.append("beyond limits" if report.contact is None else str(report.contact.contact))
         elif rests:
             found += _find_contacts_off_rest(path, made, stage, hand, rests, step)
-        walked += segment.path[len(walked) > 0 :]
+        walked += path[len(walked) > 0 :].tolist()
         if segment is record.segments[-1] and record.path != walked:
             found.append("The path of the task must be that of its segments: plan again.")
         yield segment, SegmentReport(report, may_touch, (*found, *_check_commands(events, stage.robot)))
@@ -129,11 +128,11 @@ def _require_task(record: TaskRecord, checker: CollisionChecker, whole: Trajecto
 def _check_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
     """Yield faults of the gripper's commands at the end of a segment; a robot without fingers needs none."""
     kinds = [event.kind for event in events if event.kind != "gripper" or event.joints]
-    if kinds not in _ORDERS and ("gripper" in kinds or gripper_of(robot, GripperSaid()).closed):
+    if kinds not in _ORDERS and ("gripper" in kinds or gripper_of(robot, Gripper()).closed):
         yield f"Events at its end must be gripper, attach or detach, gripper; got {', '.join(kinds)}: plan again."
     for event in events:
         try:
-            gripper_of(robot, GripperSaid(open=event.joints or {}))
+            gripper_of(robot, Gripper(open=event.joints or {}))
         except TaskError as error:
             yield str(error)
 
@@ -182,7 +181,7 @@ def _require_all_of_it(record: TaskRecord, whole: Trajectory) -> None:
             raise FileError(f"an event of the task does not come {where}, where it belongs: {damaged}.")
 
 
-def _require_fitting(number: int, segment: SegmentRecord, path: Floats, before: Floats | None, stage: Stage) -> None:
+def _require_fitting(number: int, segment: Segment, path: Floats, before: Floats | None, stage: Stage) -> None:
     """Raise :class:`FileError` for a segment that does not follow from the one before it and from the events."""
     head, robot = f"segment {number + 1}", stage.robot
     held = None if stage.held is None else stage.held.name
@@ -222,7 +221,7 @@ class Stage:
         return type(self._known)(self._known.world.among(there, robot), self._known)
 
     def excuse_pairs(
-        self, segment: SegmentRecord, path: Floats, begun: Event | None, following: Event | None
+        self, segment: Segment, path: Floats, begun: Event | None, following: Event | None
     ) -> tuple[Pairs, dict[int, Pairs], list[str]]:
         """Pairs of hand and object that may touch, pairs at a rest by its row of the path, and faults of a release."""
         declared = frozenset(frozenset(pair) for pair in (*segment.may_touch, *segment.at_rest))
@@ -233,7 +232,7 @@ class Stage:
             if event is not None and held is not None and held.name == event.object:
                 item = Obstacle(held.name, held.shape, self.pose(held.name, path[row]))
                 try:
-                    place = (at_pose if row else standing)(item, item.placement, among)
+                    place = (place_at if row else standing)(item, item.placement, among)
                     rests[row] = declared & {frozenset((held.name, on)) for on in place.supports}
                 except TaskError as error:
                     found.append(str(error))
@@ -289,7 +288,7 @@ def _part(whole: Trajectory, times: SegmentTimes, path: Floats) -> Trajectory:
     return Trajectory(whole.joints, whole.nanoseconds[rows], columns, whole.law, whole.limits)
 
 
-def summary(reports: Sequence[tuple[SegmentRecord, SegmentReport]]) -> dict[str, Any]:
+def summary(reports: Sequence[tuple[Segment, SegmentReport]]) -> dict[str, Any]:
     """Whether all segments are as they should be, and each of them, as plain data."""
     found = [
         {name: getattr(segment, name) for name in ("step", "doing", "part", "carried")}

@@ -33,7 +33,7 @@ def sweep(request: SweepRequest | PlanRequest, progress: Progress = QUIET) -> Tr
     settled; once it is asked to stop the sweep ends soon after and returns the intervals that are proven, with
     ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
     """
-    quality, clock = request.quality, Stopwatch()
+    clock, quality = Stopwatch(), request.quality
     with clock("setup"):
         query = make_query(request.what)
     with clock("roadmap"):
