@@ -120,19 +120,6 @@ def test_another_start_is_answered_on_what_is_known(brute) -> None:
     assert found.cost.total == pytest.approx(dijkstra(network, cost, proven_eagerly(more)), rel=1e-9)
 
 
-def test_what_all_motions_keep_is_proven_once_a_motion() -> None:
-    """With those of the arm, and not again in each clause of a mode; a checker of a mode knows of it."""
-    task = replace(SMALL, scene=replace(SCENE, keep="plane:0,0,1,0.05"))
-    planner = TaskPlanner.of(task, nodes=20, ik_solutions=1)
-    modes = planner.candidates.modes
-    assert planner.network is not None
-    for mode in planner.network.modes:
-        arm, *others = modes.clauses(mode)
-        assert modes._prover(arm).world.conditions
-        assert not any(modes._prover(clause).world.conditions for clause in others)
-        assert modes.checker_of(mode).world.conditions
-
-
 def test_intervals_of_beta_are_those_of_the_best_proven_path(brute) -> None:
     planner, free = brute
     found = planner.intervals()
