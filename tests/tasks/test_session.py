@@ -29,10 +29,10 @@ def carrying(session: Session):
     """The session after the first steps: the arm half way, the mug in its hand."""
     first = session.task(SMALL, **FEW)
     assert first.solved, first.message
-    before, grasp, way = session.snapshot(), first.segments[1].path[-1], first.segments[3].path
+    before, grasp, way = session.checker, first.segments[1].path[-1], first.segments[3].path
     session.attach("mug", first.robot.tool, at=grasp)
     yield session, 0.5 * (way[0] + way[1]), grasp
-    session.restore(before)
+    session.world.restore(before)
 
 
 def test_it_plans_what_a_task_plans(session: Session) -> None:
