@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -32,10 +33,11 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
 from planner.tasks.candidates import Candidates
-from planner.tasks.judge import SegmentReport, Stage, TaskRecord, judged
 from planner.tasks.network import TaskNetwork
+from planner.tasks.replay import EventReplay, TaskRecord, check_task
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Task
+from planner.trajectory.report import Report
 from planner.trajectory.trajectory import Trajectory
 from planner.view.page import Content, page, save_page
 from planner.view.shown_path import Rows, ShownMotion, ShownPath, path_rows
@@ -172,8 +174,8 @@ class TaskPlan:
             return np.zeros((0, self.robot.dof))
         return np.vstack([self.segments[0].path[:1], *(segment.path[1:] for segment in self.segments)])
 
-    def check(self, step: float = RECHECK) -> list[SegmentReport]:
-        """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
+    def check(self, step: float = RECHECK, checker: CollisionChecker | None = None) -> Report:
+        """The report on the task, from its record as :func:`planner.tasks.replay.check_task` replays it."""
         record = TaskRecord(
             outcome=self.outcome.key,
             joints=list(self.robot.joints),
@@ -181,7 +183,7 @@ class TaskPlan:
             segments=list(self.segments),
             events=list(self.events),
         )
-        return [report for _, report in judged(record, self.judge, self.trajectory, step)]
+        return check_task(record, checker or self.judge, self.trajectory, step)
 
     @cached_property
     def judge(self) -> CollisionChecker:
@@ -193,6 +195,8 @@ class TaskPlan:
         """The keys of ``plan.json``; units in rad, m and s."""
         run = run_record(self.request, self.outcome, self.robot, self.scene)
         run |= {"message": self.message, "notes": [*run["notes"], *self.end_notes]}
+        for name, given in (("robot", self.task.robot), ("scene", self.task.scene)):
+            run["config"][name] = str(given) if isinstance(given, str | os.PathLike) else given.name
         x, bounds, error = self.cost_to_go, [], None
         if x is not None:
             bounds, error = gabf.certify(x.network, x.law, x), gabf.max_error(x, gabf.oracle(x.network))
@@ -276,7 +280,7 @@ def task_rows(record: dict[str, Any]) -> Rows:
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     """The scene with what is picked as obstacles that move as the hand moves them."""
-    names, stage = plan.candidates.modes.objects, Stage(plan.judge, plan.events)
+    names, stage = plan.candidates.modes.objects, EventReplay(plan.judge, plan.events)
     times = np.linspace(0.0, motion.duration, max(2, int(motion.duration / _SHOWN_APART)))
     left = [(event.t, event) for event in plan.events if event.t is not None]
     at = np.unique(np.concatenate([times, [t for t, _ in left]]))
@@ -285,7 +289,7 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     for now in at.tolist():
         while left and left[0][0] <= now:
             t, event = left.pop(0)
-            stage.after(event, motion.at(t)[0])
+            stage.apply(event, motion.at(t)[0])
         for name, found in poses.items():
             found.append(stage.pose(name, motion.at(now)[0]))
     moving = tuple(
