@@ -30,7 +30,7 @@ def test_the_first_query_grows_the_roadmap_that_a_plan_would() -> None:
     moment, answer = answered(live, query(live), PLANNING)
     assert moment.roadmap.sha256 == post_roadmap().sha256
     assert answer.solved
-    assert answer.goal == "there"
+    assert answer.goal == "q:1.0,-0.8"
     assert answer.max_error_vs_oracle is not None
     assert answer.max_error_vs_oracle <= 1e-9
     assert answer.cost is not None

@@ -131,7 +131,7 @@ BAD = {
     "an unknown link": (lambda s: s.attach("thing0", "link_2", ["hand"], at=POST_START), "links with shapes are"),
     "nowhere": (lambda s: Session(s.robot, Scene("none", (BALL,))).attach("ball", "link_2"), "at="),
     "nothing carried": (lambda s: s.detach("thing0", at=POST_START), "not carried"),
-    "a beta": (lambda s: s.plan(POST_START, POST_GOAL, beta=2.0), "outside"),
+    "a beta": (lambda s: s.plan(POST_START, POST_GOAL, beta=2.0), "beta must be"),
     "a law": (lambda s: Session(s.robot, s.scene, law="prescribed-time"), "heal"),
     "an option": (lambda s: Session("planar_2r", "empty", nods=3), "did you mean 'nodes'"),  # type: ignore[call-arg]
     "no question": (lambda s: Session(s.robot, s.scene).replan(), "nothing was asked"),
