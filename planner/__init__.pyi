@@ -47,7 +47,7 @@ from .tasks.plan import task as task
 from .tasks.result import TaskPlan as TaskPlan
 from .tool_paths.file import read_tool_path as read_tool_path
 from .tool_paths.tool_path import ToolPath as ToolPath
-from .tradeoff.sweep import Tradeoff as Tradeoff
+from .tradeoff.result import Tradeoff as Tradeoff
 from .tradeoff.sweep import sweep as sweep
 from .trajectory.check import check as check
 from .trajectory.export import export as export

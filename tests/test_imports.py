@@ -62,7 +62,7 @@ DOORS = {
     "yaml": {"planner.base.yamlfile"},
     "joblib": {"planner.batch.parallel"},
     "distributed": {"planner.batch.parallel"},
-    "robot_descriptions": {"planner.robot.files.descriptions"},
+    "robot_descriptions": {"planner.robot.files.robot_files"},
     "trimesh": {"planner.robot.files.meshes"},
     "mujoco": {"planner.robot.files.mjcf"},
     "xacro": {"planner.robot.files.xacro"},
@@ -124,8 +124,6 @@ def test_foreign_libraries_have_one_door(module: str) -> None:
 # methods of a result that hand it to functions over it, which read best as methods: imported when they are called
 FACADES = {
     ("planner.trajectory.trajectory", "planner.trajectory.stopping"),
-    ("planner.tradeoff.sweep", "planner.tradeoff.page"),
-    ("planner.tradeoff.sweep", "planner.tradeoff.record"),
 }
 
 

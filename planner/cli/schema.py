@@ -46,7 +46,7 @@ def _model(file: Literal["plan", "sweep", "scene", "robot"]) -> Any:
 
             return PlanRecord | TaskPlanRecord
         case "sweep":
-            from planner.tradeoff.record import SweepRecord
+            from planner.tradeoff.result import SweepRecord
 
             return SweepRecord
         case "scene":

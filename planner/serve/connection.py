@@ -26,7 +26,7 @@ from planner.base.progress import QUIET, Progress
 from planner.planning.motion import timed
 from planner.problem.options import conditions_of
 from planner.problem.request import TimingRequest, WorldRequest
-from planner.query.sources import robot_sources, scene_sources
+from planner.query.robots import robot_sources, scene_sources
 from planner.robot.model_checks import notes
 from planner.robot.scene import mesh_notes, obstacle_of
 from planner.serve import messages as ask

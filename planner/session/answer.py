@@ -23,7 +23,7 @@ from planner.roadmap.infeasibility import why_apart
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import build_network, path_cost
 from planner.session.live_roadmap import LiveRoadmap
-from planner.session.search import Found, RoadmapNetwork, go_on, search
+from planner.session.search import LiveFound, go_on, search_live
 from planner.trajectory.earliest import earliest_motion, why_not_in_time
 from planner.trajectory.limits import MotionLimits
 
@@ -77,7 +77,7 @@ def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveR
     return live, replace(made, curve=curve, replanned=done, timings={"plan": time.perf_counter() - begin})
 
 
-def _plan(live: LiveRoadmap, last: Found, query: Query, request: PlanRequest) -> Plan:
+def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest) -> Plan:
     """What the last search found, as a plan."""
     robot, solved = live.checker.robot, len(last.steps) > 0
     failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
@@ -144,13 +144,13 @@ def _linked_already(roadmap: Roadmap, query: Query) -> bool:
     return all(np.array_equal(roadmap.nodes[nodes], q) for nodes, q in ends)
 
 
-def _search(live: LiveRoadmap, planning: Planning) -> Found:
+def _search(live: LiveRoadmap, planning: Planning) -> LiveFound:
     objective = planning.request.quality.objective
-    network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, objective))
-    return search(live, network, live.x, planning.law, objective.floor, planning.progress)
+    network = build_network(live.roadmap, objective)
+    return search_live(live, network, live.x, planning.law, objective.floor, planning.progress)
 
 
-def _after(found: Found) -> LiveRoadmap:
+def _after(found: LiveFound) -> LiveRoadmap:
     return replace(found.live, x=found.x)
 
 

@@ -17,8 +17,8 @@ from planner.kinematics.tool_bound import Frame
 from planner.planning.result import Plan
 from planner.problem.targets import HOME, Pose, follow, joints_text, parse_target, parse_targets
 from planner.query.query import states_of
-from planner.robot.files.scene_writer import write_scene
 from planner.robot.poses import pose, quaternion_of
+from planner.robot.scene import write_scene
 from planner.session.session import Session
 from planner.trajectory.path_clearance import clearance_text
 from planner.view.live.picture import HOST, Picture, place, start_server
