@@ -42,7 +42,7 @@ def _model(file: Literal["plan", "sweep", "scene", "robot"]) -> Any:
     match file:
         case "plan":
             from planner.planning.record import PlanRecord
-            from planner.tasks.record import TaskPlanRecord
+            from planner.tasks.result import TaskPlanRecord
 
             return PlanRecord | TaskPlanRecord
         case "sweep":

@@ -53,10 +53,9 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork, first_violation
 from planner.search.network import PathCost
-from planner.trajectory.clearance import nearest_in_motion, nearest_on_path
+from planner.trajectory.clearance import TOO_CLOSE, nearest_in_motion, nearest_on_path
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
 from planner.trajectory.measure import PathMeasures, corners, dense_path, measure_path, path_manipulability
-from planner.trajectory.path_clearance import TOO_CLOSE
 from planner.trajectory.trajectory import Trajectory
 from planner.view.page import Content, page, save_page
 from planner.view.shown_path import ShownPath, path_rows, shown_motion

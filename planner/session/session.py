@@ -40,9 +40,9 @@ from planner.session.answer import Planning, answered, answered_in_time
 from planner.session.live_roadmap import LiveRoadmap
 from planner.session.live_world import LiveWorld
 from planner.session.search import go_on, prove_path
-from planner.tasks.file import Step, Task
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.result import TaskPlan
+from planner.tasks.task import Step, Task
 from planner.trajectory.limits import MotionLimits, own_limits
 
 _OF_A_PLAN = (
@@ -223,7 +223,7 @@ class Session:
     ) -> TaskPlan:
         """Plan a task, or steps, in the world as it is now: from where the arm is, holding what it holds.
 
-            found = session.task([Pick("mug"), StrPath("mug", Region("board", ((0.4, 0.1), (0.7, 0.3)))), Move("home")])
+            found = session.task([Pick("mug"), Place("mug", "board", ((0.4, 0.1), (0.7, 0.3))), Move("home")])
 
         Of a :class:`planner.Task`, or its file, robot and scene are the session's. ``start`` is where the arm is; left
         out, the end of the session's last path, and without one where the task begins. What the arm carries may be

@@ -13,7 +13,7 @@ from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.query.resolve import beyond_limits
-from planner.trajectory.path_clearance import SHOWN, clearance_text
+from planner.trajectory.clearance import SHOWN, clearance_text
 from planner.view.page import Content, page
 from planner.view.shown_path import W_UNIT, Rows
 
