@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, numbers
+from planner.base.arrays import Floats, numbers
 from planner.base.errors import ArrayError, StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
@@ -164,12 +164,16 @@ def _read_chunk(
     """How many points, columns and rows of ``state`` there are, and times, ``state``, columns in one row of numbers."""
     given = _columns(robot.dof, *columns)
     here = np.zeros((0, robot.dof)) if state is None else _state(robot, state)
-    clock = _clock(times, len(given[0]))
+    seconds = numbers("times", times, (len(given[0]),))
+    clock = whole_nanoseconds(seconds)
+    later = clock[1:] > clock[:-1]
+    if clock[0] < 0 or not later.all():
+        k = 0 if later.all() else int(later.argmin()) + 1
+        raise ArrayError(f"times must increase strictly from 0 s, which is now, got times[{k}] = {seconds[k]:g} s.")
     if len(here) and clock[0] > 0:
         _require_one_way(robot, here[0], given[0][0])
     elif len(clock) < 2:
         raise ArrayError("the chunk is one point and no motion: give a time above 0 and the state, or more points.")
-    seconds = numbers("times", times, (len(clock),))
     return len(clock), len(given), len(here), np.concatenate([seconds, here, *given], axis=None)
 
 
@@ -184,15 +188,6 @@ def _columns(dof: int, positions: Rows, velocities: Rows | None, accelerations: 
         if column is not None:
             found.append(numbers(what, column, found[0].shape, most=FARTHEST))
     return found
-
-
-def _clock(times: Row, count: int) -> Ints:
-    clock = whole_nanoseconds(numbers("times", times, (count,)))
-    later = clock[1:] > clock[:-1]
-    if clock[0] < 0 or not later.all():
-        k = 0 if later.all() else int(later.argmin()) + 1
-        raise ArrayError(f"times[{k}] is {times[k]:g} s: times have to increase strictly, from 0 s, which is now, on.")
-    return clock
 
 
 def _state(robot: Robot, state: RobotState) -> Floats:

@@ -112,7 +112,7 @@ def test_an_obstacle_is_carried_and_put_down(client: Client) -> None:
     [
         ("nothing", {}, "method 'nothing' not found; methods are load,"),
         ("check", {"positions": [[0.0]], "times": [0.0]}, r"positions has shape \(1, 1\)"),
-        ("check", {**CHUNK, "times": [0.0, 1.0, 1.0]}, "times have to increase"),
+        ("check", {**CHUNK, "times": [0.0, 1.0, 1.0]}, "times must increase"),
         ("check", {**CHUNK, "state": {"q": [9.0, 0.0], "qd": [0.0, 0.0]}}, "the state is outside the limits: joint"),
         ("check", {**CHUNK, "world": "main"}, "unknown key 'world'"),
         ("load", {"limits": {"limits": "/nowhere.yaml"}}, "nowhere.yaml"),

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import viser
@@ -36,12 +36,9 @@ class Question:
     beta: float
 
 
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """The plan for a question; its checker is the world of then."""
-
+class Answer(NamedTuple):
     question: Question
-    plan: Plan
+    plan: Plan  # its checker is the world of then
 
 
 class LivePage:
@@ -77,7 +74,7 @@ class LivePage:
 
     def plan(self) -> None:
         """Plan from the start that is written in the page, with beta of the slider."""
-        self._change(lambda question: replace(question, start=self.start.value, beta=float(self.beta.value)))
+        self._change(start=self.start.value, beta=float(self.beta.value))
 
     def undo(self) -> None:
         """Go back to the answer before the last change."""
@@ -101,23 +98,19 @@ class LivePage:
     def move(self, name: str, position: Floats, quaternion: list[float]) -> None:
         """Put an obstacle, or GOAL, to a position (m) and a quaternion [x, y, z, w], then plan."""
         if name != GOAL:
-            return self._change(lambda question: self._move_obstacle(question, name, position, quaternion))
+            return self._change(lambda: self._session.move(name, position, quaternion=quaternion))
         numbers = [*position.tolist(), *(quaternion if isinstance(parse_target(self._goal_text()), Pose) else ())]
         kind = "xyz" if len(numbers) == 3 else "pose"
-        goal = f"{kind}:{','.join(map(repr, numbers))}"
-        return self._change(lambda question: replace(question, goal=goal))
+        return self._change(goal=f"{kind}:{','.join(map(repr, numbers))}")
 
-    def _move_obstacle(self, question: Question, name: str, position: Floats, quaternion: list[float]) -> Question:
-        self._session.move(name, position, quaternion=quaternion)
-        return question
-
-    def _change(self, apply: Callable[[Question], Question]) -> None:
-        """Apply a change and plan; a change that cannot be is undone, and the page says why."""
+    def _change(self, apply: Callable[[], object] = lambda: None, **asked: Any) -> None:
+        """Apply a change and plan what is asked; on an error undo the change and show the reason."""
         with self._lock:
             self.outcome.value = "Planning ..."
             refused = PlannerError("the planner failed at this; the terminal says why.")
             try:
-                self.answers.append(self._plan(apply(self.answers[-1].question)))
+                apply()
+                self.answers.append(self._plan(replace(self.answers[-1].question, **asked)))
                 refused = None
             except PlannerError as error:
                 refused = error
