@@ -23,8 +23,8 @@ from planner.base.files import StrPath
 from planner.base.notes import Note
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
-from planner.problem.request import SweepRequest, WorldRequest
-from planner.problem.targets import Joints, Target, parse_base
+from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
+from planner.problem.targets import Joints, Target
 from planner.query.resolve import looks_like_degrees
 from planner.robot.files.packages import PATHS
 from planner.robot.files.robot_files import JointChoice, RobotFiles, find_robot, read_robot, robot_file
@@ -55,7 +55,7 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
     files = files_of(str(request.robot), request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
-    choice = JointChoice(request.group, request.joint_names)
+    choice = JointChoice(request.group, request.joints)
     if message is not None:
         choice, start = choice_of(message, choice, files), start_of(message, scene)
         planned = files.planned_joints(tool, choice, fixed)
@@ -63,7 +63,7 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
         held = {name: start[name] for name in free if files.description.mimic(name).leader not in planned}
         _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
         fixed |= held
-    base = placement.base.matrix() if request.base is None else pose(*parse_base(request.base))
+    base = placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or None)
     robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
     return _set_up(robot, scene, message, choice)
 
@@ -128,14 +128,15 @@ def _stamp(path: Path) -> _Stamp | None:
     return str(path), stat.st_ctime_ns, stat.st_size
 
 
-def sources_hash(request: SweepRequest) -> str:
+def sources_hash(request: PlanRequest | SweepRequest) -> str:
     """SHA-256 (hex) over the files of a request: robot.yaml, URDF, SRDF, scene, the meshes of both, request, roadmap.
 
     Files that are missing or damaged are hashed as far as they are there: the plan refuses them.
     """
     digest = hashlib.sha256()
-    more = (Path(path) for path in (request.motion_plan_request, request.roadmap) if path is not None)
-    for path in (*robot_sources(str(request.robot), request.srdf), *scene_sources(str(request.scene)), *more):
+    what = request.what
+    more = (Path(path) for path in (what.motion_plan_request, request.quality.roadmap) if path is not None)
+    for path in (*robot_sources(str(what.robot), what.srdf), *scene_sources(str(what.scene)), *more):
         stamp = _stamp(path)
         digest.update(b"missing" if stamp is None else _content(stamp))
     return digest.hexdigest()

@@ -40,7 +40,9 @@ def asked(folder: Path, request: dict, scene: dict | None = None, **options: Any
     (folder / "r.yaml").write_text(yaml.safe_dump(request))
     (folder / "s.yaml").write_text(yaml.safe_dump(SCENE if scene is None else scene))
     options = {"robot": "panda", "collision": "coal", "ik_solutions": 1} | options
-    return make_query(PlanRequest(scene=str(folder / "s.yaml"), motion_plan_request=folder / "r.yaml", **options))
+    return make_query(
+        PlanRequest.from_options(scene=str(folder / "s.yaml"), motion_plan_request=folder / "r.yaml", **options).what
+    )
 
 
 def placement(robot: Robot, frame: str, q: np.ndarray) -> np.ndarray:
