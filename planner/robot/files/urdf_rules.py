@@ -20,7 +20,7 @@ _NUMBERS = {
     **{"mesh": {"scale": 3}, "mimic": {"multiplier": 1, "offset": 1}},
 }
 _OTHER_KEYS = {
-    "limit": ("effort", "velocity"),
+    "limit": ("effort", "velocity", "gear_velocity"),
     "safety_controller": ("k_position", "k_velocity"),
     "mesh": ("filename",),
     "mimic": ("joint",),
@@ -33,7 +33,7 @@ _CHILDREN = {
     "geometry": (*_SIZES, "mesh"),
 }
 _AT_FIXED_PLACES = ("link", "joint", "collision")
-_ALIKE = 0.65  # "ryp" is so near to "rpy"
+_ALIKE, _ALIKE_KEY = 0.7, 0.65  # of elements, and of attributes: "ryp" is so near to "rpy"
 
 
 def require_sane_urdf(root: ET.Element, path: Path) -> None:
@@ -59,8 +59,9 @@ def _faults(item: ET.Element) -> Iterator[str]:
 def _misspelt(element: ET.Element) -> Iterator[str]:
     """Elements and attributes that nearly have a meaning, and elements that have one elsewhere: readers skip these."""
     children, keys = _CHILDREN.get(element.tag, ()), (*_NUMBERS.get(element.tag, ()), *_OTHER_KEYS.get(element.tag, ()))
-    for word, known in [*((child.tag, children) for child in element), *((key, keys) for key in element.attrib)]:
-        meant = nearest(word, known, _ALIKE) if word not in known else ""
+    words = [(child.tag, children, _ALIKE) for child in element]
+    for word, known, alike in (*words, *((key, keys, _ALIKE_KEY) for key in element.attrib)):
+        meant = nearest(word, known, alike) if word not in known else ""
         strange = element.tag == "origin" or (children and word in _AT_FIXED_PLACES)
         if meant or (strange and word not in known):
             yield f"<{element.tag}> holds {shown(word)}{meant}, which has no meaning there"

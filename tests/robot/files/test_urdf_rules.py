@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from collections.abc import Callable
 
 import pytest
 
+from planner.robot.files.packages import example_robot_data
+from planner.robot.files.urdf_rules import require_sane_urdf
 from planner.robot.robot import Robot
 from tests.cli.test_bad_files import A, B, C, J
 from tests.refusals import refusal_of
@@ -46,3 +49,11 @@ def test_robots(name: str, urdf_file: Callable[..., str], capfd: pytest.CaptureF
     path = urdf_file(inside)
     assert part in refusal_of(lambda: Robot.load(path))
     assert capfd.readouterr() == ("", "")
+
+
+def test_no_published_urdf_is_misread() -> None:
+    """Of 60 robots, those with attributes and elements of other programs included."""
+    files = sorted(example_robot_data().rglob("*.urdf"))
+    assert len(files) > 50
+    for path in files:
+        require_sane_urdf(ET.parse(path).getroot(), path)
