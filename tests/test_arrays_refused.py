@@ -215,9 +215,6 @@ CALLS: dict[str, Callable[[], object]] = {
     "session, move": lambda: planner.Session(ROBOT, SCENE, nodes=4).move("box", position=[NAN, 0, 0]),
     "session, move to two": lambda: planner.Session(ROBOT, SCENE, nodes=4).move("box", position=[1, 0]),
     "session, attach": lambda: planner.Session(ROBOT, SCENE, nodes=4).attach("box", ROBOT.tool, at=[NAN, 0]),
-    "session, snapshot of another": lambda: planner.Session(ROBOT, SCENE, nodes=4).restore(
-        planner.Session(ROBOT, SCENE, nodes=4).snapshot()
-    ),
     "session, beta": lambda: planner.Session(ROBOT, SCENE, nodes=4).plan(*FINE[:2], beta=NAN),
     "kinematics, w": lambda: manipulability(ROBOT, np.zeros((1000, 1))),
     "kinematics, tool": lambda: tool_positions(ROBOT, np.zeros((1000, 1))),

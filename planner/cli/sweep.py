@@ -11,7 +11,7 @@ from planner.cli.terminal import report_table, say, show, working
 from planner.problem.request import SweepQuality, SweepRequest
 
 if TYPE_CHECKING:
-    from planner.tradeoff.sweep import Tradeoff
+    from planner.tradeoff.result import Tradeoff
 
 
 def sweep(
@@ -39,7 +39,7 @@ def sweep(
     require_writable_folder(out)
     from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.problem.outcome import Outcome
-    from planner.tradeoff.record import NAMES, PAGE_NAME, save_sweep_page, save_sweep_without_page
+    from planner.tradeoff.result import NAMES, PAGE_NAME
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
     clock = command_clock()
@@ -47,19 +47,19 @@ def sweep(
         result = find_tradeoff(SweepRequest(what, quality), progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, NAMES) if interrupted else out
-        record = save_sweep_without_page(result, place, clock)
+        record = result.save_without_page(place, clock)
         written = [str(place / name) for name in NAMES if name != PAGE_NAME]
         said = f"{_ending(result)} Written: {', '.join(written)}"
         with leaving_on_interrupt(f"stopping without the page. {said}"):
             if not progress.stopped:
-                record = save_sweep_page(result, place, record, clock)
+                record = result.save_page(place, record, clock)
                 said = f"{_ending(result)} Written: {', '.join(str(place / name) for name in NAMES)}"
     _tell(record, said + kept(out, place))
     return Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code
 
 
 def _tell(record: dict[str, Any], said: str) -> None:
-    from planner.tradeoff.record import interval_rows, summary_lines
+    from planner.tradeoff.result import interval_rows, summary_lines
 
     if record["intervals"]:
         show(report_table(interval_rows(record)))

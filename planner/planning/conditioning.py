@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import itertools
-from collections import deque
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-import numpy as np
-
-from planner.base.arrays import Bools, Floats, Ints, quantile
+from planner.base.arrays import Floats, quantile
 from planner.base.polylines import lengths_along
-from planner.base.resolutions import W_AGAINST_FLOOR, W_ALONG_PATH
+from planner.base.resolutions import W_ALONG_PATH
 from planner.kinematics.manipulability import manipulability
 from planner.problem.request import PlanQuality
-from planner.roadmap.roadmap import Roadmap, component_labels, path_waypoints
+from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
-from planner.search.manipulability_floor import rounded_down
-from planner.trajectory.measure import dense_path, dense_segments
+from planner.search.manipulability_floor import highest_floor
+from planner.search.network import build_network
+from planner.trajectory.measure import dense_segments
 
 POOR = 0.1  # of the typical w: a path that falls below it is called badly conditioned
-_MOST_PATHS = 100  # that are sampled anew in search of a reachable floor
 _BETTER = 1.2  # a floor is worth trying that is so much higher than the smallest w
 _AT_END = 1.05  # the smallest w is an end's if the end's is no larger than so much of it
 
@@ -59,72 +55,8 @@ def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: Pl
     found = Conditioning(w_min, typical, poor, share, int(segment[lowest]), q[lowest])
     if not poor:
         return found
-    floor = reachable_floor(robot, roadmap)
+    floor = highest_floor(robot, roadmap, build_network(roadmap, quality.objective))
     return replace(found, reachable_floor=floor, advice=_advice(found, w[[0, -1]], floor, quality))
-
-
-def reachable_floor(robot: Robot, roadmap: Roadmap) -> float:
-    """The largest w, rounded down to two digits, above which a path of ``roadmap`` stays all the way; 0 for none.
-
-    That is the smallest w along a widest path. Edges are first taken by the states that are kept of them; those that
-    such a path passes are sampled anew every 0.001 rad, until it has none left that was not: w may dip in between.
-    """
-    least, sampled = roadmap.edge_manipulability.min(axis=1, initial=np.inf), np.zeros(len(roadmap.edges), dtype=bool)
-    floor = 0.0
-    if not _joins(roadmap, least >= 0.0):
-        return floor
-    for _ in range(_MOST_PATHS):
-        bar = _widest(roadmap, least)
-        nodes = _fewest_edges(roadmap, roadmap.edges[least >= bar])
-        rows = [roadmap.edge_index(i, j) for i, j in itertools.pairwise(nodes.tolist())]
-        if not rows:  # a start that is a goal
-            return rounded_down(float(roadmap.manipulability[nodes].min()))
-        for row in (row for row in rows if not sampled[row]):
-            ends = path_waypoints(roadmap, robot, roadmap.edges[row])
-            least[row] = manipulability(robot, dense_path(ends, W_AGAINST_FLOOR)).min()
-            sampled[row] = True
-        floor = max(floor, float(least[rows].min(initial=np.inf)))
-        if floor >= bar:
-            break
-    return rounded_down(floor)
-
-
-def _widest(roadmap: Roadmap, least: Floats) -> float:
-    """The largest bar such that the edges whose ``least`` (m,) w is no lower join a start and a goal."""
-    bars = np.unique(np.append(least, 0.0))
-    low, high = 0, len(bars)  # edges from bars[low] up join a start and a goal, those from bars[high] up do not
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if _joins(roadmap, least >= bars[middle]) else (low, middle)
-    return float(bars[low])
-
-
-def _joins(roadmap: Roadmap, kept: Bools) -> bool:
-    """Whether the edges in the mask ``kept`` (m,) join a start and a goal."""
-    labels = component_labels(len(roadmap.nodes), roadmap.edges[kept])
-    return bool(np.isin(labels[roadmap.starts], labels[roadmap.goals]).any())
-
-
-def _fewest_edges(roadmap: Roadmap, edges: Ints) -> Ints:
-    """The nodes (k,) of a path from a start to a goal over the fewest of ``edges`` (m, 2), breadth first."""
-    neighbours: dict[int, list[int]] = {}
-    for i, j in edges.tolist():
-        neighbours.setdefault(i, []).append(j)
-        neighbours.setdefault(j, []).append(i)
-    goals, back = set(roadmap.goals.tolist()), dict.fromkeys(roadmap.starts.tolist(), -1)
-    waiting = deque(back)
-    while waiting:
-        here = waiting.popleft()
-        if here in goals:
-            nodes = [here]
-            while back[nodes[-1]] >= 0:
-                nodes.append(back[nodes[-1]])
-            return np.array(nodes[::-1])
-        for there in neighbours.get(here, []):
-            if there not in back:
-                back[there] = here
-                waiting.append(there)
-    raise AssertionError("start and goal are joined")
 
 
 def _advice(found: Conditioning, ends: Floats, floor: float, quality: PlanQuality) -> str:

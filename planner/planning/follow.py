@@ -15,7 +15,6 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.native.graphs import reached
 from planner.planning.followed import FollowedPath
 from planner.planning.motion import looked_at_again, timed
 from planner.planning.plan import improved, solve_and_heal
@@ -29,7 +28,7 @@ from planner.query.query import Query, open_world, states_of
 from planner.query.resolve import other_turns, resolve
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
-from planner.search.manipulability_floor import rounded_down
+from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder
@@ -186,16 +185,8 @@ class Follower:
         free, along = lower.roadmap, lower.along
         if free is None or along.max() <= self.found.along.max(initial=0.0) + 1e-9:
             return None
-        ahead = along[free.edges[:, 0]] < along[free.edges[:, 1]]
-        arcs = np.where(ahead[:, None], free.edges, free.edges[:, ::-1])
-        w, begin, end = free.edge_manipulability.min(axis=1), along <= 1e-9, along >= along.max() - 1e-9
-        levels = np.unique(w)
-        low, high = 0, len(levels)
-        while high - low > 1:
-            middle = (low + high) // 2
-            passes = reached(begin, arcs[w >= levels[middle]])[end].any()
-            low, high = (middle, high) if passes else (low, middle)
-        return rounded_down(float(levels[low]))
+        network = _forward(build_network(free, self.request.quality.objective), along)
+        return highest_floor(self.checker.robot, free, network)
 
     def _finished(
         self,

@@ -24,11 +24,16 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints, as_frozen
 from planner.base.resolutions import W_AGAINST_FLOOR
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.roadmap import Roadmap
+from planner.native.graphs import cheapest_nodes
+from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.robot import Robot
-from planner.trajectory.measure import dense_segments
+from planner.search.network import cheapest_steps, edge_rows
+from planner.trajectory.measure import dense_path, dense_segments
 
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
+_LOWER = 0.95  # from one floor that is tried to the next
+_LEAST = 0.01  # of the first floor: lower ones are not tried
+_MOST_PATHS = 100  # whose edges are sampled anew in search of the highest floor
 _FINER, _ZOOMS = 8, 7  # around a low sample so many times finer, so often: to 5e-10 rad
 
 
@@ -53,10 +58,12 @@ class LayeredNetwork:
         np.minimum.at(least, self.roadmap_node, x)
         return least
 
-    def without_edge(self, i: int, j: int) -> LayeredNetwork:
-        """The layered network without every arc between two roadmap nodes, whichever layer it is in."""
+    def without_edges(self, edges: Ints) -> LayeredNetwork:
+        """The layered network without every arc along the roadmap's ``edges`` (k, 2), whichever layer it is in."""
+        n = int(self.roadmap_node.max(initial=0)) + 1
         tails, heads = self.roadmap_node[self.network.tails], self.roadmap_node[self.network.indices]
-        gone = ((tails == i) & (heads == j)) | ((tails == j) & (heads == i))
+        of_arc = np.minimum(tails, heads) * n + np.maximum(tails, heads)
+        gone = np.isin(of_arc, edges.min(axis=1) * n + edges.max(axis=1))
         return replace(self, network=self.network.without_arcs(np.flatnonzero(gone)))
 
     def without_arcs_between(self, i: int, j: int) -> LayeredNetwork:
@@ -116,6 +123,60 @@ def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
     return int(segment[np.argmax(bad)]) if bad.any() else None
 
 
+def highest_floor(robot: Robot, roadmap: Roadmap, network: gabf.Network, asked: float | None = None) -> float:
+    """The highest floor found that a path of ``network`` keeps to, rounded down to two digits; 0 for none.
+
+    That is the highest w above which all of a path lies. Where a floor was ``asked`` for and is too high, floors below
+    it are tried too, from above, as paths to them may begin and end lower: a lower floor may forbid a path that a
+    higher one allows. Floors above all w on the roadmap allow the same paths: the highest w is tried first.
+    """
+    all_above = rounded_down(_highest_bottleneck(robot, roadmap, network))
+    if asked is None:
+        return all_above
+    floor = top = rounded_down(_LOWER * min(asked, roadmap.edge_manipulability.max(initial=0.0)))
+    while floor > max(all_above, _LEAST * top):
+        layered = layered_network(roadmap, network, floor)
+        path = path_waypoints(roadmap, robot, layered.roadmap_node[cheapest_steps(layered.network, layered.starts)])
+        if len(path) and first_violation(robot, path, floor) is None:
+            return floor
+        floor = rounded_down(_LOWER * floor)
+    return min(all_above, top) if all_above > _LEAST * top else 0.0
+
+
+def _highest_bottleneck(robot: Robot, roadmap: Roadmap, network: gabf.Network) -> float:
+    """The largest w below which some path never falls; 0 where no path is.
+
+    Edges are first taken by the states that are kept of them; those on a best path are sampled anew, as w may dip in
+    between, until all edges of a best path have been.
+    """
+    rows, arcs = edge_rows(roadmap, network.tails, network.indices), np.stack([network.tails, network.indices], axis=1)
+    least, sampled = roadmap.edge_manipulability.min(axis=1, initial=np.inf), np.zeros(len(roadmap.edges), dtype=bool)
+
+    def path(bar: float) -> Ints:
+        kept = arcs[least[rows] >= bar]
+        return cheapest_nodes(len(roadmap.nodes), kept, np.ones(len(kept)), roadmap.starts, network.sources)
+
+    found = 0.0
+    for _ in range(_MOST_PATHS):
+        bars = np.unique(np.append(least, 0.0))
+        low, high = 0, len(bars)  # paths lead over arcs from bars[low] up, none over those from bars[high] up
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if len(path(bars[middle])) else (low, middle)
+        nodes = path(bars[low])
+        if len(nodes) < 2:  # no path, or a start that is a goal
+            return float(roadmap.manipulability[nodes].min(initial=np.inf)) if len(nodes) else 0.0
+        passed = edge_rows(roadmap, nodes[:-1], nodes[1:])
+        for row in passed[~sampled[passed]]:
+            q = dense_path(path_waypoints(roadmap, robot, roadmap.edges[row]), W_AGAINST_FLOOR)
+            least[row] = _dips(robot, q, manipulability(robot, q)).min()
+        sampled[passed] = True
+        found = max(found, float(least[passed].min()))
+        if found >= bars[low]:
+            break
+    return found
+
+
 def _dips(robot: Robot, q: Floats, w: Floats) -> Floats:
     """``w`` (n,) of samples ``q`` (n, dof), lowered to the least found between a sample that is low and its neighbours.
 
@@ -152,10 +213,8 @@ class _Arcs:
     """The arcs of a network by where they lie relative to the floor, with the least w on each."""
 
     def __init__(self, roadmap: Roadmap, network: gabf.Network, floor: float) -> None:
-        tails, heads, n = network.tails, network.indices, len(roadmap.nodes)
-        keys = roadmap.edges[:, 0] * n + roadmap.edges[:, 1]
-        edge = np.searchsorted(keys, np.minimum(tails, heads) * n + np.maximum(tails, heads))
-        w = roadmap.edge_manipulability[edge]
+        tails, heads = network.tails, network.indices
+        w = roadmap.edge_manipulability[edge_rows(roadmap, tails, heads)]
         w = np.where((tails > heads)[:, None], w[:, ::-1], w)
         above = w >= floor
         rises = (np.diff(above.astype(np.int8), axis=1) >= 0).all(axis=1)

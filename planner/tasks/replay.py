@@ -22,14 +22,13 @@ from planner.query.in_hand import let_go, placement_of, taken
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried, with_tool, without_carried
 from planner.robot.shapes import Carried, Obstacle, extremes
-from planner.tasks.file import GripperSaid, TaskError
-from planner.tasks.gripper import gripper_of
+from planner.tasks.candidates import RELEASE
 from planner.tasks.modes import Pairs
-from planner.tasks.placements import at_pose, standing
-from planner.tasks.reach import RELEASE
-from planner.tasks.record import Event, SegmentRecord
+from planner.tasks.sampling import gripper_of, place_at, standing
+from planner.tasks.segments import Event, Segment
+from planner.tasks.task import Gripper, TaskError
 from planner.trajectory.check import check_path, check_trajectory
-from planner.trajectory.path_file import matrix, require_of_an_arm
+from planner.trajectory.path_file import require_of_an_arm
 from planner.trajectory.report import Finding, Report
 from planner.trajectory.trajectory import Trajectory
 
@@ -44,7 +43,7 @@ class TaskRecord(pydantic.BaseModel):
     outcome: str
     joints: list[str]
     path: list[list[Number]]
-    segments: list[SegmentRecord]
+    segments: list[Segment]
     events: list[Event]
 
 
@@ -72,7 +71,7 @@ def check_task(
         if report.ok and rests:
             faults += _find_contacts_off_rest(path, motion, replay, hand, rests, step)
         faults += _find_wrong_commands(events, replay.robot)
-        rows += segment.path[len(rows) > 0 :]
+        rows += path[len(rows) > 0 :].tolist()
         if segment is record.segments[-1] and record.path != rows:
             faults.append("the path of the task must be that of its segments: plan again")
         findings = (
@@ -109,10 +108,10 @@ def _require_task(record: TaskRecord, checker: CollisionChecker, whole: Trajecto
 
 
 def _path_of(
-    head: str, segment: SegmentRecord, motion: Trajectory | None, before: Floats | None, replay: EventReplay
+    head: str, segment: Segment, motion: Trajectory | None, before: Floats | None, replay: EventReplay
 ) -> Floats:
     """The path of a segment; :class:`FileError` where it does not follow from the one before it and from the events."""
-    path, robot, held = matrix(segment.path, head), replay.robot, replay.held and replay.held.name
+    path, robot, held = segment.path, replay.robot, replay.held and replay.held.name
     _require(path.shape[1] == robot.dof, f"{head} has {path.shape[1]} columns, {robot.name} has {robot.dof} joints")
     require_of_an_arm(path, robot, head)
     _require(len(path) > 1, f"{head} has a path of one waypoint")
@@ -155,11 +154,11 @@ def _motions_of(record: TaskRecord, whole: Trajectory | None) -> list[Trajectory
 def _find_wrong_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
     """Yield faults of the gripper's commands at the end of a segment; a robot without fingers needs none."""
     kinds = [event.kind for event in events if event.kind != "gripper" or event.joints]
-    if kinds not in _ORDERS and ("gripper" in kinds or gripper_of(robot, GripperSaid()).closed):
+    if kinds not in _ORDERS and ("gripper" in kinds or gripper_of(robot, Gripper()).closed):
         yield f"events at its end must be gripper, attach or detach, gripper; got {', '.join(kinds)}: plan again"
     for event in events:
         try:
-            gripper_of(robot, GripperSaid(open=event.joints or {}))
+            gripper_of(robot, Gripper(open=event.joints or {}))
         except TaskError as error:
             yield str(error)
 
@@ -211,7 +210,7 @@ class EventReplay:
         return type(self._known)(self._known.world.among(there, robot), self._known)
 
     def excuse_pairs(
-        self, segment: SegmentRecord, path: Floats, begun: Event | None, following: Event | None
+        self, segment: Segment, path: Floats, begun: Event | None, following: Event | None
     ) -> tuple[Pairs, dict[int, Pairs], list[str]]:
         """Pairs of hand and object that may touch, pairs at a rest by its row of the path, and faults of a release."""
         declared = frozenset(frozenset(pair) for pair in (*segment.may_touch, *segment.at_rest))
@@ -221,7 +220,7 @@ class EventReplay:
             if event is not None and held is not None and held.name == event.object:
                 item = Obstacle(held.name, held.shape, self.pose(held.name, path[row]))
                 try:
-                    place = (at_pose if row else standing)(item, item.placement, self.checker(with_held=False))
+                    place = (place_at if row else standing)(item, item.placement, self.checker(with_held=False))
                     rests[row] = declared & {frozenset((held.name, on)) for on in place.supports}
                 except TaskError as error:
                     found.append(str(error))

@@ -6,7 +6,8 @@ import pytest
 
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.storage import save_roadmap
-from planner.tradeoff.sweep import Tradeoff, sweep
+from planner.tradeoff.result import Tradeoff
+from planner.tradeoff.sweep import sweep
 from tests.tradeoff.posts import asked
 
 

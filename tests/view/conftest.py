@@ -11,7 +11,8 @@ from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
-from planner.tradeoff.sweep import Tradeoff, sweep
+from planner.tradeoff.result import Tradeoff
+from planner.tradeoff.sweep import sweep
 
 TASK = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
 

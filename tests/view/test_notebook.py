@@ -9,7 +9,7 @@ import pytest
 import planner
 from planner.base.errors import OptionError
 from planner.planning.result import Plan
-from planner.tradeoff.sweep import Tradeoff
+from planner.tradeoff.result import Tradeoff
 
 
 def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> None:

@@ -16,8 +16,8 @@ from planner.planning.result import Plan, shown_paths
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
-from planner.tradeoff.page import of_tradeoff
-from planner.tradeoff.sweep import Tradeoff, sweep
+from planner.tradeoff.result import Tradeoff
+from planner.tradeoff.sweep import sweep
 from tests.browser import page_data
 from tests.worlds import checker_of, load
 
@@ -25,7 +25,7 @@ from tests.worlds import checker_of, load
 
 
 def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) -> None:
-    (mine, current), theirs = shown_paths(made), of_tradeoff(tradeoff)
+    (mine, current), theirs = shown_paths(made), tradeoff.shown_paths()
     assert len(mine) == len(theirs) >= 4
     for a, b in zip(mine, theirs, strict=True):
         assert a.interval == pytest.approx(b.interval, abs=1e-9)
@@ -43,7 +43,7 @@ def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path)
     held = with_alternatives(plan(PlanRequest.from_options(nodes=150, min_manipulability=floor, room=0.0)))
     save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
     whole = sweep(PlanRequest.from_options(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
-    (mine, current), theirs = shown_paths(held), of_tradeoff(whole)
+    (mine, current), theirs = shown_paths(held), whole.shown_paths()
     assert len(mine) == len(theirs) >= 1
     for a, b in zip(mine, theirs, strict=True):
         assert a.interval == pytest.approx(b.interval, abs=1e-9)

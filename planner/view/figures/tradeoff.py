@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from planner.base.errors import OptionError
 from planner.base.shares import traded_off
-from planner.tradeoff.sweep import Interval, Tradeoff
+from planner.tradeoff.result import Interval, Tradeoff
 from planner.view.figures.strokes import marked, single, stroke
 
 OMEGA, DISTANCE = "manipulability cost $\\Omega$ (no unit)", "distance cost $D$ (no unit)"
