@@ -167,7 +167,7 @@ def test_check_sees_an_object_that_is_carried_through_what_it_rests_on(plan: Tas
         board = coal.Transform3s(BOARD.placement[:3, :3], BOARD.placement[:3, 3])
         deepest = min(deepest, coal.distance(*shapes, board, request, coal.DistanceResult()))
     assert deepest < -0.02
-    for number, path in ((3, [record.segments[3].path[0], below.tolist()]), (4, [below.tolist(), rest.tolist()])):
+    for number, path in ((3, [record.segments[3].path[0], below]), (4, [below, rest])):
         record.segments[number] = replace(record.segments[number], path=np.array(path))
     (finding,) = check_task(record, plan.judge, None).parts[4].findings
     assert "'mug' and 'board' touch" in finding.sentence
