@@ -42,6 +42,7 @@ from .search.network import build_network as build_network
 from .session.gate import Gate as Gate
 from .session.session import Session as Session
 from .session.verdict import Verdict as Verdict
+from .tasks.check import check as check
 from .tasks.plan import task as task
 from .tasks.result import TaskPlan as TaskPlan
 from .tasks.task import Grasp as Grasp
@@ -53,7 +54,6 @@ from .tool_paths.file import read_tool_path as read_tool_path
 from .tool_paths.tool_path import ToolPath as ToolPath
 from .tradeoff.result import Tradeoff as Tradeoff
 from .tradeoff.sweep import sweep as sweep
-from .trajectory.check import check as check
 from .trajectory.export import export as export
 from .trajectory.limits import MotionLimits as MotionLimits
 from .trajectory.timing import time_path as time_path

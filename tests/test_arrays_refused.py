@@ -210,7 +210,7 @@ CALLS: dict[str, Callable[[], object]] = {
     "roadmap, floor": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, min_manipulability=NAN),
     "roadmap, density": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, density=NAN),
     "roadmap, refined": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, refined=2.0),
-    "check, far beyond any joint": lambda: planner.check([[-1.0, 0.8], [-1.0, 1e300]], checker()),
+    "check, far beyond any joint": lambda: planner.check([[-1.0, 0.8], [-1.0, 1e300]], checker=checker()),
     "checker, margin": lambda: planner.make_checker(ROBOT, SCENE, margin=NAN),
     "session, move": lambda: planner.Session(ROBOT, SCENE, nodes=4).move("box", position=[NAN, 0, 0]),
     "session, move to two": lambda: planner.Session(ROBOT, SCENE, nodes=4).move("box", position=[1, 0]),

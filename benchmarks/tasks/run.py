@@ -118,7 +118,7 @@ def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
         "greedy_cost": cost,
         "stuck": cost is None,
         "proven": timed.trajectory.proven,
-        "segments_bad": sum(not report.ok for report in timed.check(STEP)),
+        "segments_bad": sum(not part.ok for part in timed.check(STEP).parts),
         "duration": timed.trajectory.duration,
         "again_s": again,
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -27,11 +28,12 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
 from planner.tasks.candidates import Candidates
-from planner.tasks.judge import SegmentReport, Stage, TaskRecord, judged
 from planner.tasks.network import TaskNetwork
+from planner.tasks.replay import EventReplay, TaskRecord, check_task
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Task
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.report import Report
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownMotion, ShownPath, path_rows
 from planner.view.page import Page
@@ -174,8 +176,8 @@ class TaskPlan(Result[TaskPlanRecord]):
             return np.zeros((0, self.robot.dof))
         return np.vstack([self.segments[0].path[:1], *(segment.path[1:] for segment in self.segments)])
 
-    def check(self, step: float = RECHECK) -> list[SegmentReport]:
-        """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
+    def check(self, step: float = RECHECK, checker: CollisionChecker | None = None) -> Report:
+        """The report on the task, from its record as :func:`planner.tasks.replay.check_task` replays it."""
         record = TaskRecord(
             outcome=self.outcome.key,
             joints=list(self.robot.joints),
@@ -183,7 +185,7 @@ class TaskPlan(Result[TaskPlanRecord]):
             segments=list(self.segments),
             events=list(self.events),
         )
-        return [report for _, report in judged(record, self.judge, self.trajectory, step)]
+        return check_task(record, checker or self.judge, self.trajectory, step)
 
     @cached_property
     def judge(self) -> CollisionChecker:
@@ -194,10 +196,13 @@ class TaskPlan(Result[TaskPlanRecord]):
     @cached_property
     def record(self) -> TaskPlanRecord:
         """What ``plan.json`` holds; units in rad, m and s."""
+        given = {"robot": self.task.robot, "scene": self.task.scene}
+        named = {key: str(each) if isinstance(each, str | os.PathLike) else each.name for key, each in given.items()}
         return TaskPlanRecord.of(
             self,
             self.robot,
             self.scene,
+            config=self.request.config() | named,
             task=self.task.name,
             reason=self.reason,
             path=self.path.tolist(),
@@ -238,7 +243,7 @@ class TaskPlan(Result[TaskPlanRecord]):
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     """The scene with what is picked as obstacles that move as the hand moves them."""
-    names, stage = plan.candidates.modes.objects, Stage(plan.judge, plan.events)
+    names, stage = plan.candidates.modes.objects, EventReplay(plan.judge, plan.events)
     times = np.linspace(0.0, motion.duration, max(2, int(motion.duration / _SHOWN_APART)))
     left = [(event.t, event) for event in plan.events if event.t is not None]
     at = np.unique(np.concatenate([times, [t for t, _ in left]]))
@@ -247,7 +252,7 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     for now in at.tolist():
         while left and left[0][0] <= now:
             t, event = left.pop(0)
-            stage.after(event, motion.at(t)[0])
+            stage.apply(event, motion.at(t)[0])
         for name, found in poses.items():
             found.append(stage.pose(name, motion.at(now)[0]))
     moving = tuple(

@@ -266,7 +266,7 @@ def test_a_sessions_plan_is_a_plan_with_its_files_and_its_page(
         kept = load_roadmap(tmp_path / "roadmap.npz")
         low, high = np.sort(np.stack([made.path_nodes[:-1], made.path_nodes[1:]]), axis=0)
         assert all(kept.proven[kept.edge_index(int(i), int(j))] for i, j in zip(low, high, strict=True))
-        assert planner.check(made.path, made.checker).ok
+        assert planner.check(made.path, checker=made.checker).ok
         assert made.message in made.page()
     assert not found.roadmap.proven.all()  # what was opened and not asked for since is not passed off as proven
     assert found.edges.proven > 0
@@ -283,13 +283,13 @@ def test_a_session_refines_as_a_plan_does_where_it_is_given_an_effort() -> None:
     assert first.curve == ()
     assert best.to_dict()["quality"]["effort"] == 3
     assert best.curve[-1][1] == pytest.approx(best.cost.total, rel=1e-6)
-    assert planner.check(best.path, best.checker).ok
+    assert planner.check(best.path, checker=best.checker).ok
     assert (best.max_error_vs_oracle or 0.0) <= 1e-9
     require_true(refining)
     refining.add(BALL)
     again = refining.replan()
     assert again.solved
-    assert planner.check(again.path, again.checker).ok
+    assert planner.check(again.path, checker=again.checker).ok
     require_true(refining)
 
 
@@ -310,7 +310,7 @@ def test_a_session_keeps_a_floor() -> None:
             if kept.solved:
                 assert first_violation(kept.robot, kept.path, floor) is None
                 assert kept.to_dict()["manipulability"]["floor"]["holds"]
-                assert planner.check(kept.path, kept.checker).ok
+                assert planner.check(kept.path, checker=kept.checker).ok
                 kept_to += 1
     assert kept_to >= len(floors)
     with pytest.raises(SceneError, match="no floor"):

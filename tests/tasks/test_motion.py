@@ -9,7 +9,9 @@ import coal
 import numpy as np
 import pytest
 
+import planner
 from planner.collision import make_checker
+from planner.collision.looks import first_seen
 from planner.cost.integral import costs_along
 from planner.cost.scale import COSTS
 from planner.kinematics.forward import tool_pose
@@ -19,12 +21,11 @@ from planner.robot.poses import pose
 from planner.robot.robot import with_carried
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried, Obstacle, Sphere
-from planner.tasks.judge import TaskRecord, judged, summary
 from planner.tasks.plan import TaskPlanner, task
+from planner.tasks.replay import TaskRecord, check_task
 from planner.tasks.result import TaskPlan, _scene_in_motion
 from planner.tasks.segments import Segment
 from planner.tasks.task import Line, Pick
-from planner.trajectory.check import sampled_contact
 from planner.trajectory.trajectory import Trajectory
 from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, POST, SCENE, SMALL, TABLE, small
 from tests.worlds import load
@@ -104,7 +105,7 @@ def test_nothing_touches_every_tenth_of_a_millimetre(plan: TaskPlan) -> None:
             allowed = touch if segment.part != "transit" else frozenset()
             judge = make_checker(robot, Scene("x", (*fixed, mug), allowed=allowed), "coal")
         made = motion_of(plan, segment)
-        contact = sampled_contact(made, judge, FINE)
+        contact = first_seen(judge, made.coefficients, FINE)
         if segment.part == "retreat" and segment.carried and contact is not None:
             # it stands on the table, and is lifted off it
             assert {contact.contact.first, contact.contact.second} == {"mug", "table"}
@@ -123,6 +124,13 @@ def test_the_object_goes_where_it_was_to_go(plan: TaskPlan) -> None:
     assert (np.abs(put[:2, 3] - [0.5, 0.35]) <= 0.14 - 0.03 + 1e-5).all()
 
 
+def test_check_judges_each_segment_in_its_mode(plan: TaskPlan) -> None:
+    report = planner.check(plan)
+    assert len(report.parts) == len(plan.segments)
+    assert report.ok
+    assert report.proven
+
+
 def test_check_sees_what_only_the_object_touches(plan: TaskPlan) -> None:
     robot, carrying = load("panda"), plan.segments[3]
     attach = plan.segments[1].path[-1]
@@ -132,18 +140,16 @@ def test_check_sees_what_only_the_object_touches(plan: TaskPlan) -> None:
     bead = Obstacle("bead", Sphere(0.01), pose(tuple(mug[:3, 3] - 0.1 * mug[:3, 2])))
     checker = make_checker(robot, replace(SCENE, obstacles=(*SCENE.obstacles, bead)))
     record = TaskRecord.model_validate(plan.to_dict())
-    found = summary(list(judged(record, checker, plan.trajectory, 1e-3)))
-    assert not found["ok"]
-    assert [each["contact"] for each in found["segments"] if not each["ok"]] == ["'mug' and 'bead'"]
+    (finding,) = check_task(record, checker, plan.trajectory).findings
+    assert finding.what == ("mug", "bead")
 
 
 def test_check_sees_a_mug_that_is_pushed_into_what_it_stands_on(plan: TaskPlan) -> None:
     """Off its rest it may not touch the board: the motion of setting it down, with a board that is 1 cm higher."""
     high = replace(BOARD, placement=pose((0.5, 0.35, 0.22)))
     checker = make_checker(load("panda"), replace(SCENE, obstacles=(TABLE, high, POST, MUG)))
-    found = summary(list(judged(TaskRecord.model_validate(plan.to_dict()), checker, plan.trajectory, 1e-3)))
-    wrong = [(each["part"], each["contact"]) for each in found["segments"] if not each["ok"]]
-    assert ("approach", "'mug' and 'board'") in wrong
+    report = check_task(TaskRecord.model_validate(plan.to_dict()), checker, plan.trajectory)
+    assert ("mug", "board") in {finding.what for finding in report.parts[4].findings}
 
 
 def test_check_sees_an_object_that_is_carried_through_what_it_rests_on(plan: TaskPlan) -> None:
@@ -161,11 +167,18 @@ def test_check_sees_an_object_that_is_carried_through_what_it_rests_on(plan: Tas
         board = coal.Transform3s(BOARD.placement[:3, :3], BOARD.placement[:3, 3])
         deepest = min(deepest, coal.distance(*shapes, board, request, coal.DistanceResult()))
     assert deepest < -0.02
-    for number, path in ((3, [record.segments[3].path[0], below]), (4, [below, rest])):
+    for number, path in ((3, [record.segments[3].path[0], below.tolist()]), (4, [below.tolist(), rest.tolist()])):
         record.segments[number] = replace(record.segments[number], path=np.array(path))
-    reports = [report for _, report in judged(record, plan.judge, None, 1e-3)]
-    assert reports[4].report.ok  # but for the pair that may touch at the rest
-    assert any("'mug' and 'board' touch" in text and "off the rest of 'mug'" in text for text in reports[4].findings)
+    (finding,) = check_task(record, plan.judge, None).parts[4].findings
+    assert "'mug' and 'board' touch" in finding.sentence
+    assert "off the rest of 'mug'" in finding.sentence
+
+
+def test_without_times_there_are_paths_and_events_only() -> None:
+    plan = small().plan()
+    assert plan.trajectory is None
+    assert {event.t for event in plan.events} == {None}
+    assert [part.ok for part in planner.check(plan).parts] == [True] * 7
 
 
 def test_the_page_moves_the_object_with_the_hand(plan: TaskPlan) -> None:
@@ -189,9 +202,9 @@ def test_a_margin_is_kept_but_where_the_object_rests() -> None:
     assert found.solved, found.message
     assert found.trajectory is not None
     assert found.trajectory.proven
-    reports = found.check()
-    assert all(report.ok for report in reports)
-    assert {each.report.checker.world.margin for each in reports} == {0.008}
+    report = planner.check(found)
+    assert report.ok
+    assert {part.checker.world.margin for part in report.parts} == {0.008}
 
 
 def test_lines_that_end_where_the_object_may_still_touch_are_timed_and_judged() -> None:
@@ -200,7 +213,7 @@ def test_lines_that_end_where_the_object_may_still_touch_are_timed_and_judged() 
     found = task(short, timing=TimingRequest(), nodes=200, ik_solutions=2)
     assert found.trajectory is not None, found.message
     assert found.trajectory.proven
-    assert all(report.ok for report in found.check())
+    assert planner.check(found).ok
 
 
 def test_coal_finds_what_fcl_finds() -> None:
@@ -235,4 +248,4 @@ def test_what_the_scene_keeps_is_kept_by_every_segment() -> None:
     t = np.linspace(0.0, plan.trajectory.duration, 2000)
     axis = np.array([tool_pose(plan.robot, q).rotation[:, 2] for q in plan.trajectory.at(t)])
     assert np.arccos(np.minimum(-axis[:, 2], 1.0)).max() <= 0.5 + 1e-9
-    assert all(report.ok for report in plan.check())
+    assert planner.check(plan).ok

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+import planner
 from planner.kinematics.forward import tool_pose
 from planner.problem.request import TimingRequest
 from planner.robot.poses import pose
@@ -45,7 +46,7 @@ def test_two_objects_are_placed_side_by_side() -> None:
     assert found.solved, found.message
     assert [segment.carried for segment in found.segments if segment.carried] == ["first"] * 3 + ["second"] * 3
     assert [event.object for event in found.events if event.kind == "attach"] == ["first", "second"]
-    assert all(report.ok for report in found.check())
+    assert planner.check(found).ok
     robot, put = load("panda"), {}
     for name, cube in (("first", FIRST), ("second", SECOND)):
         ends = [s.path[-1] for s in found.segments if s.doing.endswith(name) and s.part == "approach"]
@@ -72,7 +73,7 @@ def test_what_was_placed_can_be_taken_again() -> None:
     found = TaskPlanner.of(task, nodes=120, ik_solutions=1).plan(timing=TimingRequest())
     assert found.solved, found.message
     assert [event.kind for event in found.events if event.kind != "gripper"] == ["attach", "detach"] * 2
-    assert all(report.ok for report in found.check())
+    assert planner.check(found).ok
 
 
 def test_too_many_modes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:

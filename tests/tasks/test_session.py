@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+import planner
 from planner.base.errors import SceneError
 from planner.kinematics.forward import tool_pose
 from planner.problem.request import TimingRequest
 from planner.session.session import Session
-from planner.tasks.judge import TaskRecord, judged
 from planner.tasks.plan import task
+from planner.tasks.replay import TaskRecord, check_task
 from planner.tasks.task import Move, Pick, Place, TaskError
 from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, SCENE, SMALL
 
@@ -73,7 +74,7 @@ def test_what_is_held_is_put_down_from_where_the_arm_is(carrying) -> None:
     np.testing.assert_allclose(put[2], [0, 0, 1, 0.22 + 0.12 + 1e-3], atol=1e-4)
     assert found.trajectory is not None
     assert found.trajectory.proven
-    assert all(report.ok for report in found.check(1e-4))
+    assert planner.check(found, step=1e-4).ok
     assert "mug" in found.page()
 
 
@@ -82,10 +83,10 @@ def test_what_is_held_is_judged_from_the_record_too(carrying) -> None:
     session, q, _ = carrying
     found = session.task((ON_BOARD,), start=q, **FEW)
     record = TaskRecord.model_validate(found.to_dict())
-    reports = [report for _, report in judged(record, session.checker, None, 1e-3)]
-    assert len(reports) == 3
-    assert all(report.ok for report in reports)
-    last = reports[-1].report.checker.world
+    report = check_task(record, session.checker, None)
+    assert len(report.parts) == 3
+    assert report.ok
+    last = report.parts[-1].checker.world
     assert "mug" in {item.name for item in last.scene.obstacles}
     assert "mug" not in {body.link for body in last.bodies}
 
@@ -97,7 +98,7 @@ def test_it_may_be_taken_again_and_moved_while_held(carrying) -> None:
     assert [event.kind for event in found.events if event.kind != "gripper"] == ["detach", "attach"]
     assert [s.carried for s in found.segments][:2] == ["mug", "mug"]
     assert found.segments[-1].carried == "mug"
-    assert all(report.ok for report in found.check())
+    assert planner.check(found).ok
 
 
 def test_a_floor_is_refused_and_nothing_is_held_at_first() -> None:

@@ -1,4 +1,4 @@
-"""Jumps at points: against finite differences on both sides of every point, and none where rounding is all there is."""
+"""Limits against closed forms, jumps against finite differences on both sides of every point."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.trajectory.jumps import largest_jump
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.trajectory import Trajectory
+from planner.trajectory.violations import largest_jump, limits_exceeded
 from tests.trajectory.test_export import ARM, MADE
 
 LIMITS = MotionLimits.of(ARM)
@@ -63,3 +63,16 @@ def test_an_end_that_still_accelerates_jumps() -> None:
     jump = largest_jump(replace(MADE, columns=(*MADE.columns[:2], bent)), LIMITS)
     assert jump is not None
     assert (jump.what, jump.joint, jump.size, jump.time) == ("acceleration", ARM.joints[1], 1.0, MADE.times[-1])
+
+
+def test_every_kind_of_limit_is_judged_by_exact_extrema() -> None:
+    """A cubic from rest to rest over 1 rad in T s: velocity 1.5 / T, acceleration 6 / T², jerk 12 / T³."""
+    for T in (0.3, 3.0):
+        q = np.array([[0.0, 0.0], [1.0, 0.0]])
+        made = Trajectory.through(ARM.joints, np.array([0.0, T]), q, np.zeros((2, 2)))
+        broken = {each.what[0]: each.value for each in limits_exceeded(made, ARM, LIMITS)}
+        truth = {"velocity": 1.5 / T, "acceleration": 6 / T**2, "jerk": 12 / T**3}
+        assert broken == pytest.approx({k: v for k, v in truth.items() if v > getattr(LIMITS, k)[0]}, rel=1e-9)
+    outside = Trajectory.through(ARM.joints, np.array([0.0, 9.0]), np.array([[0.0, 0], [0.0, 9.0]]), np.zeros((2, 2)))
+    (found,) = (each for each in limits_exceeded(outside, ARM, LIMITS) if each.what[0] == "position")
+    assert (found.kind, found.what[1], found.value, found.allowed) == ("limit", ARM.joints[1], 9.0, ARM.upper[1])
