@@ -17,6 +17,7 @@ from planner.robot.scene import Scene
 from planner.trajectory.clearance import (
     CLOSE,
     TOO_CLOSE,
+    Nearest,
     nearest_in_motion,
     nearest_on_path,
     nearest_pair,
