@@ -57,22 +57,22 @@ class RunRecord(Record):
 
     @classmethod
     def of(cls, run: Result[Any], robot: Robot, scene: Scene, **own: Any) -> Self:
-        """The record of a run of ``robot`` in ``scene``, with the fields ``own`` that this class adds or changes."""
-        begin: dict[str, Any] = {
-            "format_version": FORMAT_VERSION,
-            "outcome": run.outcome.key,
-            "message": run.message,
-            "robot": robot.name,
-            "scene": scene.name,
-            "seed": run.request.values()["seed"],
-            "config": run.request.config(),
-            "versions": versions(),
-            "joints": list(robot.joints),
-            "tool": robot.tool,
-            "notes": [*(note.text for note in notes(robot, scene)), *run.end_notes],
-            "timings_s": rounded(run.timings),
-        }
-        return cls(**(begin | own))
+        """The record of a run of ``robot`` in ``scene``, with the fields that this class adds."""
+        return cls(
+            format_version=FORMAT_VERSION,
+            outcome=run.outcome.key,
+            message=run.message,
+            robot=robot.name,
+            scene=scene.name,
+            seed=run.request.values()["seed"],
+            config=run.request.config(),
+            versions=versions(),
+            joints=list(robot.joints),
+            tool=robot.tool,
+            notes=[*(note.text for note in notes(robot, scene)), *run.end_notes],
+            timings_s=rounded(run.timings),
+            **own,
+        )
 
     @property
     def rows(self) -> Rows:

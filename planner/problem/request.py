@@ -80,7 +80,7 @@ class MotionRequest(ProblemRequest):
 class FollowedRequest(WorldRequest):
     """The world of a tool path, and the start of a free motion to it; without a start the plan begins on the path."""
 
-    start: of.Start | None = None
+    start: of.FreeStart = None
     ik_tolerance: of.IkTolerance = (1e-6, 1e-4)
     tool_speed: of.ToolSpeed = None
     ladder_density: of.LadderDensity = 1

@@ -196,13 +196,10 @@ class TaskPlan(Result[TaskPlanRecord]):
     @cached_property
     def record(self) -> TaskPlanRecord:
         """What ``plan.json`` holds; units in rad, m and s."""
-        given = {"robot": self.task.robot, "scene": self.task.scene}
-        named = {key: str(each) if isinstance(each, str | os.PathLike) else each.name for key, each in given.items()}
-        return TaskPlanRecord.of(
+        record = TaskPlanRecord.of(
             self,
             self.robot,
             self.scene,
-            config=self.request.config() | named,
             task=self.task.name,
             reason=self.reason,
             path=self.path.tolist(),
@@ -214,6 +211,11 @@ class TaskPlan(Result[TaskPlanRecord]):
             modes=self.modes,
             gabf=FieldRecord.of(self.request.quality, self.cost_to_go),
         )
+        world = {"robot": self.task.robot, "scene": self.task.scene}  # as the task names them
+        names = {
+            key: str(value) if isinstance(value, str | os.PathLike) else value.name for key, value in world.items()
+        }
+        return replace(record, config=record.config | names)
 
     def page(self) -> str:
         """The page as HTML text: the whole motion, the objects that are picked going along with the hand."""

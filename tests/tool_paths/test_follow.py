@@ -299,7 +299,7 @@ def test_options_that_make_no_sense_are_refused() -> None:
     FollowRequest.from_options(start="home", nodes=50, effort=3, room=0.02)
     with pytest.raises(OptionError, match="--extra-cost says nothing to a tool path"):
         follow(RASTER, REQUEST, timing=TimingRequest(extra_cost=0.5))
-    with pytest.raises(OptionError, match="ladder density 0"):
+    with pytest.raises(OptionError, match="ladder density must be"):
         FollowRequest.from_options(ladder_density=0)
     with pytest.raises(RobotError, match="not found"):
         follow(RASTER, REQUEST, tool="nowhere")
