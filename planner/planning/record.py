@@ -27,7 +27,7 @@ from planner.robot.scene import Scene
 from planner.search.manipulability_floor import first_violation
 from planner.search.network import PathCost
 from planner.tool_paths.followed import LegRecord, ToolPathRecord
-from planner.trajectory.clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, Nearest, clearance_text
+from planner.trajectory.clearance import CLOSE, NOTHING_NEAR, TOO_CLOSE, TOO_CLOSE_TEXT, Nearest, nearest_text
 from planner.trajectory.measure import PathMeasures, dense_path, path_manipulability
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
@@ -191,19 +191,15 @@ class ClearanceRecord(Record):
     def rows(self, asked: float) -> Rows:
         """The smallest distances, and what is ``kept`` where it is less than was ``asked`` for (m)."""
         if self.path is None:
-            return [("clearance", "there is nothing to come near to")]
-        text = f"{_near(self.path)} at {100 * self.path.at:.0f} % of the path"
+            return [("clearance", NOTHING_NEAR)]
+        text = f"{nearest_text(self.path)} at {100 * self.path.at:.0f} % of the path"
         if self.motion is not None:
-            text += f"; {_near(self.motion)} at {self.motion.at:.3f} s of the motion"
+            text += f"; {nearest_text(self.motion)} at {self.motion.at:.3f} s of the motion"
         if 0 < self.kept < asked:
             kept = f"{1000 * self.kept:.2g} of {1000 * asked:g} mm"
             text += f". Refined paths keep {kept}: start, goal or a passage leave no more"
         least = min(item.min for item in (self.path, self.motion) if item is not None)
         return [("clearance", text), *([(TOO_CLOSE, TOO_CLOSE_TEXT)] if least < CLOSE else [])]
-
-
-def _near(item: Nearest) -> str:
-    return f"{clearance_text(item.min)} ('{item.pair[0]}' and '{item.pair[1]}')"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -161,21 +161,6 @@ def clearance_text(clearance: float) -> str:
     return f"less than {1000 * SHOWN:g} mm, which no proof can tell from contact"
 
 
-def nearest_text(item: dict[str, Any] | Nearest) -> str:
-    """A clearance and its two things, given or as a record has them."""
-    near = item if isinstance(item, Nearest) else Nearest(**item)
+def nearest_text(near: Nearest) -> str:
+    """A clearance and its two things."""
     return f"{clearance_text(near.min)} ('{near.pair[0]}' and '{near.pair[1]}')"
-
-
-def clearance_rows(clearance: dict[str, Any], asked: float) -> list[tuple[str, str]]:
-    """What is said of a record of ``path``, ``motion`` and what is ``kept`` (m), where ``asked`` (m) was asked for."""
-    path, motion, kept = (clearance[key] for key in ("path", "motion", "kept"))
-    if path is None:
-        return [("clearance", NOTHING_NEAR)]
-    text = f"{nearest_text(path)} at {100 * path['at']:.0f} % of the path"
-    if motion is not None:
-        text += f"; {nearest_text(motion)} at {motion['at']:.3f} s of the motion"
-    if 0 < kept < asked:
-        text += f". Refined paths keep {1000 * kept:.2g} of {1000 * asked:g} mm: start, goal or a passage leave no more"
-    least = min(item["min"] for item in (path, motion) if item is not None)
-    return [("clearance", text), *([(TOO_CLOSE, TOO_CLOSE_TEXT)] if least < CLOSE else [])]

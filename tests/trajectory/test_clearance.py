@@ -11,12 +11,13 @@ from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.clearance import Clearance
 from planner.planning.plan import plan
+from planner.planning.record import ClearanceRecord
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.scene import Scene
 from planner.trajectory.clearance import (
     CLOSE,
     TOO_CLOSE,
-    clearance_rows,
+    Nearest,
     nearest_in_motion,
     nearest_on_path,
     nearest_pair,
@@ -89,18 +90,17 @@ def test_where_nothing_is_there_is_nothing_to_come_near_to() -> None:
     q = np.array([[0.0, 0.5], [0.5, 1.0]])
     assert nearest_on_path(q, checker) is None
     assert nearest_in_motion(time_path(q, checker), checker) is None
-    rows = clearance_rows({"path": None, "motion": None, "kept": 0.0}, 0.005)
+    rows = ClearanceRecord(path=None, motion=None, kept=0.0).rows(0.005)
     assert rows == [("clearance", "there is nothing to come near to")]
 
 
 def test_what_is_too_close_is_said_with_the_remedy() -> None:
-    near = {"min": CLOSE - 1e-4, "pair": ("hand", "shelf"), "at": 0.5}
-    far = near | {"min": CLOSE + 1e-4, "at": 1.25}
-    rows = dict(clearance_rows({"path": far, "motion": near, "kept": 0.0}, 0.005))
+    near, far = Nearest(CLOSE - 1e-4, ("hand", "shelf"), 0.5), Nearest(CLOSE + 1e-4, ("hand", "shelf"), 1.25)
+    rows = dict(ClearanceRecord(path=far, motion=near, kept=0.0).rows(0.005))
     assert rows["clearance"] == (
         "5.1 mm ('hand' and 'shelf') at 125 % of the path; 4.9 mm ('hand' and 'shelf') at 0.500 s of the motion"
     )
     assert "--margin" in rows[TOO_CLOSE]
-    assert TOO_CLOSE not in dict(clearance_rows({"path": far, "motion": None, "kept": 0.005}, 0.005))
-    halved = dict(clearance_rows({"path": near, "motion": None, "kept": 0.0025}, 0.005))
+    assert TOO_CLOSE not in dict(ClearanceRecord(path=far, motion=None, kept=0.005).rows(0.005))
+    halved = dict(ClearanceRecord(path=near, motion=None, kept=0.0025).rows(0.005))
     assert "keep 2.5 of 5 mm" in halved["clearance"]
