@@ -196,7 +196,7 @@ CALLS: dict[str, Callable[[], object]] = {
     "ends, order": lambda: MOTION.ends(-1),
     "extrema, order": lambda: MOTION.extrema(-1),
     "largest, order": lambda: MOTION.largest(-1),
-    "stop_at": lambda: planner.time_path(FINE, checker(), law="blended").stop_at(NAN),
+    "stop_at": lambda: planner.stop_at(planner.time_path(FINE, checker(), law="blended"), NAN),
     "prove, unequal": lambda: prover().prove(FINE[:2], FINE[:1]),
     "prove, room": lambda: prover().prove(FINE[:1], 0.1 * FINE[:1], room=NAN),
     "prove, no room": lambda: prover().prove(FINE[:1], 0.1 * FINE[:1], room=-1.0),

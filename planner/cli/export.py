@@ -58,10 +58,9 @@ def export(
     from planner.base.files import require_writable_file, write_whole
     from planner.trajectory import export as formats
     from planner.trajectory.file import load_trajectory
-    from planner.trajectory.grid import require_rate
 
     if rate is not None:
-        require_rate(rate)
+        formats.require_rate(rate)
     folder = trajectory if os.path.isdir(trajectory) else trajectory.parent
     place = out or folder / f"trajectory-{format}.{formats.SUFFIX[format]}"
     motion = load_trajectory(trajectory)
@@ -93,7 +92,7 @@ def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, 
 
     Raises :class:`FileError` where the proof of a proven trajectory is lost.
     """
-    from planner.trajectory.grid import off_the_curve, on_grid, period_of
+    from planner.trajectory.export import off_the_curve, on_grid, period_of
 
     checker, unknown = None, ""
     try:

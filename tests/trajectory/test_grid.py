@@ -17,8 +17,7 @@ from planner.problem.request import LimitsRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.trajectory.check import check_trajectory
-from planner.trajectory.export import export
-from planner.trajectory.grid import off_the_curve, on_grid, period_of
+from planner.trajectory.export import export, off_the_curve, on_grid, period_of
 from planner.trajectory.limits import KINDS, USED, MotionLimits
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
