@@ -105,14 +105,6 @@ def test_any_file_is_a_task_or_one_sentence(tmp_path_factory, steps: object, gri
     assert "\n" not in text
 
 
-def test_what_stands_beside_another_is_not_on_it(folder: Path) -> None:
-    """They touch, which is no reason to take the one before the other."""
-    steps = "[{pick: vase}, {place: vase, on: board, at: [[0.4, 0.2], [0.6, 0.5]], samples: 1}, {pick: foot}, "
-    steps += "{place: foot, on: board, at: [[0.4, 0.2], [0.6, 0.5]], samples: 1}, {pick: twin}]"
-    (folder / "task.yaml").write_text(f"robot: panda\nscene: scene.yaml\nsteps: {steps}\n")
-    assert task(folder / "task.yaml", nodes=10, ik_solutions=1).outcome in (Outcome.SOLVED, Outcome.NO_PATH)
-
-
 def test_how_much_nearer_the_object_would_have_to_be_is_said() -> None:
     """Proven from the arm's lengths: as much nearer it is out of reach still, and 10 cm nearer it lacks 10 cm less."""
     beyond = []
