@@ -210,14 +210,11 @@ CALLS: dict[str, Callable[[], object]] = {
     "roadmap, floor": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, min_manipulability=NAN),
     "roadmap, density": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, density=NAN),
     "roadmap, refined": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, refined=2.0),
-    "check, far beyond any joint": lambda: planner.check([[-1.0, 0.8], [-1.0, 1e300]], checker()),
+    "check, far beyond any joint": lambda: planner.check([[-1.0, 0.8], [-1.0, 1e300]], checker=checker()),
     "checker, margin": lambda: planner.make_checker(ROBOT, SCENE, margin=NAN),
     "session, move": lambda: planner.Session(ROBOT, SCENE, nodes=4).move("box", position=[NAN, 0, 0]),
     "session, move to two": lambda: planner.Session(ROBOT, SCENE, nodes=4).move("box", position=[1, 0]),
     "session, attach": lambda: planner.Session(ROBOT, SCENE, nodes=4).attach("box", ROBOT.tool, at=[NAN, 0]),
-    "session, snapshot of another": lambda: planner.Session(ROBOT, SCENE, nodes=4).restore(
-        planner.Session(ROBOT, SCENE, nodes=4).snapshot()
-    ),
     "session, beta": lambda: planner.Session(ROBOT, SCENE, nodes=4).plan(*FINE[:2], beta=NAN),
     "kinematics, w": lambda: manipulability(ROBOT, np.zeros((1000, 1))),
     "kinematics, tool": lambda: tool_positions(ROBOT, np.zeros((1000, 1))),

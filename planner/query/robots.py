@@ -128,14 +128,14 @@ def _stamp(path: Path) -> _Stamp | None:
     return str(path), stat.st_ctime_ns, stat.st_size
 
 
-def sources_hash(request: PlanRequest | SweepRequest) -> str:
+def sources_hash(request: SweepRequest | PlanRequest) -> str:
     """SHA-256 (hex) over the files of a request: robot.yaml, URDF, SRDF, scene, the meshes of both, request, roadmap.
 
     Files that are missing or damaged are hashed as far as they are there: the plan refuses them.
     """
     digest = hashlib.sha256()
     what = request.what
-    more = (Path(path) for path in (what.motion_plan_request, request.quality.roadmap) if path is not None)
+    more = (path for path in (what.motion_plan_request, request.quality.roadmap) if path is not None)
     for path in (*robot_sources(str(what.robot), what.srdf), *scene_sources(str(what.scene)), *more):
         stamp = _stamp(path)
         digest.update(b"missing" if stamp is None else _content(stamp))

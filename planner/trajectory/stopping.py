@@ -64,7 +64,7 @@ def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits, checker: Col
     curve. With a ``checker`` they are proven; without one ``proven`` is False.
     """
     if checker is not None:
-        require_joints(trajectory, checker)
+        require_joints(trajectory.joints, checker)
     t = float(np.clip(numbers("t", t, ()), trajectory.times[0], trajectory.times[-1]))
     braking = _Braking(trajectory, limits)
     if np.abs(trajectory.at(t, 1)).max() < _STILL or t == trajectory.times[-1]:

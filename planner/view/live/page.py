@@ -19,8 +19,8 @@ from planner.problem.targets import HOME, Pose, follow, joints_text, parse_targe
 from planner.query.query import states_of
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.scene import write_scene
-from planner.session.session import Session, Snapshot
-from planner.trajectory.path_clearance import clearance_text
+from planner.session.session import Session
+from planner.trajectory.clearance import clearance_text
 from planner.view.live.picture import HOST, Picture, place, start_server
 from planner.view.motion import configurations_at, path_shares
 
@@ -38,11 +38,10 @@ class Question:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The plan for a question, and the session as it was then."""
+    """The plan for a question; its checker is the world of then."""
 
     question: Question
     plan: Plan
-    snapshot: Snapshot
 
 
 class LivePage:
@@ -126,8 +125,7 @@ class LivePage:
                 self._show(refused)
 
     def _plan(self, question: Question) -> Answer:
-        plan = self._session.plan(question.start, question.goal, question.beta)
-        return Answer(question, plan, self._session.snapshot())
+        return Answer(question, self._session.plan(question.start, question.goal, question.beta))
 
     def _goal_text(self) -> str:
         """The goal that is reached, or the first one, in numbers."""
@@ -172,10 +170,10 @@ class LivePage:
             self.move(self.chosen.value, event.target.position, [x, y, z, w])
 
     def _show(self, refused: PlannerError | None = None) -> None:
-        """Show the last answer, and bring the session back to it."""
+        """Show the last answer, and bring the world back to it."""
         answer = self.answers[-1]
-        self._session.restore(answer.snapshot)
         plan = answer.plan
+        self._session.world.restore(plan.checker)
         reason = plan.reason if refused is None else refused.reason
         self._picture.show_scene(self._session.scene, frozenset() if reason is None else reason.names)
         self._picture.show_path(plan.path)
@@ -191,8 +189,8 @@ class LivePage:
         if plan.cost is not None:
             omega, distance = plan.cost.manipulability, plan.cost.distance
             rows.append(f"cost {plan.cost.total:.4f} (manipulability {omega:.4f}, distance {distance:.4f})")
-        if plan.nearest is not None and plan.nearest.path is not None:
-            rows.append(f"clearance {clearance_text(plan.nearest.path.min)}")
+        if plan.clearance is not None and plan.clearance.path is not None:
+            rows.append(f"clearance {clearance_text(plan.clearance.path.min)}")
         if self._session.scene.moving:
             rows.append(f"Left aside, because they move: {choices(o.name for o in self._session.scene.moving)}.")
         return [*rows, f"planned in {plan.seconds:.2f} s"]
