@@ -29,7 +29,7 @@ from planner.problem.reasons import NoPath
 from planner.problem.request import FollowRequest, PlanRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
-from planner.robot import model_checks
+from planner.robot import robot_in_scene
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
@@ -205,7 +205,7 @@ class Plan(Result[PlanRecord]):
     @property
     def notes(self) -> tuple[str, ...]:
         """What was noticed about robot, scene and start, as ``plan.json`` has it."""
-        return (*(note.text for note in model_checks.notes(self.robot, self.scene)), *self.end_notes)
+        return (*(note.text for note in robot_in_scene.notes(self.robot, self.scene)), *self.end_notes)
 
     def certify(self) -> Certificate | None:
         """The plan with its proof, for a checker that trusts no planner; None where there is no path."""
