@@ -24,13 +24,15 @@ from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
-from planner.native.library import Charge
-from planner.native.motions import Ramp, curve_next_ramp
+from planner.native.compiled import Charge, curve_next_ramp
 from planner.native.refinement import Descent, EvenStretches, Judge, Refined, Step, descend, even_stretches
 
 _BATCH = 256  # pieces between two looks whether to stop
 _OF_A_TRY = ("ends", "joints", "shares")
 _NONE_LEFT = 2**30  # more alternatives than there are
+
+Ramp = tuple[int, tuple[int, float], tuple[int, float], Floats]
+"""Its number among those tried, a piece of the curve and s on it for both ends, and its pieces (m, 3, dof)."""
 
 MotionTest = Callable[[Floats, Floats], Bools]
 """Which motions from configurations (m, dof) by joint motions (m, dof) may be taken, (m,)."""
@@ -149,11 +151,15 @@ class EdgeProver:
 
         One thread asks it.
         """
-        prove, keeps, inside = self._native.proof(self._bounds, room), self.world.keeps, self.checker.inside
+        prove, keeps, inside = self._native.prove_motion, self.world.keeps, self.checker.inside
 
         def free(first: Floats, delta: Floats) -> bool:
             """Whether one motion is proven, and what is kept by it too."""
-            found = None if self.static_contact is not None or self.progress.stopped else prove(first, delta)
+            found = (
+                None
+                if self.static_contact is not None or self.progress.stopped
+                else prove(self._bounds, first, delta, room)
+            )
             if found is None or inside.pairs(first[None])[0] >= 0:
                 return False
             if keeps and not keeps.proven(np.stack([first, delta])[None])[0]:
@@ -393,7 +399,7 @@ class EdgeProver:
     ) -> Ramp | None:
         """The first of pairs of ``moments`` (n, 2) s of a motion along a curve that a proven parabolic ramp joins.
 
-        See :func:`planner.native.motions.curve_next_ramp`.
+        See :func:`planner.native.compiled.curve_next_ramp`.
         """
         tried = 0
         while self.static_contact is None:

@@ -1,6 +1,6 @@
 """Second looks at motions: states along them between which no point moves farther than a step. No proofs.
 
-How far points move is bounded by :func:`planner.native.walk.walk`, part by part, from how bodies turn and slide there.
+How far points move is bounded by ``NativeWorld.walk``, part by part, from how bodies turn and slide there.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from planner.base.arrays import Floats, Ints, so_far
 from planner.base.products import product
 from planner.collision.checker import CollisionChecker, StatesOn
 from planner.collision.world import Contact, World
-from planner.native.walk import walk
 
 _LONGEST = 0.05  # m that joints alone could move a point on a part, over which its motion is bounded
 _AT_ONCE = 16384  # states
@@ -46,7 +45,7 @@ class Looks:
 def looks_along(checker: CollisionChecker, coefficients: Floats, step: float) -> Looks:
     """Looks at pieces (m, degree + 1, dof), each of which begins where the last one ends; at both ends too."""
     bound = checker.bound
-    parts, moved, shares = walk(bound.native, bound.of_all, coefficients, _LONGEST)
+    parts, moved, shares = bound.native.walk(bound.of_all, coefficients, _LONGEST)
     walked = so_far(moved)
     count = max(1, math.ceil(walked[-1] / step))
     at = walked[-1] * np.arange(count + 1) / count

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen, quantile
 from planner.base.errors import OptionError, choices
-from planner.native.library import manipulability_cost_sums, manipulability_costs
+from planner.native.compiled import manipulability_cost_sums, manipulability_costs
 from planner.problem.objective import DEFAULT_COST, ManipulabilityCost, Metric
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1

@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.resolutions import TOOL_ALONG_EDGE
-from planner.native.library import NativeChain
+from planner.native.compiled import NativeChain
 from planner.robot.files.urdf import slides
 from planner.robot.robot import Robot
 

@@ -17,7 +17,6 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import measured_tool
-from planner.native.tree_search import SearchSpace, tree_path
 from planner.roadmap.informed_set import InformedSet
 from planner.roadmap.joint_space import JointSpace
 from planner.roadmap.refine import PathRefiner
@@ -147,11 +146,12 @@ class FirstPathSearch:
     def _looked_for(
         self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
     ) -> tuple[Floats | None, int]:
-        """What :func:`tree_path` finds in ``space``, and how many motions it looked at."""
+        """What ``NativeWorld.tree_path`` finds in ``space``, and how many motions it looked at."""
         bound, seed = self._motions.prover.checker.bound, int(self._rng.integers(2**63))
         longest, tool = np.inf if self._within is None else self._within.longest, measured_tool(self._robot)
-        asked = SearchSpace(space.lower, space.upper, space.wrap, longest, tool, self._motions.floor, W_IN_GROWTH)
-        return tree_path(bound.native, bound.of_all, asked, starts, goals, step, sample, seed, limit)
+        limits, floor = (space.lower, space.upper), (self._motions.floor, W_IN_GROWTH)
+        asked = bound.of_all, limits, space.wrap, longest, tool, *floor
+        return bound.native.tree_path(*asked, starts, goals, step, sample, seed, limit)
 
     def _prove(self, path: Floats) -> Floats | None:
         """The path with every motion proven, refused ones replaced by a proven detour; None where there is none."""

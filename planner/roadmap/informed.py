@@ -9,7 +9,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.kinematics.manipulability import manipulability
-from planner.native.graphs import cheapest_path
+from planner.native.compiled import cheapest_path
 from planner.roadmap.connections import nearest_of
 from planner.roadmap.refine import PathRefiner, cut
 from planner.robot.robot import Robot

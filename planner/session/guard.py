@@ -14,8 +14,7 @@ from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
-from planner.native.gate import NativeGate
-from planner.native.world import NativeBounds
+from planner.native.compiled import NativeBounds, NativeGate
 from planner.query.resolve import position_bounds
 from planner.session.rules import JUDGED, RUNGS, Rules
 from planner.session.verdict import Unsafe, Where

@@ -15,8 +15,8 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, choices
 from planner.constraints.keeps import Keeps
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.native.gate import Chunk, Judgement
-from planner.native.motions import chunk_curves, stops_quickest
+from planner.native.compiled import Judgement, chunk_curves, stops_quickest
+from planner.native.gate import Chunk
 from planner.session.chunk import Given, read_chunk
 from planner.session.guard import Guard
 from planner.session.rules import JUDGED, RUNGS

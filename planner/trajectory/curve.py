@@ -9,8 +9,9 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.polynomials import part
-from planner.native.motions import Place
 
+Place = tuple[int, float]
+"""A piece of a curve, and s on it."""
 _SHORTEST = 1e-6  # rad (m): a segment shorter than this is no motion
 _REST = 1e-6  # of a piece: what is left of it is left out
 

@@ -23,7 +23,7 @@ from math import ceil
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.native.motions import curve_knots, motion_mean
+from planner.native.compiled import curve_knots, motion_mean
 from planner.trajectory.curve import Curve
 from planner.trajectory.limits import KINDS, LEAST_JERK, MotionLimits
 from planner.trajectory.time_optimal import Phases

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.native.motions import curve_phases
+from planner.native.compiled import curve_phases
 from planner.trajectory.curve import Curve
 
 _CORNER, _RAMP = 24, 3  # intervals of the parabolas of corners and ramps: s of a ramp is time, u stays near 0 there

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.collision.edge_prover import EdgeProver
+from planner.collision.edge_prover import EdgeProver, Ramp
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.native.motions import Ramp, curve_chords
+from planner.native.compiled import curve_chords
 from planner.query.resolve import position_bounds
 from planner.trajectory.curve import Curve, spliced
 from planner.trajectory.limits import MotionLimits

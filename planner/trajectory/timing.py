@@ -14,7 +14,7 @@ from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.native.motions import motion_shares
+from planner.native.compiled import motion_shares
 from planner.problem.request import TimeLaw, require_timing
 from planner.trajectory.curve import Curve, blends, rounded, straight, without_standstill
 from planner.trajectory.limits import USED, MotionLimits, own_limits

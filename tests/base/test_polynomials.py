@@ -7,7 +7,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from planner.base.polynomials import bernstein, derivative, evaluate, part
-from planner.native.motions import polynomial_extrema as extrema
+from planner.native.compiled import polynomial_extrema as extrema
 
 DEGREES = range(6)
 

@@ -31,7 +31,7 @@ from planner.collision import BACKENDS, make_checker
 from planner.collision.bounds import ClearanceBound
 from planner.collision.coal import CoalChecker
 from planner.kinematics.reach import Reach
-from planner.native.world import NativeWorld
+from planner.native.compiled import NativeWorld
 from planner.problem.request import PlanRequest
 from planner.robot.poses import pose
 from planner.robot.scene import Scene

@@ -14,7 +14,6 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.looks import first_seen, looks_along, recheck, states_along, straight
 from planner.kinematics.forward import joint_placements
-from planner.native.walk import walk
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -147,7 +146,7 @@ def test_no_point_is_faster_anywhere_on_a_long_part(checker, degree: int) -> Non
     def excess(given: np.ndarray) -> float:
         piece = within * np.tanh(given).reshape(1, degree + 1, robot.dof)
         piece[:, 0] += centre
-        parts, moved, _ = walk(bound.native, bound.of_all, piece, 1e3)
+        parts, moved, _ = bound.native.walk(bound.of_all, piece, 1e3)
         assert parts == [1]
         return -16.0 * float(moved_by(checker, evaluate(np.repeat(piece, 17, axis=0), fine)).max()) / moved[0]
 
@@ -173,7 +172,7 @@ def test_joints_that_carry_each_other_speed_a_point_up_together(urdf_file) -> No
     assert together > 2 * len(angles)
     for longest in (0.01, 0.05):
         line = np.array([np.full(7, -longest), np.full(7, 2 * longest)])[None]
-        _, moved, _ = walk(checker.bound.native, checker.bound.of_all, line, 1e3)
+        _, moved, _ = checker.bound.native.walk(checker.bound.of_all, line, 1e3)
         fastest = moved_by(checker, evaluate(np.repeat(line, 2, axis=0), np.array([1 - 1e-6, 1.0]))).max() / 1e-6
         assert 0.8 * together * longest * 2 * longest < fastest <= moved[0]
 
@@ -184,9 +183,7 @@ def test_what_stands_still_in_the_middle_is_not_taken_to_stand_still(power: int,
     arm = link_xml("a") + link_xml("b", '<sphere radius="1e-3"/>', '<origin xyz="1 0 0"/>')
     checker = make_checker(Robot.load(urdf_file(arm + joint_xml("j", "a", "b"))), scene_of((Box((1, 1, 1)), pose())))
     curve = 0.02 * np.polynomial.Polynomial([-1.0, 2.0]) ** power
-    _, moved, _ = walk(
-        checker.bound.native, checker.bound.of_all, np.array(curve.coef, dtype=float)[None, :, None], 1.0
-    )
+    _, moved, _ = checker.bound.native.walk(checker.bound.of_all, np.array(curve.coef, dtype=float)[None, :, None], 1.0)
     assert moved.shape == (1,)
     assert np.abs(curve.deriv()(np.linspace(0.0, 1.0, 101))).max() <= moved[0]
 

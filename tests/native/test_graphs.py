@@ -9,7 +9,8 @@ import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from planner.native.graphs import cheapest_costs, cheapest_nodes, detours
+from planner.native.compiled import cheapest_costs, detours
+from planner.native.graphs import cheapest_nodes
 
 
 def test_the_cheapest_path_is_dijkstras_over_directed_arcs() -> None:
