@@ -151,7 +151,7 @@ class Keeps:
         return self._native.proven(coefficients, self._bounds, FORGIVEN, _FINEST)
 
     @cached_property
-    def _bounds(self) -> tuple[Floats, ...]:
+    def _bounds(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """What ``NativeKeeping.proven`` asks of frames and pieces."""
         groups, dof = self._groups, self.robot.dof
         pieces = [piece for group in groups for piece in group.pieces]

@@ -49,6 +49,10 @@ template <int... Shape>
 using Ints = Given<int64_t, Shape...>;
 using Bools = Given<bool, any>;
 using Limits = std::pair<Floats<any>, Floats<any>>;  // the lowest and the highest value of each joint
+using States = Floats<any, any>;                     // rows of joint values
+using Coefficients = Floats<any, any, any>;          // (pieces, degree + 1, dof) of q(s), s in [0, 1]
+using Rotations = Floats<any, any, 3, 3>;            // of the base and all joints in some configurations
+using Positions = Floats<any, any, 3>;
 
 template <class T>
 const uint8_t* bytes_of(const T& flags) {
@@ -92,6 +96,12 @@ template <class T, size_t N>
 Made<T, N> copied(const T* values, Made<T, N> made) {
     std::copy_n(values, made.size(), made.data());
     return made;
+}
+
+// A constructor out of a function that makes one.
+template <class T, class... Arguments>
+auto made_by(T (*make)(Arguments...)) {
+    return [make](T* self, Arguments... given) { new (self) T(make(given...)); };
 }
 
 // While there is one, other threads of Python run, and long work hears Ctrl-C.

@@ -80,18 +80,16 @@ inline Made<double, 1> parent_values(const Arcs& arcs, const Index& index, const
     return m;
 }
 
-inline std::tuple<Made<double, 1>, double, double, double, double> standing(const Arcs& arcs, const Index& index,
-                                                                            const Floats<any>& y) {
+inline auto standing(const Arcs& arcs, const Index& index, const Floats<any>& y) {
     const Rows rows = rows_of(index, arcs.rows());
     arcs.require_states(rows, y.count());
     Made<double, 1> xhat(arcs.rows());
     const Standing all = stand(arcs, rows, y, xhat);
-    return {std::move(xhat), all.residual, all.lowest, all.highest, all.lowest_moving};
+    return std::tuple{std::move(xhat), all.residual, all.lowest, all.highest, all.lowest_moving};
 }
 
-inline std::tuple<Made<double, 1>, Made<double, 1>, double, double, double, double, double> step(
-    const Arcs& arcs, const Flow& flow, const Index& index, const Floats<any>& y, const Floats<any>& xhat, double half,
-    double dtau, double size) {
+inline auto step(const Arcs& arcs, const Flow& flow, const Index& index, const Floats<any>& y, const Floats<any>& xhat,
+                 double half, double dtau, double size) {
     const Rows rows = rows_of(index, arcs.rows());
     arcs.require_states(rows, y.count());
     xhat.of({arcs.rows()});
@@ -101,7 +99,8 @@ inline std::tuple<Made<double, 1>, Made<double, 1>, double, double, double, doub
     Made<double, 1> next = copied(y.data(), Made<double, 1>(y.size())), next_xhat(arcs.rows());
     const double off = advance(flow, rows, m.data(), y, xhat, dtau, size, next);
     const Standing all = stand(arcs, rows, next, next_xhat);
-    return {std::move(next), std::move(next_xhat), all.residual, all.lowest, all.highest, all.lowest_moving, off};
+    return std::tuple{std::move(next), std::move(next_xhat), all.residual, all.lowest,
+                      all.highest,     all.lowest_moving,    off};
 }
 
 inline Made<double, 1> moved(const Flow& flow, int order, const Floats<any>& s, double dtau) {
@@ -162,11 +161,7 @@ inline void bind_dynamics(nb::module_& m) {
     nb::class_<Arcs>(m, "NativeArcs",
                      "The arcs of R rows: row i reads heads[starts[i]:starts[i + 1]] as slope y + offset.\n\n"
                      "Slopes are 1 where there are none. rows are those that are looked at, None for all.")
-        .def(
-            "__init__",
-            [](Arcs* self, const Ints<any>& starts, const Ints<any>& heads, const std::optional<Floats<any>>& slope,
-               const Floats<any>& offset) { new (self) Arcs(arcs_of(starts, heads, slope, offset)); },
-            "starts"_a, "heads"_a, "slope"_a.none(), "offset"_a)
+        .def("__init__", made_by(&arcs_of), "starts"_a, "heads"_a, "slope"_a.none(), "offset"_a)
         .def("parent_values", &parent_values, "rows"_a.none(), "y"_a, at_work,
              "(rows,) the least of each row's arcs at states y.")
         .def("standing", &standing, "rows"_a.none(), "y"_a, at_work,

@@ -51,8 +51,7 @@ inline GateRules rules_of(const World& world, double room, const KindsOfLimits& 
 // The judgement on points, with what is made of them, one after the other: what stopped the proof (1 + dof,), times
 // (k + 1,), seconds (k,), pieces (k, 2 rows, dof), knots (k + 1, 3, dof) and the approach (2, dof), of fewer where there
 // are fewer.
-inline std::pair<Judgement, Made<double, 1>> check(Gate& gate, int points, int rows, int state,
-                                                   const Floats<any>& given, bool stop) {
+inline auto check(Gate& gate, int points, int rows, int state, const Floats<any>& given, bool stop) {
     require(points >= 1 && rows >= 1 && rows <= 3 && state >= 0 && state <= 3, "there are no such columns");
     const size_t dof = gate.rules().dof, count = points;
     given.of({static_cast<int64_t>(points + (state + count * rows) * dof)});
@@ -60,13 +59,12 @@ inline std::pair<Judgement, Made<double, 1>> check(Gate& gate, int points, int r
     Chunk chunk;
     chunk.times = made + 1 + dof, chunk.seconds = chunk.times + count + 1, chunk.pieces = chunk.seconds + count;
     chunk.knots = chunk.pieces + count * 2 * rows * dof, chunk.approach = chunk.knots + (count + 1) * 3 * dof;
-    return {gate.judge(chunk, points, rows, state, given, stop, made), std::move(made)};
+    return std::tuple{gate.judge(chunk, points, rows, state, given, stop, made), std::move(made)};
 }
 
-inline std::tuple<Made<double, 3>, Made<double, 2>, Made<int64_t, 2>> chunk_curves(
-    const Floats<any, any, any>& coefficients, const Floats<any>& times,
-    const std::optional<std::pair<Floats<any, 2, 5, any>, Floats<any, 2>>>& stops,
-    const std::optional<Floats<2, any>>& approach) {
+inline auto chunk_curves(const Coefficients& coefficients, const Floats<any>& times,
+                         const std::optional<std::pair<Floats<any, 2, 5, any>, Floats<any, 2>>>& stops,
+                         const std::optional<Floats<2, any>>& approach) {
     const int count = coefficients.count(), powers = coefficients.count(1), dof = coefficients.count(2);
     const size_t degree_of_all = stops ? std::max(powers, 5) : powers, size = degree_of_all * dof;
     times.of({count + 1});
@@ -91,14 +89,12 @@ inline std::tuple<Made<double, 3>, Made<double, 2>, Made<int64_t, 2>> chunk_curv
                 add(stops->first + static_cast<size_t>(i) * 5 * dof, 5, begin, stops->second[i], k, 2);
     }
     const size_t found = what.size() / 2;
-    return {copied(curves.data(), Made<double, 3>(found, degree_of_all, dof)),
-            copied(spans.data(), Made<double, 2>(found, 3)), copied(what.data(), Made<int64_t, 2>(found, 2))};
+    return std::tuple{copied(curves.data(), Made<double, 3>(found, degree_of_all, dof)),
+                      copied(spans.data(), Made<double, 2>(found, 3)), copied(what.data(), Made<int64_t, 2>(found, 2))};
 }
 
-inline std::tuple<Made<double, 4>, Made<double, 2>, Made<int64_t, 2>> stops_quickest(const Floats<any, 3, any>& states,
-                                                                                     const Floats<any>& times,
-                                                                                     const Floats<3, any>& limits,
-                                                                                     const Limits& positions) {
+inline auto stops_quickest(const Floats<any, 3, any>& states, const Floats<any>& times, const Floats<3, any>& limits,
+                           const Limits& positions) {
     const int n = states.count(), dof = states.count(2);
     require(dof >= 1, "there is no joint");
     require(within(states, states.size(), most_number), "a state is no finite number");
@@ -116,7 +112,7 @@ inline std::tuple<Made<double, 4>, Made<double, 2>, Made<int64_t, 2>> stops_quic
                   pieces + 10 * static_cast<size_t>(i) * dof, seconds + 2 * i, worst, end.data());
         broken[2 * i] = worst[0], broken[2 * i + 1] = worst[1];
     }
-    return {std::move(pieces), std::move(seconds), std::move(broken)};
+    return std::tuple{std::move(pieces), std::move(seconds), std::move(broken)};
 }
 
 inline void bind_gate(nb::module_& m) {

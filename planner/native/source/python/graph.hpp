@@ -24,9 +24,8 @@ inline Made<double, 1> detours(int nodes, const Ints<any, 2>& edges, const Float
     return found;
 }
 
-inline std::pair<Made<int64_t, 1>, Made<int64_t, 1>> cheapest_path(int nodes, const Ints<any, 2>& arcs,
-                                                                   const Floats<any>& costs, const Ints<any>& starts,
-                                                                   const Ints<any>& goals) {
+inline auto cheapest_path(int nodes, const Ints<any, 2>& arcs, const Floats<any>& costs, const Ints<any>& starts,
+                          const Ints<any>& goals) {
     require_arcs(nodes, arcs.count(), arcs, costs.of({arcs.count()}));
     require(between(starts, starts.size(), 0, nodes) && between(goals, goals.size(), 0, nodes), "an end is no node");
     CostSearch search(nodes, arcs.count(), arcs, costs);
@@ -36,7 +35,7 @@ inline std::pair<Made<int64_t, 1>, Made<int64_t, 1>> cheapest_path(int nodes, co
     const int start = search.run({goals + 0, goals + goals.size()}, nullptr, [&](int node) { return is_start[node]; });
     for (int node = start; node >= 0; node = search.next[node]) path.push_back(node), used.push_back(search.by[node]);
     if (!used.empty()) used.pop_back();
-    return {made_of(path), made_of(used)};
+    return std::tuple{made_of(path), made_of(used)};
 }
 
 inline Made<double, 1> cheapest_costs(int nodes, const Ints<any, 2>& arcs, const Floats<any>& costs,

@@ -16,7 +16,7 @@ inline void require_limits(int dof, const Limits& limits) {
 
 using OfCurve = Floats<any, 3, any>;  // parabolas c0 + c1 s + c2 s^2
 using OfPhases = Floats<any, 5>;      // a piece, s and ds/dt where each begins, d2s/dt2 on it, its seconds
-using OfPoints = Floats<any, any>;
+using OfPoints = States;
 
 inline Curve curve_of(const OfCurve& coefficients, const Bools* stop = nullptr) {
     const int m = coefficients.count(), dof = coefficients.count(2);
@@ -32,14 +32,14 @@ inline const Phase* phases_of(const OfPhases& phases, int m) {
     return reinterpret_cast<const Phase*>(rows);
 }
 
-inline int degree_of(const Floats<any, any, any>& c) {
+inline int degree_of(const Coefficients& c) {
     const int degree = c.count(1) - 1;
     require(degree >= 0 && degree <= highest_degree, "the pieces are of a higher degree than is supported");
     require(within(c, c.size(), most_number), "a coefficient is no finite number");
     return degree;
 }
 
-inline std::pair<Made<double, 2>, Made<double, 2>> polynomial_extrema(const Floats<any, any, any>& c) {
+inline auto polynomial_extrema(const Coefficients& c) {
     const int degree = degree_of(c), dof = c.count(2);
     const int64_t n = c.count();
     Made<double, 2> least(n, dof), largest(n, dof);
@@ -50,11 +50,11 @@ inline std::pair<Made<double, 2>, Made<double, 2>> polynomial_extrema(const Floa
             for (int i = 0; i <= degree; ++i) own[i] = c[(k * (degree + 1) + i) * dof + j];
             extrema_of(own, degree, least[k * dof + j], largest[k * dof + j]);
         }
-    return {std::move(least), std::move(largest)};
+    return std::tuple{std::move(least), std::move(largest)};
 }
 
-inline std::tuple<double, int64_t, int64_t> polynomial_worst(const Floats<any, any, any>& c, const Floats<any>& seconds,
-                                                             int order, const Floats<any>& most, double beyond) {
+inline auto polynomial_worst(const Coefficients& c, const Floats<any>& seconds, int order, const Floats<any>& most,
+                             double beyond) {
     const int degree = degree_of(c), n = c.count(), dof = c.count(2);
     require(n >= 1 && dof >= 1 && order >= 0, "there are no pieces, or the order is below 0");
     require(within(seconds.of({n}), n, most_number) && within(most.of({dof}), dof, most_number),
@@ -63,7 +63,7 @@ inline std::tuple<double, int64_t, int64_t> polynomial_worst(const Floats<any, a
     require(std::all_of(most + 0, most + dof, [](double one) { return one > 0.0; }), "a limit is not above 0");
     int64_t where[2];
     const double share = worst_share(n, degree, dof, order, c, seconds, most, beyond, where);
-    return {share, where[0], where[1]};
+    return std::tuple{share, where[0], where[1]};
 }
 
 inline Made<double, 2> curve_phases(const OfCurve& pieces, const Bools& stop, const Ints<any>& intervals,
@@ -75,8 +75,8 @@ inline Made<double, 2> curve_phases(const OfCurve& pieces, const Bools& stop, co
     return copied(reinterpret_cast<const double*>(motion.phases.data()), Made<double, 2>(motion.phases.size(), 5));
 }
 
-inline std::tuple<Made<int64_t, 1>, Made<double, 2>, Made<double, 2>, Made<int64_t, 1>> curve_knots(
-    const OfCurve& pieces, const Bools& stop, const OfPhases& phases, double stretch, int64_t window, int64_t apart) {
+inline auto curve_knots(const OfCurve& pieces, const Bools& stop, const OfPhases& phases, double stretch,
+                        int64_t window, int64_t apart) {
     const Curve curve = curve_of(pieces, &stop);
     require(stretch > 0.0 && window > 0 && apart > 0, "a stretch or a time is not above 0");
     const Phase* rows = phases_of(phases, curve.count);
@@ -85,8 +85,8 @@ inline std::tuple<Made<int64_t, 1>, Made<double, 2>, Made<double, 2>, Made<int64
         lasts += stretch * rows[k].duration + static_cast<double>(window) * nanosecond;
     require(lasts < 9e9, "the motion takes longer than nanoseconds count");
     const Knots knots = KnotsOfPhases(curve, rows, phases.count(), stretch, window, apart).knots;
-    return {made_of(knots.clock), copied(knots.q.data(), Made<double, 2>(knots.size(), curve.dof)),
-            copied(knots.v.data(), Made<double, 2>(knots.size(), curve.dof)), made_of(knots.piece)};
+    return std::tuple{made_of(knots.clock), copied(knots.q.data(), Made<double, 2>(knots.size(), curve.dof)),
+                      copied(knots.v.data(), Made<double, 2>(knots.size(), curve.dof)), made_of(knots.piece)};
 }
 
 // Points (k, dof) of a motion at times that increase.
@@ -99,15 +99,14 @@ inline void require_points(const Ints<any>& clock, const OfPoints& q, std::initi
     for (int i = 0; i + 1 < k; ++i) require(clock[i] < clock[i + 1], "the times of a motion do not increase");
 }
 
-inline std::tuple<Made<int64_t, 1>, Made<double, 2>, Made<double, 2>, Made<double, 2>> motion_mean(
-    const Ints<any>& clock, const OfPoints& q, const OfPoints& qd, int64_t window, int64_t apart) {
+inline auto motion_mean(const Ints<any>& clock, const OfPoints& q, const OfPoints& qd, int64_t window, int64_t apart) {
     const int k = q.count(), dof = q.count(1);
     require_points(clock, q, {&q, &qd});
     require(window > 0 && apart > 0, "a time is not above 0");
     const std::vector<int64_t> times = times_of_mean(clock, k, window, apart);
     Made<double, 2> mean(times.size(), dof), slope(times.size(), dof), bend(times.size(), dof);
     mean_over_window(Cubics(clock, q, qd, k, dof), times, window, dof, mean, slope, bend);
-    return {made_of(times), std::move(mean), std::move(slope), std::move(bend)};
+    return std::tuple{made_of(times), std::move(mean), std::move(slope), std::move(bend)};
 }
 
 inline Made<double, 1> motion_shares(const Ints<any>& clock, const OfPoints& q, const OfPoints& qd, const OfPoints& qdd,
@@ -147,7 +146,7 @@ inline Made<double, 3> ramp_quickest(const Limits& start, const Limits& end, con
     return copied(found.data(), Made<double, 3>(found.size() / (3 * dof), 3, dof));
 }
 
-inline std::pair<Made<double, 2>, Made<double, 1>> curve_chords(const OfCurve& pieces, int each, double chord) {
+inline auto curve_chords(const OfCurve& pieces, int each, double chord) {
     const Curve curve = curve_of(pieces);
     const int dof = curve.dof;
     require(each >= 1 && chord > 0.0, "a chord is longer than nothing, and a piece has one");
@@ -181,7 +180,7 @@ inline std::pair<Made<double, 2>, Made<double, 1>> curve_chords(const OfCurve& p
         next = (std::floor(so_far[k] / total * parts) + 1.0) / parts * total;
     }
     keep(last);
-    return {copied(points.data(), Made<double, 2>(points.size() / dof, dof)), made_of(walked)};
+    return std::tuple{copied(points.data(), Made<double, 2>(points.size() / dof, dof)), made_of(walked)};
 }
 
 using OnCurve = std::pair<int64_t, double>;  // a piece of a curve, and s on it

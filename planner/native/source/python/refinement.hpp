@@ -23,7 +23,7 @@ struct Refined {
     Made<double, 1> clearance;
     Made<int64_t, 1> samples;
 
-    Refined(const Judge& judge, const Floats<any, any>& from, size_t choices)
+    Refined(const Judge& judge, const States& from, size_t choices)
         : path(copied(from.data(), Made<double, 2>(from.count(), from.count(1)))), chosen(choices),
           clearance(std::max(0, from.count() - 1)), samples(std::max(0, from.count() - 1)) {
         from.of({any, judge.world.chain.dof()});
@@ -33,9 +33,9 @@ struct Refined {
         std::fill_n(samples.data(), samples.size(), -1);
     }
 };
-using Arrays = std::tuple<Made<double, 2>, Made<int64_t, 1>, Made<double, 1>, Made<int64_t, 1>>;
-inline Arrays arrays_of(Refined found) {
-    return {std::move(found.path), std::move(found.chosen), std::move(found.clearance), std::move(found.samples)};
+inline auto arrays_of(Refined found) {
+    return std::tuple{std::move(found.path), std::move(found.chosen), std::move(found.clearance),
+                      std::move(found.samples)};
 }
 
 struct Moves {
@@ -44,13 +44,10 @@ struct Moves {
     std::vector<double> found, pieces;
 };
 
-inline std::tuple<Arrays, int, std::pair<double, double>> descend(const World& world, const Bounds& bounds, double room,
-                                                                  const Charge& charge, const Floats<any, any>& path,
-                                                                  int first, const std::pair<double, double>& step,
-                                                                  double least, double gain, const Limits& limits,
-                                                                  const Floats<any, 2>& mixes,
-                                                                  const Floats<any, any, any, any>& draws, int most,
-                                                                  const std::optional<Ints<any>>& begin) {
+inline auto descend(const World& world, const Bounds& bounds, double room, const Charge& charge, const States& path,
+                    int first, const std::pair<double, double>& step, double least, double gain, const Limits& limits,
+                    const Floats<any, 2>& mixes, const Floats<any, any, any, any>& draws, int most,
+                    const std::optional<Ints<any>>& begin) {
     const int n = path.count(), dof = world.chain.dof(), most_waypoints = std::max(0, (n - 1) / 2);
     const int sweeps = draws.count(), draw_count = draws.count(2);
     const size_t width = dof;
@@ -101,7 +98,7 @@ inline std::tuple<Arrays, int, std::pair<double, double>> descend(const World& w
     });
     double next[2] = {step.first, step.second};
     const int made = all.made(next);
-    return {arrays_of(std::move(refined)), made, std::pair{next[0], next[1]}};
+    return std::tuple{arrays_of(std::move(refined)), made, std::pair{next[0], next[1]}};
 }
 
 struct Straightening {
@@ -125,10 +122,9 @@ struct Straightening {
     }
 };
 
-inline Arrays even_stretches(const World& world, const Bounds& bounds, double room, const Charge& charge,
-                             const Floats<any, any>& path, const Ints<any, any, 2>& ends,
-                             const Given<bool, any, any, any>& joints, const Floats<any, any>& shares, double gain,
-                             int most, int begin) {
+inline auto even_stretches(const World& world, const Bounds& bounds, double room, const Charge& charge,
+                           const States& path, const Ints<any, any, 2>& ends, const Given<bool, any, any, any>& joints,
+                           const States& shares, double gain, int most, int begin) {
     const int n = path.count(), tries = shares.count(), count = shares.count(1);
     const size_t dof = world.chain.dof(), all = shares.size();
     Refined refined({world, bounds, room, charge}, path, tries);

@@ -65,7 +65,7 @@ inline Chain chain_of(const Ints<any>& parent, const Bools& prismatic, const Flo
     return chain;
 }
 
-inline std::tuple<Made<double, 4>, Made<double, 3>> placements(const Chain& chain, const Floats<any, any>& q) {
+inline auto placements(const Chain& chain, const States& q) {
     const size_t n = q.of({any, chain.dof()}).count(), frames_of = chain.size() + 1;
     Made<double, 4> rotation(frames_of, n, 3, 3);
     Made<double, 3> position(frames_of, n, 3);
@@ -80,10 +80,10 @@ inline std::tuple<Made<double, 4>, Made<double, 3>> placements(const Chain& chai
             position[3 * row + 2] = frames[j].shift.z;
         }
     }
-    return {std::move(rotation), std::move(position)};
+    return std::tuple{std::move(rotation), std::move(position)};
 }
 
-inline Made<double, 2> points(const Chain& chain, const Floats<any, any>& q, int last, const Floats<3>& point) {
+inline Made<double, 2> points(const Chain& chain, const States& q, int last, const Floats<3>& point) {
     require_joint(chain, last);
     const int dof = chain.dof(), n = q.of({any, dof}).count();
     Made<double, 2> positions(n, 3);
@@ -105,7 +105,7 @@ inline Made<double, 2> points(const Chain& chain, const Floats<any, any>& q, int
     return positions;
 }
 
-inline Made<double, 1> path_lengths(const Chain& chain, const Floats<any, any>& start, const Floats<any, any>& delta,
+inline Made<double, 1> path_lengths(const Chain& chain, const States& start, const States& delta,
                                     const Ints<any>& pieces, int last, const Floats<3>& point) {
     require_joint(chain, last);
     const int dof = chain.dof(), n = start.of({any, dof}).count();
@@ -142,8 +142,7 @@ void fill_manipulability(const Chain& chain, const Tool& tool, int64_t all, cons
         });
 }
 
-inline Made<double, 1> manipulability(const Chain& chain, const Floats<any, any>& q, int last, const Floats<3>& point,
-                                      int rows) {
+inline Made<double, 1> manipulability(const Chain& chain, const States& q, int last, const Floats<3>& point, int rows) {
     const int dof = chain.dof();
     Made<double, 1> w(q.of({any, dof}).count());
     fill_manipulability(
@@ -151,9 +150,8 @@ inline Made<double, 1> manipulability(const Chain& chain, const Floats<any, any>
     return w;
 }
 
-inline Made<double, 2> manipulability_along(const Chain& chain, const Floats<any, any>& start,
-                                            const Floats<any, any>& delta, const Floats<any>& shares, int last,
-                                            const Floats<3>& point, int rows) {
+inline Made<double, 2> manipulability_along(const Chain& chain, const States& start, const States& delta,
+                                            const Floats<any>& shares, int last, const Floats<3>& point, int rows) {
     const int dof = chain.dof(), states = shares.count(), n = start.of({any, dof}).count();
     delta.of({n, dof});
     Made<double, 2> w(n, states);
@@ -166,10 +164,9 @@ inline Made<double, 2> manipulability_along(const Chain& chain, const Floats<any
 
 using JointLimits = std::tuple<Floats<any>, Floats<any>, Bools>;  // lowest, highest, and which joints wrap
 
-inline std::tuple<Made<double, 2>, Made<double, 1>, Made<double, 1>> solve_inverse(
-    const Chain& chain, const Floats<any, any>& seeds, int last, const Floats<4, 4>& tool,
-    const Floats<any, 4, 4>& targets, bool oriented, const JointLimits& limits, int iterations, bool turns_freely,
-    double weight) {
+inline auto solve_inverse(const Chain& chain, const States& seeds, int last, const Floats<4, 4>& tool,
+                          const Floats<any, 4, 4>& targets, bool oriented, const JointLimits& limits, int iterations,
+                          bool turns_freely, double weight) {
     const size_t dof = chain.dof(), n = seeds.of({any, chain.dof()}).count(), step = targets.count() == 1 ? 0 : 16;
     const auto& [lower, upper, wraps] = limits;
     lower.of({chain.dof()}), upper.of({chain.dof()}), wraps.of({chain.dof()});
@@ -189,7 +186,7 @@ inline std::tuple<Made<double, 2>, Made<double, 1>, Made<double, 1>> solve_inver
             descent.run(ends + k * dof, placed(targets + k * step), iterations);
             descent.miss(ends + k * dof, distance[k], angle[k]);
         });
-    return {std::move(ends), std::move(distance), std::move(angle)};
+    return std::tuple{std::move(ends), std::move(distance), std::move(angle)};
 }
 
 inline Omega omega_of(double low, double high, double zeta, int kind) {
@@ -203,8 +200,8 @@ inline Made<double, 1> manipulability_costs(const Floats<any>& w, double low, do
     return costs;
 }
 
-inline Made<double, 1> manipulability_cost_sums(const Floats<any, any>& w, const Floats<any>& weights, double low,
-                                                double high, double zeta, int kind) {
+inline Made<double, 1> manipulability_cost_sums(const States& w, const Floats<any>& weights, double low, double high,
+                                                double zeta, int kind) {
     constexpr int64_t at_a_time = 64;  // so that the costs stay in the nearest cache
     const int64_t n = w.count(), states = w.count(1);
     weights.of({states});
@@ -252,7 +249,7 @@ struct Charge {
     }
     Charge(const Charge&) = delete;  // the prices know where `wraps` are
 
-    Made<double, 1> costs(const Floats<any, any>& start, const Floats<any, any>& end) const {
+    Made<double, 1> costs(const States& start, const States& end) const {
         constexpr int at_a_time = 16;
         const int dof = chain.dof(), n = start.of({any, dof}).count();
         end.of({n, dof});
@@ -326,8 +323,7 @@ inline Made<double, 2> slack(const Keeping& keeping, int frame, const Floats<any
     return found;
 }
 
-inline std::tuple<Made<double, 2>, Made<bool, 1>> projected(const Keeping& keeping, const Floats<any, any>& q,
-                                                            const Floats<any>& depth, double exact, int steps) {
+inline auto projected(const Keeping& keeping, const States& q, const Floats<any>& depth, double exact, int steps) {
     const int dof = keeping.chain.dof(), n = q.of({any, dof}).count();
     depth.of({n});
     Made<double, 2> states = copied(q.data(), Made<double, 2>(n, dof));
@@ -335,13 +331,13 @@ inline std::tuple<Made<double, 2>, Made<bool, 1>> projected(const Keeping& keepi
     share_out(
         n, 64, [&] { return Projection(keeping); },
         [&](size_t k, Projection& projection) { good[k] = projection.run(states + k * dof, depth[k], exact, steps); });
-    return {std::move(states), std::move(good)};
+    return std::tuple{std::move(states), std::move(good)};
 }
 
 // How far frames (f,) leave their chords at most, and what that takes from what their pieces (p,) have to spare.
 using KeptLimits = std::tuple<Floats<any, any>, Floats<any, any, any>, Floats<any, any>, Floats<any>, Floats<any>>;
 
-inline Made<bool, 1> keeps_all(const Keeping& keeping, const Floats<any, any, any>& curves, const KeptLimits& limits,
+inline Made<bool, 1> keeps_all(const Keeping& keeping, const Coefficients& curves, const KeptLimits& limits,
                                double forgiven, double finest) {
     const int64_t dof = keeping.chain.dof(), frames = keeping.frames.size(), pieces = keeping.pieces.size();
     const int n = curves.of({any, any, dof}).count(), degree = curves.count(1) - 1;
@@ -379,7 +375,7 @@ inline PointsInBoxes boxes_of(const Chain& chain, const Ints<any>& inner, const 
     return made;
 }
 
-inline std::tuple<Made<int64_t, 2>, Made<double, 2>> hits(const PointsInBoxes& boxes, const Floats<any, any>& q) {
+inline auto hits(const PointsInBoxes& boxes, const States& q) {
     require(within(q.of({any, boxes.chain.dof()}), q.size(), farthest), "a joint value is no finite number");
     std::vector<int64_t> rows;
     std::vector<double> local;
@@ -387,21 +383,15 @@ inline std::tuple<Made<int64_t, 2>, Made<double, 2>> hits(const PointsInBoxes& b
         rows.insert(rows.end(), {row, box});
         local.insert(local.end(), {at.x, at.y, at.z});
     });
-    return {copied(rows.data(), Made<int64_t, 2>(rows.size() / 2, 2)),
-            copied(local.data(), Made<double, 2>(local.size() / 3, 3))};
+    return std::tuple{copied(rows.data(), Made<int64_t, 2>(rows.size() / 2, 2)),
+                      copied(local.data(), Made<double, 2>(local.size() / 3, 3))};
 }
 
 inline void bind_robot(nb::module_& m) {
     nb::class_<Chain>(m, "NativeChain", "The joint tree of a robot; arrays as in kinematics.forward.Chain.")
-        .def(
-            "__init__",
-            [](Chain* self, const Ints<any>& parent, const Bools& prismatic, const Floats<any, 3, 3, 3>& rotations,
-               const Floats<any, 3>& offset, const Floats<any, 3>& slide, const Floats<any, 3>& axis,
-               const std::optional<Following>& following) {
-                new (self) Chain(chain_of(parent, prismatic, rotations, offset, slide, axis, following));
-            },
-            "parent"_a, "prismatic"_a, "rotations"_a, "offset"_a, "slide"_a, "axis"_a, "following"_a = nb::none(),
-            "following: leader, factor and zero (joints,); without them every joint is planned.")
+        .def("__init__", made_by(&chain_of), "parent"_a, "prismatic"_a, "rotations"_a, "offset"_a, "slide"_a, "axis"_a,
+             "following"_a = nb::none(),
+             "following: leader, factor and zero (joints,); without them every joint is planned.")
         .def_prop_ro("joints", &Chain::size)
         .def_prop_ro("dof", &Chain::dof)
         .def("placements", &placements, "q"_a, at_work,
@@ -438,17 +428,8 @@ inline void bind_robot(nb::module_& m) {
                         "A piece is row . y >= limit or, a ball, |rows y - centre| <= limit; depth is how much more\n"
                         "there can be. Frames stand at placements (f, 4, 4) in joints, with pieces (f,) each, which\n"
                         "have counts (p,) rows.")
-        .def(
-            "__init__",
-            [](Keeping* self, const Chain& chain, const Ints<any>& joints, const Floats<any, 4, 4>& placements,
-               const Ints<any>& pieces, const Ints<any>& counts, const Bools& balls, const Floats<any, 12>& rows,
-               const Floats<any>& centres, const Floats<any>& limits, const Floats<any>& depths,
-               const JointLimits& joint_limits) {
-                new (self) Keeping(keeping_of(chain, joints, placements, pieces, counts, balls, rows, centres, limits,
-                                              depths, joint_limits));
-            },
-            "chain"_a, "joints"_a, "placements"_a, "pieces"_a, "counts"_a, "balls"_a, "rows"_a, "centres"_a, "limits"_a,
-            "depths"_a, "joint_limits"_a)
+        .def("__init__", made_by(&keeping_of), "chain"_a, "joints"_a, "placements"_a, "pieces"_a, "counts"_a, "balls"_a,
+             "rows"_a, "centres"_a, "limits"_a, "depths"_a, "joint_limits"_a)
         .def("slack", &slack, "frame"_a, "rotation"_a, "position"_a, at_work,
              "What the pieces (k,) of a frame have to spare (n, k) at its poses, (n, 3, 3) and (n, 3).")
         .def("projected", &projected, "q"_a, "depth"_a, "exact"_a, "steps"_a, at_work,
@@ -463,14 +444,8 @@ inline void bind_robot(nb::module_& m) {
                               "Points (k, 3) in the frames of joints inner (k,), and a box for each.\n\n"
                               "From low to high (k, 3) in frames turns (k, 3, 3), shifts (k, 3), given in those of\n"
                               "joints outer (k,).")
-        .def(
-            "__init__",
-            [](PointsInBoxes* self, const Chain& chain, const Ints<any>& inner, const Floats<any, 3>& points,
-               const Ints<any>& outer, const Floats<any, 3, 3>& turns, const Floats<any, 3>& shifts,
-               const Floats<any, 3>& low, const Floats<any, 3>& high) {
-                new (self) PointsInBoxes(boxes_of(chain, inner, points, outer, turns, shifts, low, high));
-            },
-            "chain"_a, "inner"_a, "points"_a, "outer"_a, "turns"_a, "shifts"_a, "low"_a, "high"_a)
+        .def("__init__", made_by(&boxes_of), "chain"_a, "inner"_a, "points"_a, "outer"_a, "turns"_a, "shifts"_a,
+             "low"_a, "high"_a)
         .def("hits", &hits, "q"_a, at_work,
              "Which points lie in their boxes in configurations (n, dof): rows (m, 2) of configurations and boxes,\n"
              "ascending, and where the points are in the boxes' frames (m, 3).");

@@ -157,8 +157,7 @@ inline void set_pairs(World& world, const Ints<any, 2>& pairs, const Bools& chec
     world.measure();
 }
 
-inline Bounds bounds_of(const World& world, const Floats<any, any>& reach, const Floats<any, any>& body_reach,
-                        const Bools& is_static) {
+inline Bounds bounds_of(const World& world, const States& reach, const States& body_reach, const Bools& is_static) {
     const int64_t joints = world.chain.size(), pairs = world.pair_count();
     reach.of({pairs, joints}), body_reach.of({world.bodies, joints}), is_static.of({pairs});
     return {{reach + 0, reach + reach.size()},
@@ -168,11 +167,11 @@ inline Bounds bounds_of(const World& world, const Floats<any, any>& reach, const
 
 // Placements of n configurations, as a chain gives them: rotations and positions of the base and all joints.
 struct Placements {
-    const Floats<any, any, 3, 3>& rotation;
-    const Floats<any, any, 3>& position;
+    const Rotations& rotation;
+    const Positions& position;
     const size_t frames, n;
 
-    Placements(const World& world, const Floats<any, any, 3, 3>& turns, const Floats<any, any, 3>& shifts)
+    Placements(const World& world, const Rotations& turns, const Positions& shifts)
         : rotation(turns), position(shifts), frames(world.chain.size() + 1), n(turns.count(1)) {
         turns.of({world.chain.size() + 1, any, 3, 3}), shifts.of({world.chain.size() + 1, turns.count(1), 3});
     }
@@ -181,8 +180,7 @@ struct Placements {
     }
 };
 
-inline Made<double, 2> coarse(const World& world, const Floats<any, any, 3, 3>& rotation,
-                              const Floats<any, any, 3>& position) {
+inline Made<double, 2> coarse(const World& world, const Rotations& rotation, const Positions& position) {
     const Placements placed(world, rotation, position);
     Made<double, 2> bounds(placed.n, world.pair_count());
     Scratch scratch = world.scratch();
@@ -197,9 +195,8 @@ inline Made<double, 2> coarse(const World& world, const Floats<any, any, 3, 3>& 
 
 // Close bounds (k,) of pairs, and the normals (k, 3) of the planes that hold best between the two hulls.
 template <class Keep>
-void look_closely(const World& world, const Floats<any, any, 3, 3>& rotation, const Floats<any, any, 3>& position,
-                  const Ints<any>& rows, const Ints<any>& pairs, const std::variant<Floats<any>, double>& enough,
-                  const Keep& keep) {
+void look_closely(const World& world, const Rotations& rotation, const Positions& position, const Ints<any>& rows,
+                  const Ints<any>& pairs, const std::variant<Floats<any>, double>& enough, const Keep& keep) {
     const Placements placed(world, rotation, position);
     const int count = rows.count();
     const auto* each = std::get_if<Floats<any>>(&enough);
@@ -232,8 +229,8 @@ void look_closely(const World& world, const Floats<any, any, 3, 3>& rotation, co
     });
 }
 
-inline Made<double, 1> close(const World& world, const Floats<any, any, 3, 3>& rotation,
-                             const Floats<any, any, 3>& position, const Ints<any>& rows, const Ints<any>& pairs,
+inline Made<double, 1> close(const World& world, const Rotations& rotation, const Positions& position,
+                             const Ints<any>& rows, const Ints<any>& pairs,
                              const std::variant<Floats<any>, double>& enough) {
     Made<double, 1> bounds(rows.count());
     look_closely(world, rotation, position, rows, pairs, enough,
@@ -241,8 +238,8 @@ inline Made<double, 1> close(const World& world, const Floats<any, any, 3, 3>& r
     return bounds;
 }
 
-inline Made<double, 2> planes(const World& world, const Floats<any, any, 3, 3>& rotation,
-                              const Floats<any, any, 3>& position, const Ints<any>& rows, const Ints<any>& pairs,
+inline Made<double, 2> planes(const World& world, const Rotations& rotation, const Positions& position,
+                              const Ints<any>& rows, const Ints<any>& pairs,
                               const std::variant<Floats<any>, double>& enough) {
     Made<double, 2> normals(rows.count(), 3);
     look_closely(world, rotation, position, rows, pairs, enough, [&](int k, double, const Vec& apart) {
@@ -251,7 +248,7 @@ inline Made<double, 2> planes(const World& world, const Floats<any, any, 3, 3>& 
     return normals;
 }
 
-inline int first_near(const World& world, const Floats<any, any>& q) {
+inline int first_near(const World& world, const States& q) {
     const int n = q.of({any, world.chain.dof()}).count();
     Glance glance(world);
     for (int k = 0; k < n; ++k, heed())
@@ -282,7 +279,7 @@ class Look {
 constexpr int64_t most_parts = INT32_MAX / 8;  // of a walk
 
 // Pieces (count, degree + 1, dof) of the world's robot.
-inline Pieces pieces_of(const World& world, const Floats<any, any, any>& coefficients) {
+inline Pieces pieces_of(const World& world, const Coefficients& coefficients) {
     const Pieces pieces{coefficients, coefficients.of({any, any, world.chain.dof()}).count(), coefficients.count(1) - 1,
                         world.chain.dof()};
     require(pieces.degree >= 0 && pieces.degree <= highest_degree,
@@ -305,9 +302,8 @@ inline std::vector<Span> spans_of(const Spans& spans, int count) {
     return found;
 }
 
-inline std::tuple<Made<int64_t, 1>, Made<int64_t, 1>, Made<int64_t, 1>, Made<double, 1>, Made<double, 1>> prove(
-    const World& world, const Bounds& bounds, const Floats<any, any, any>& coefficients, double room,
-    const Spans& spans) {
+inline auto prove(const World& world, const Bounds& bounds, const Coefficients& coefficients, double room,
+                  const Spans& spans) {
     const Pieces pieces = pieces_of(world, coefficients);
     const std::vector<Span> times = spans_of(spans, pieces.count);
     require_room(room);
@@ -321,7 +317,7 @@ inline std::tuple<Made<int64_t, 1>, Made<int64_t, 1>, Made<int64_t, 1>, Made<dou
             verdict[k] = proof.verdict, pair[k] = proof.pair, samples[k] = proof.samples;
             clearance[k] = proof.clearance, where[k] = proof.where;
         });
-    return {std::move(verdict), std::move(pair), std::move(samples), std::move(clearance), std::move(where)};
+    return std::tuple{std::move(verdict), std::move(pair), std::move(samples), std::move(clearance), std::move(where)};
 }
 
 inline std::optional<std::pair<double, int64_t>> prove_motion(const World& world, const Bounds& bounds,
@@ -336,9 +332,8 @@ inline std::optional<std::pair<double, int64_t>> prove_motion(const World& world
     return std::pair{proof.clearance, proof.samples};
 }
 
-inline std::tuple<Made<int64_t, 1>, Made<int64_t, 1>, Made<double, 1>> prove_together(
-    const World& world, const Bounds& bounds, const Floats<any, any, any>& coefficients, double room,
-    const Spans& spans) {
+inline auto prove_together(const World& world, const Bounds& bounds, const Coefficients& coefficients, double room,
+                           const Spans& spans) {
     const Pieces pieces = pieces_of(world, coefficients);
     const std::vector<Span> times = spans_of(spans, pieces.count);
     require_room(room);
@@ -352,7 +347,7 @@ inline std::tuple<Made<int64_t, 1>, Made<int64_t, 1>, Made<double, 1>> prove_tog
     Made<double, 1> where(count);
     for (int k = 0; k < count; ++k)
         verdict[k] = proofs[k].verdict, pair[k] = proofs[k].pair, where[k] = proofs[k].where;
-    return {std::move(verdict), std::move(pair), std::move(where)};
+    return std::tuple{std::move(verdict), std::move(pair), std::move(where)};
 }
 
 // The sums of the first 0, 1, 2, ... of what each of some has.
@@ -365,9 +360,9 @@ inline std::vector<int64_t> offsets_of(const Ints<any>& counts) {
     return offsets;
 }
 
-inline std::tuple<Made<int64_t, 1>, Made<double, 1>, Made<int64_t, 1>> first_proven_of(
-    const World& world, const Bounds& bounds, const Floats<any, any, any>& coefficients, const Ints<any>& motions,
-    const Ints<any>& alternatives, const Ints<any>& begin, double room) {
+inline auto first_proven_of(const World& world, const Bounds& bounds, const Coefficients& coefficients,
+                            const Ints<any>& motions, const Ints<any>& alternatives, const Ints<any>& begin,
+                            double room) {
     const Pieces pieces = pieces_of(world, coefficients);
     const std::vector<int64_t> items = offsets_of(alternatives), ends = offsets_of(motions);
     const int count = alternatives.count();
@@ -386,12 +381,11 @@ inline std::tuple<Made<int64_t, 1>, Made<double, 1>, Made<int64_t, 1>> first_pro
                                      static_cast<int>(items[k + 1] - items[k]), &ends[items[k]], room, proofs.data());
         });
     for (int k = 0; k < pieces.count; ++k) clearance[k] = proofs[k].clearance, samples[k] = proofs[k].samples;
-    return {std::move(chosen), std::move(clearance), std::move(samples)};
+    return std::tuple{std::move(chosen), std::move(clearance), std::move(samples)};
 }
 
-inline std::tuple<Made<int64_t, 1>, Made<double, 1>, Made<int64_t, 1>> cheapest_proven_chain(
-    const World& world, const Bounds& bounds, const Floats<any, any>& points, const Floats<any, any>& price,
-    double room) {
+inline auto cheapest_proven_chain(const World& world, const Bounds& bounds, const States& points, const States& price,
+                                  double room) {
     const int count = points.of({any, world.chain.dof()}).count(), most = threads();
     require(count >= 1, "a chain has at least one point");
     require_room(room);
@@ -408,12 +402,10 @@ inline std::tuple<Made<int64_t, 1>, Made<double, 1>, Made<int64_t, 1>> cheapest_
         const Proof* proof = search.proof(found[k - 1], found[k]);
         clearance[k - 1] = proof ? proof->clearance : 0.0, samples[k - 1] = proof ? proof->samples : -1;
     }
-    return {std::move(rows), std::move(clearance), std::move(samples)};
+    return std::tuple{std::move(rows), std::move(clearance), std::move(samples)};
 }
 
-inline std::tuple<Made<int64_t, 1>, Made<double, 1>, Made<double, 1>> walk(const World& world, const Bounds& bounds,
-                                                                           const Floats<any, any, any>& coefficients,
-                                                                           double longest) {
+inline auto walk(const World& world, const Bounds& bounds, const Coefficients& coefficients, double longest) {
     const Pieces pieces = pieces_of(world, coefficients);
     require(within(coefficients, coefficients.size(), farthest), "a coefficient is no finite number");
     require(longest > 0.0, "a part is longer than nothing");
@@ -449,13 +441,13 @@ inline std::tuple<Made<int64_t, 1>, Made<double, 1>, Made<double, 1>> walk(const
                       moved[i] = at.walk.part(piece, number / cut, (number + 1) / cut);
                   }
               });
-    return {std::move(parts), std::move(moved), std::move(shares)};
+    return std::tuple{std::move(parts), std::move(moved), std::move(shares)};
 }
 
-inline std::pair<std::optional<Made<double, 2>>, int64_t> tree_path(
-    const World& world, const Bounds& bounds, const Limits& limits, const Bools& wraps, double longest,
-    const std::tuple<int, Floats<3>, int>& tool, double floor, double floor_apart, const Floats<any, any>& starts,
-    const Floats<any, any>& goals, double step, double look_apart, uint64_t seed, int limit) {
+inline auto tree_path(const World& world, const Bounds& bounds, const Limits& limits, const Bools& wraps,
+                      double longest, const std::tuple<int, Floats<3>, int>& tool, double floor, double floor_apart,
+                      const States& starts, const States& goals, double step, double look_apart, uint64_t seed,
+                      int limit) {
     const int dof = world.chain.dof();
     const auto& [lower, upper] = limits;
     const auto& [joint, point, rows] = tool;
@@ -471,8 +463,9 @@ inline std::pair<std::optional<Made<double, 2>>, int64_t> tree_path(
     const SearchSpace space{lower, upper, bytes_of(wraps), longest, floor, floor_apart, of.last, of.rows, of.point};
     TreeSearch search(world, bounds, space, step, look_apart, seed);
     const std::vector<double> path = search.path(starts, starts.count(), goals, goals.count(), limit);
-    if (path.empty()) return {std::nullopt, search.looked_at};
-    return {copied(path.data(), Made<double, 2>(path.size() / dof, dof)), search.looked_at};
+    std::optional<Made<double, 2>> found;
+    if (!path.empty()) found = copied(path.data(), Made<double, 2>(path.size() / dof, dof));
+    return std::tuple{std::move(found), search.looked_at};
 }
 
 inline void bind_world(nb::module_& m) {
