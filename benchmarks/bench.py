@@ -22,12 +22,14 @@ from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
 from planner.base.tables import markdown_table, percentile
 from planner.batch.outcomes import CRASHED, TIMED_OUT
-from planner.cli.common import Debug, Out, Workers
+from planner.cli.common import Debug, Out
 from planner.cli.terminal import run_into, say
 from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest
 from reproduce.verdict import Verdict, tally
 
 __all__ = ["SERIAL", "Debug", "Flat", "Folder", "Out", "Verdict", "Workers", "WorkersRequest", "tally"]
+
+Workers = WorkersRequest
 
 Folder = Annotated[Path, tyro.conf.arg(help="Folder of planning problems."), tyro.conf.Positional]
 OptionalFolder = tyro.conf.Positional[Path | None]
@@ -184,9 +186,9 @@ def main(out: str, asked: str) -> None:
 
 def require_left_to_problems(plain: PlanRequest, *more: str) -> None:
     """Raise :class:`OptionError` for options, and ``more`` of them, that each problem says, or the benchmark itself."""
-    default = PlanRequest()
-    for name in ("scene", "motion_plan_request", "start", "goal", "roadmap", *more):
-        if getattr(plain, name) != getattr(default, name):
+    given, default = plain.config(), PlanRequest().config()
+    for name in ("scene", "request", "start", "goal", "roadmap", *more):
+        if given[name] != default[name]:
             raise OptionError(f"{name} is what each problem says: leave it out.")
 
 

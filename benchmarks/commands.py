@@ -14,6 +14,7 @@ from benchmarks.roadmap.run import roadmap
 from benchmarks.tables.run import tables
 from benchmarks.tasks.run import tasks
 from benchmarks.tool_paths.run import tool_paths
+from planner.cli.app import registry
 
 bench = tyro.extras.SubcommandApp()
 for command in (plan, first_motion, attack, gabf, gate, roadmap, optimum, tool_paths, tasks, tables):
@@ -22,9 +23,11 @@ for command in (plan, first_motion, attack, gabf, gate, roadmap, optimum, tool_p
 
 def run(arguments: list[str]) -> int:
     """The exit code of the benchmark that ``arguments`` ask for; help and what is wrong with them ends the process."""
-    return bench.cli(
-        prog="python -m benchmarks",
-        description="Measure success, safety and speed; speed as ratios within one run. Rows that the folder already "
-        "holds are not measured again, so an interrupted run goes on where it stopped.",
-        args=arguments,
-    )
+    with registry:
+        return bench.cli(
+            prog="python -m benchmarks",
+            description="Measure success, safety and speed; speed as ratios within one run. Rows that the folder "
+            "already holds are not measured again, so an interrupted run goes on where it stopped.",
+            args=arguments,
+            config=(tyro.conf.OmitArgPrefixes,),
+        )

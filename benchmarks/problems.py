@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from planner.base.errors import FileError
@@ -24,7 +24,7 @@ class Problem:
 
     def asked(self, plain: PlanRequest) -> PlanRequest:
         """``plain`` with this problem's scene and request."""
-        return replace(plain, scene=self.scene, motion_plan_request=self.request)
+        return plain.with_options(scene=self.scene, motion_plan_request=self.request)
 
     def content(self, plain: PlanRequest) -> str:
         """Eight digits of a hash of the options and of all files that are read for them."""
@@ -36,4 +36,7 @@ def find_problems(folder: Path) -> list[Problem]:
     if not folder.is_dir():
         raise FileError(f"{folder} holds no problems: give a folder with them.")
     tasks = read_plans(folder, PlanRequest())
-    return [Problem(task.name, str(task.request.scene), Path(str(task.request.motion_plan_request))) for task in tasks]
+    return [
+        Problem(task.name, str(task.request.what.scene), Path(str(task.request.what.motion_plan_request)))
+        for task in tasks
+    ]

@@ -8,12 +8,12 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from planner.base.progress import QUIET, Progress
-from planner.problem.request import PlanRequest, SweepRequest
+from planner.problem.request import PlanRequest
 
 
 @dataclass(frozen=True)
@@ -66,12 +66,13 @@ def run_case(
         return ended, json.loads(out.read_text()) if ended.code == 0 else None
 
 
-def plain_options(request: SweepRequest) -> dict[str, Any]:
+def plain_options(request: PlanRequest) -> dict[str, Any]:
     """The options of a plan as JSON holds them."""
-    return {name: str(value) if isinstance(value, Path) else value for name, value in asdict(request).items()}
+    return request.config()
 
 
 def plan_request(options: Mapping[str, Any]) -> PlanRequest:
     """The request whose :func:`plain_options` these are."""
-    names = ("srdf", "motion_plan_request", "roadmap")
-    return PlanRequest(**{**options, **{name: Path(options[name]) for name in names if options.get(name)}})
+    return PlanRequest.from_options(
+        **{"motion_plan_request" if name == "request" else name: value for name, value in options.items()}
+    )

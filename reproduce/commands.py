@@ -16,7 +16,8 @@ from planner.base.printable import printable
 from planner.base.progress import Progress
 from planner.cli.common import Debug, Out
 from planner.cli.terminal import report_table, run_into, say
-from planner.problem.request import PAPER_NODES, require_seed
+from planner.problem.options import PAPER_NODES
+from planner.problem.request import RoadmapQuality
 from reproduce.report import Report, write_report
 from reproduce.verdict import Verdict
 
@@ -103,7 +104,7 @@ def run(arguments: list[str]) -> int:
 
 def reproduce(folder: Path, seed: int, simulate: Callable[[Progress], Report]) -> int:
     """Run a simulation, write its report, print its verdicts, and its table where that fits; the exit code."""
-    require_seed(seed)
+    RoadmapQuality(seed=seed)  # refuses a seed out of range
     report = run_into(folder, simulate)
     written = write_report(report, folder)
     console, table = Console(), report_table(report.table)

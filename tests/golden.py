@@ -83,7 +83,7 @@ def knots(motion: planner.Trajectory) -> str:
 
 
 def intervals() -> list[list[float]]:
-    tradeoff = planner.sweep(planner.PlanRequest(nodes=80, collision="coal"))
+    tradeoff = planner.sweep(planner.PlanRequest.from_options(nodes=80, collision="coal"))
     return [[round(value, 12) for value in (row.beta_min, row.beta_max, row.w_min)] for row in tradeoff.intervals]
 
 

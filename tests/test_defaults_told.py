@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,14 +27,14 @@ NETWORK = gabf.Network.from_arcs(*np.array([[1], [0], [1], [0]]), n_nodes=2, ker
 HELD = float(np.array(NETWORK.source_values, dtype=float).sum())
 NUMBERS = {"one": "1", "two": "2", "six": "6", "twelve": "12"}
 # a file, words of it around what is told, and what the code has
-TOLD: list[tuple[str, str, float | str]] = [
-    ("planner/problem/request.py", r"gain nothing; left out, (\S+), or 0 with --roadmap", PLAIN.rounds),
+TOLD: list[tuple[str, str, Any]] = [
+    ("planner/problem/options.py", r"gain nothing; left out, (\S+), or 0 with --roadmap", PLAIN.quality.rounds),
     (
-        "planner/problem/request.py",
+        "planner/problem/options.py",
         r"left out, \d+, or (\S+) with --roadmap: as it is",
-        PlanRequest(roadmap="x").rounds,
+        PlanRequest.from_options(roadmap="x").quality.rounds,
     ),
-    ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.rounds),
+    ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.quality.rounds),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
     (
         "planner/roadmap/growth_settings.py",
@@ -42,13 +42,13 @@ TOLD: list[tuple[str, str, float | str]] = [
         JOIN,
     ),
     ("planner/gabf/network.py", r"held at ``source_values`` \(k,\), (\S+) where left out", HELD),
-    ("docs/howto/better_paths.md", r"(\w+) rounds are the default where a roadmap is grown", PLAIN.rounds),
-    ("docs/howto/better_paths.md", r"shortcuts in time keep: (\S+), or half of it", PLAIN.room),
-    ("docs/howto/better_paths.md", r"plans keep (\S+) mm where there is space", 1000 * PLAIN.room),
-    ("docs/howto/choose_beta.md", r"falls with w: .*?`(\w+)` \(default\)", PLAIN.manipulability_cost),
-    ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.charge),
-    ("docs/reference/commands.md", r"`--ik-solutions` \((\S+)\)", PLAIN.ik_solutions),
-    ("docs/reference/commands.md", r"`--ik-tolerance` \(`(\S+)`", PLAIN.ik_tolerance),
+    ("docs/howto/better_paths.md", r"(\w+) rounds are the default where a roadmap is grown", PLAIN.quality.rounds),
+    ("docs/howto/better_paths.md", r"shortcuts in time keep: (\S+), or half of it", PLAIN.quality.room),
+    ("docs/howto/better_paths.md", r"plans keep (\S+) mm where there is space", 1000 * PLAIN.quality.room),
+    ("docs/howto/choose_beta.md", r"falls with w: .*?`(\w+)` \(default\)", PLAIN.quality.manipulability_cost),
+    ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.quality.charge),
+    ("docs/reference/commands.md", r"`--ik-solutions` \((\S+)\)", PLAIN.what.ik_solutions),
+    ("docs/reference/commands.md", r"`--ik-tolerance` \(`(\S+)`", PlanRequest().config()["ik_tolerance"]),
     ("docs/reference/commands.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
 ]
 MORE = r"left out, [\"`\d]|[\"`\d]+ (?:per joint )?where left out|rounds are the default|\(default\)|\d by default"
@@ -83,6 +83,8 @@ def test_no_default_is_told_that_nothing_holds(path: Path) -> None:
 
 def test_the_defaults_of_the_library_are_those_of_the_command_line() -> None:
     """Functions that repeat a default of the request have the same one."""
-    assert replace(PLAIN, robot="planar_2r", scene="empty", effort=0, room=0.0) == SESSION
-    assert SingularityFree(T=PLAIN.prescribed_time) == gabf.named_law(PLAIN.law, PLAIN.prescribed_time)
+    assert PLAIN.with_options(robot="planar_2r", scene="empty", effort=0, room=0.0) == SESSION
+    assert SingularityFree(T=PLAIN.quality.prescribed_time) == gabf.named_law(
+        PLAIN.quality.law, PLAIN.quality.prescribed_time
+    )
     assert ASSUMED_JERK_PER_ACCELERATION == 100.0, "docs and plan.json say 100/s"

@@ -263,7 +263,9 @@ def test_what_is_proven_in_time_touches_at_no_moment() -> None:
 @pytest.fixture(scope="module")
 def planned() -> Plan:
     """From one side of the ball to the other, where the straight way leads the rod through it."""
-    request = PlanRequest(robot=palletizer().robot, scene=BALL, start="q:-0.9,-0.4,0.2", goal="q:0.9,-0.4,0.2")
+    request = PlanRequest.from_options(
+        robot=palletizer().robot, scene=BALL, start="q:-0.9,-0.4,0.2", goal="q:0.9,-0.4,0.2"
+    )
     return plan(request, nodes=60, timing=TimingRequest())
 
 

@@ -62,7 +62,7 @@ def scenes(tmp_path_factory) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def small(scenes) -> PlanRequest:
-    return PlanRequest(robot="planar_2r", scene=scenes["post"], nodes=80)
+    return PlanRequest.from_options(robot="planar_2r", scene=scenes["post"], nodes=80)
 
 
 def mean_omega(roadmap, request) -> np.ndarray:
@@ -130,7 +130,7 @@ def test_the_straight_motion_of_the_papers_scenario_collides(solved):
 
 
 def test_a_path_only_is_proven_with_nothing_grown_around_it(scenes):
-    found = plan(PlanRequest(robot="planar_2r", scene=scenes["post"], path_only=True))
+    found = plan(PlanRequest.from_options(robot="planar_2r", scene=scenes["post"], path_only=True))
     assert_sound(found)
     assert len(found.roadmap.nodes) < 80
     assert found.roadmap.proven.all()
@@ -140,7 +140,7 @@ def test_a_path_only_is_proven_with_nothing_grown_around_it(scenes):
 @pytest.mark.parametrize("more", [{"nodes": 80}, {"roadmap": "roadmap.npz"}])
 def test_a_path_only_takes_no_roadmap(more):
     with pytest.raises(OptionError, match="a path only has no roadmap around it: leave out"):
-        PlanRequest(path_only=True, **more)
+        PlanRequest.from_options(path_only=True, **more)
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.3, 0.5, 0.7, 1.0])
@@ -204,7 +204,7 @@ def test_start_is_goal(small):
 
 
 def test_no_path_is_an_outcome(scenes):
-    found = plan(PlanRequest(robot="planar_2r", scene=scenes["shut"], nodes=50))
+    found = plan(PlanRequest.from_options(robot="planar_2r", scene=scenes["shut"], nodes=50))
     assert found.outcome is Outcome.NO_PATH
     assert found.outcome.exit_code == 4
     assert not found.roadmap.connected
@@ -216,25 +216,27 @@ def test_no_path_is_an_outcome(scenes):
 
 
 def test_the_highest_floor_that_was_found_can_be_kept_to():
-    request = PlanRequest(nodes=100, effort=0, seed=2)
-    failed = plan(replace(request, min_manipulability=0.12))
+    request = PlanRequest.from_options(nodes=100, effort=0, seed=2)
+    failed = plan(request.with_options(min_manipulability=0.12))
     assert failed.outcome is Outcome.TOO_SINGULAR
     assert isinstance(failed.reason, FloorTooHigh)
     assert 0.0 < failed.reason.reachable < failed.reason.asked == 0.12
     assert f"--min-manipulability {failed.reason.reachable:g}" in failed.message
-    assert plan(replace(request, min_manipulability=failed.reason.reachable)).outcome is Outcome.SOLVED
+    assert plan(request.with_options(min_manipulability=failed.reason.reachable)).outcome is Outcome.SOLVED
 
 
 def test_a_floor_that_only_zero_meets():
     found = plan(
-        PlanRequest("planar_2r", "empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60, min_manipulability=0.05)
+        PlanRequest.from_options(
+            robot="planar_2r", scene="empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60, min_manipulability=0.05
+        )
     )
     assert found.reason == FloorTooHigh(0.05, 0.0)
     assert "leave --min-manipulability out" in found.message
 
 
 def test_walls_are_named_whatever_floor_was_asked(scenes):
-    shut = PlanRequest(robot="planar_2r", scene=scenes["shut"], nodes=50)
+    shut = PlanRequest.from_options(robot="planar_2r", scene=scenes["shut"], nodes=50)
     for request in (shut, replace(shut, min_manipulability=0.001)):
         assert isinstance(plan(request).reason, Separated)
 
@@ -440,7 +442,7 @@ BAD = {
 def test_requests_out_of_range(case):
     change, parts = BAD[case]
     with pytest.raises(OptionError) as caught:
-        PlanRequest(**change)
+        PlanRequest.from_options(**change)
     assert [part for part in parts if part not in str(caught.value)] == []
     assert caught.value.exit_code == 2
 
@@ -457,12 +459,17 @@ def test_a_start_in_collision_is_refused_before_anything_is_grown(small):
 
 def test_the_default_request_is_the_papers():
     request = PlanRequest()
-    assert (request.robot, request.scene, request.nodes, request.beta) == ("iiwa14", "paper", 1012, 0.5)
-    assert request.roadmap is None or isinstance(request.roadmap, Path)
+    assert (request.what.robot, request.what.scene, request.quality.nodes, request.quality.beta) == (
+        "iiwa14",
+        "paper",
+        1012,
+        0.5,
+    )
+    assert request.quality.roadmap is None or isinstance(request.quality.roadmap, Path)
 
 
 def test_a_goal_named_twice_is_one_goal(scenes):
-    result = plan(PlanRequest(robot="planar_2r", scene=scenes["post"], goal="goal,start,goal", nodes=10))
+    result = plan(PlanRequest.from_options(robot="planar_2r", scene=scenes["post"], goal="goal,start,goal", nodes=10))
     assert result.outcome is Outcome.SOLVED
     assert len(result.roadmap.goals) == 2
 
@@ -482,7 +489,7 @@ states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}}
 def moving(tmp_path_factory) -> PlanRequest:
     path = tmp_path_factory.mktemp("moving") / "cart.yaml"
     path.write_text(CART)
-    return PlanRequest(robot="planar_2r", scene=str(path), nodes=80)
+    return PlanRequest.from_options(robot="planar_2r", scene=str(path), nodes=80)
 
 
 def test_among_what_moves_the_plan_is_in_time(moving, tmp_path):

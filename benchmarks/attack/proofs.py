@@ -38,8 +38,8 @@ def random_motions(checker: CollisionChecker, count: int, rng: np.random.Generat
 def compare_proofs(problem: Problem, plain: PlanRequest, python: str, motions: int) -> list[dict[str, Any]]:
     """Columns for each of HPP's methods; a scene that cannot be described to it has a message."""
     try:
-        query = make_query(problem.asked(plain))
-        rng = np.random.default_rng([plain.seed, *problem.name.encode()])
+        query = make_query(problem.asked(plain).what)
+        rng = np.random.default_rng([plain.quality.seed, *problem.name.encode()])
         start, delta = random_motions(query.checker, motions, rng)
         theirs = _proven_by_hpp(query, python, start, delta)
     except PlannerError as error:

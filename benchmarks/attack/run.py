@@ -56,7 +56,8 @@ from benchmarks.problems import Problem, find_problems
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.collision import BACKENDS
-from planner.problem.request import Backend, PlanRequest, require_seed
+from planner.problem.options import Backend
+from planner.problem.request import PlanRequest, RoadmapQuality
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 
@@ -106,7 +107,7 @@ def attack(
         problems: Folder of planning problems for the Panda, whose scenes HPP is compared in.
         python: Python of an environment of its own with hpp-python in it.
     """
-    require_seed(seed)
+    RoadmapQuality(seed=seed)  # refuses a seed out of range
     if min(tries, segments, edges, changes, motions) < 1 or not all(0.0 < t <= 100.0 for t in thicknesses):
         raise OptionError("give at least 1 of what is tried, and thicknesses above 0 and up to 100 mm.")
     for name in robots:
@@ -159,7 +160,10 @@ def _proof_cases(problems: Path | None, python: str | None, motions: int, seed: 
     """A case per scene; none without the problems and HPP's environment."""
     if problems is None or python is None:
         return []
-    found, plain = find_problems(problems), PlanRequest("panda", collision="coal", widen_limits=True, seed=seed)
+    found, plain = (
+        find_problems(problems),
+        PlanRequest.from_options(robot="panda", collision="coal", widen_limits=True, seed=seed),
+    )
     if motions < len(found):
         raise OptionError(f"{motions} motions are too few for {len(found)} scenes: give at least one for each.")
     each = -(-motions // len(found))

@@ -53,21 +53,21 @@ def measure(method: str, python: str, request: Columns, motion: Columns, seconds
     """The columns of one row; ``python`` runs methods of other environments."""
     plain, asked = plan_request(request), LimitsRequest(**motion)
     try:
-        query = make_query(plain)
+        query = make_query(plain.what)
         limits = MotionLimits.of(query.robot, asked)
         if method in (OURS, WHOLE):
-            found = _ours(query, replace(plain, path_only=method == OURS), asked)
+            found = _ours(query, plain.with_options(path_only=method == OURS), asked)
         elif method == OMPL:
-            found = _ompl(query, plain.seed, seconds)
+            found = _ompl(query, plain.quality.seed, seconds)
         else:
-            found = _other(method, python, query, plain.seed, seconds)
+            found = _other(method, python, query, plain.quality.seed, seconds)
         if method == ROBOPLAN:
             found = _timed_by_roboplan(found, python, query, limits)
     except PlannerError as error:
         return {"outcome": REFUSED, "message": str(error)}
     if found.path is None:
         return {"outcome": NO_PATH, **found.columns}
-    return {"outcome": SOLVED, **found.columns, **_looked_at(query, found, limits, plain.collision)}
+    return {"outcome": SOLVED, **found.columns, **_looked_at(query, found, limits, plain.what.collision)}
 
 
 def _ours(query: Query, request: PlanRequest, motion: LimitsRequest) -> _Found:
@@ -77,10 +77,10 @@ def _ours(query: Query, request: PlanRequest, motion: LimitsRequest) -> _Found:
     """
     ends = {"start": joints_text(query.starts[0]), "goal": joints_text(query.goals[0])}
     scene = replace(query.scene, carried=())  # the robot carries them already
-    asked = replace(request, robot=query.robot, scene=scene, motion_plan_request=None, widen_limits=False, **ends)
+    asked = request.with_options(robot=query.robot, scene=scene, motion_plan_request=None, widen_limits=False, **ends)
     timing = TimingRequest(**vars(motion))
     with contextlib.suppress(PlannerError):
-        plan(replace(asked, scene=Scene("empty")), timing=timing)
+        plan(asked.with_options(scene=Scene("empty")), timing=timing)
     gc.collect()
     watch, cpu = FirstPath(), time.process_time()
     found = plan(asked, Progress(watch), timing)

@@ -39,7 +39,7 @@ from planner.trajectory.limits import MotionLimits
 
 def first_motion(
     folder: bench.Folder,
-    plain: Annotated[RoadmapRequest, bench.Flat] = RoadmapRequest("panda", collision="coal"),  # noqa: B008 (frozen)
+    plain: Annotated[RoadmapRequest, bench.Flat] = RoadmapRequest.from_options(robot="panda", collision="coal"),  # noqa: B008 (frozen)
     limits: Annotated[LimitsRequest, bench.Flat] = LimitsRequest(),  # noqa: B008 (frozen)
     out: bench.Out = Path("bench-first-motion"),
     python: tuple[str, ...] = (),
@@ -62,15 +62,15 @@ def first_motion(
         python: NAME=PATH: a planner, roboplan, pyroboplan or hpp, and the Python of the environment it is installed in.
         seconds: Seconds after which the other planners give up.
     """
-    request = PlanRequest(**vars(plain), path_only=True)
+    request = PlanRequest.from_options(**plain.values(), path_only=True)
     methods = {OURS: "", WHOLE: "", OMPL: "", **environments(python)}
     bench.require_left_to_problems(request)
     if not seconds > 0:
         raise OptionError("give a time above 0 s.")
-    robot = Robot.load(str(request.robot))
+    robot = Robot.load(str(request.what.robot))
     words, here, cases = MotionLimits.of(robot, limits).text(robot), bench.software(), []
     for problem, method in itertools.product(find_problems(folder), methods):
-        place = request.seed, str(request.robot), request.collision, words, seconds
+        place = request.quality.seed, str(request.what.robot), request.what.collision, words, seconds
         row = Row(problem.name, method, *place, problem.content(request), here)
         options = {"method": method, "python": methods[method], "seconds": seconds}
         options |= {"request": plain_options(problem.asked(request)), "motion": bench.plain_limits(limits)}

@@ -23,7 +23,7 @@ from benchmarks.gabf.case import geometric_network, write_network
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import Progress
 from planner.base.tables import markdown_table
-from planner.problem.request import require_seed
+from planner.problem.request import RoadmapQuality
 
 _NEIGHBOURS, _RK45_UP_TO = 8, 10_000
 _METHODS = ("dijkstra", "gabf", "rk45 in tau", "rk45 in t")
@@ -66,7 +66,7 @@ def gabf(
         seed: Seed of the networks.
         sizes: Numbers of nodes; 1000000 takes minutes and 1.3 GiB.
     """
-    require_seed(seed)
+    RoadmapQuality(seed=seed)  # refuses a seed out of range
     if any(nodes <= _NEIGHBOURS + 1 for nodes in sizes):
         raise OptionError(f"sizes must be at least {_NEIGHBOURS + 2} nodes, got {min(sizes)}.")
     here = bench.software()

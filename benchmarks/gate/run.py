@@ -32,7 +32,7 @@ from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker, keeping
-from planner.problem.request import require_seed
+from planner.problem.request import RoadmapQuality
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -119,7 +119,7 @@ def gate(
         seed: Seed of chunks and obstacles.
         python: Python of an environment of its own with hpp-python in it, to prove the same lines.
     """
-    require_seed(seed)
+    RoadmapQuality(seed=seed)  # refuses a seed out of range
     if chunks < 1 or attack < 0 or steps < 2:
         raise OptionError("give at least 1 chunk of 2 steps, and 0 tries or more.")
     for name in robots:

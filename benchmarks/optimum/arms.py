@@ -11,7 +11,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.files import write_whole
 from planner.cost.scale import CostScale
-from planner.problem.request import Thing
+from planner.problem.options import RobotLike
 from planner.robot.poses import pose
 from planner.robot.scene import Obstacle, Scene
 from planner.robot.shapes import Box
@@ -47,7 +47,7 @@ class PlanarArm:
             self.name, tuple(Obstacle(f"box{k}", *each) for k, each in enumerate(zip(solids, places, strict=True)))
         )
 
-    def robot_in(self, folder: Path) -> Thing:
+    def robot_in(self, folder: Path) -> RobotLike:
         """The robot's name, or the path of its robot.yaml, which is written to ``folder``."""
         if self.robot is not None:
             return self.robot

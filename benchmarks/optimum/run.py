@@ -89,7 +89,7 @@ def _measure(row: Row, progress: Progress, kept: dict[tuple, tuple[float, float]
     """The columns of one plan; optima, by arm, beta and scale, are ``kept``."""
     arm = _ARMS[row.arm]
     with tempfile.TemporaryDirectory() as folder:
-        request = PlanRequest(
+        request = PlanRequest.from_options(
             robot=arm.robot_in(Path(folder)),
             scene=arm.scene,
             start=arm.start,

@@ -53,8 +53,8 @@ class Disagreement:
 
 def agreement(robot: Robot, scene: Scene, request: PlanRequest, states: int) -> dict[str, Any]:
     """The columns of a row about ``states`` random configurations within limits, which both libraries judge."""
-    fcl, coal = (make_checker(robot, scene, name, request.margin) for name in ("fcl", "coal"))
-    rng = np.random.default_rng([request.seed, *robot.name.encode(), *scene.name.encode()])
+    fcl, coal = (make_checker(robot, scene, name, request.what.margin) for name in ("fcl", "coal"))
+    rng = np.random.default_rng([request.quality.seed, *robot.name.encode(), *scene.name.encode()])
     q = rng.uniform(robot.lower, robot.upper, (states, robot.dof))
     by_fcl, by_coal = (np.array([is_free(checker, row) for row in q]) for checker in (fcl, coal))
     differ = [one for row in q[by_fcl != by_coal] if (one := disagreement(fcl, coal, row)) is not None]

@@ -23,7 +23,7 @@ from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan
 from planner.planning.result import Plan, plan_record
 from planner.problem.outcome import Outcome
-from planner.problem.request import DEFAULT_TIME_LAW, LimitsRequest, PlanRequest
+from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.query.query import make_query
 from planner.roadmap.joint_space import JointSpace
 from planner.roadmap.straight_motions import Motions
@@ -78,10 +78,10 @@ def _of_record(found: Plan) -> Columns:
 
 
 def _ompl(method: str, request: PlanRequest, seconds: float) -> Columns:
-    query = make_query(request)
+    query = make_query(request.what)
     robot, check = query.robot, Motions(EdgeProver(query.checker)).looks_free(_STEP)
     begin, cpu = time.perf_counter(), time.process_time()
-    with OmplPaths(JointSpace.of(robot), check, np.random.default_rng(request.seed)) as planners:
+    with OmplPaths(JointSpace.of(robot), check, np.random.default_rng(request.quality.seed)) as planners:
         path = planners.path(method, query.starts, query.goals, seconds)
     columns = {"total_s": time.perf_counter() - begin, "cpu_s": time.process_time() - cpu}
     if path is None:
@@ -104,7 +104,7 @@ def _along(robot: Robot, path: Floats) -> Columns:
 
 def _looked_at(found: Plan) -> Columns:
     """Clearance by the library that planned, contacts by the other one."""
-    contacts = path_contacts(other_checker(found.robot, found.scene, found.request.collision), found.path)
+    contacts = path_contacts(other_checker(found.robot, found.scene, found.request.what.collision), found.path)
     clearance = path_clearance(found.checker, found.path)[1].min(initial=np.inf)
     return {
         "clearance_m": float(clearance) if np.isfinite(clearance) else None,
@@ -115,14 +115,16 @@ def _looked_at(found: Plan) -> Columns:
 
 def _timed(found: Plan, asked: LimitsRequest, python: str | None) -> Columns:
     """The motion along the path, beside other motions along it, and the first contact of it."""
-    limits, floor = MotionLimits.of(found.robot, asked), found.request.min_manipulability
+    limits, floor = MotionLimits.of(found.robot, asked), found.request.quality.min_manipulability
     begin = time.process_time()
-    trajectory, curve = timed_curve(found.path, found.checker, limits, DEFAULT_TIME_LAW, floor, cost_in_motion(found))
+    trajectory, curve = timed_curve(
+        found.path, found.checker, limits, TimingRequest().time_law, floor, cost_in_motion(found)
+    )
     seconds = time.process_time() - begin
     blended, stopping = (
         timed_curve(found.path, found.checker, limits, law, floor)[0].duration for law in ("blended", "stop-at-corners")
     )
-    judge = other_checker(found.robot, found.scene, found.request.collision)
+    judge = other_checker(found.robot, found.scene, found.request.what.collision)
     return {
         "timed_s": trajectory.duration,
         "blended_s": blended,

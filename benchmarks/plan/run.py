@@ -33,7 +33,6 @@ compares verdicts on single states, neither distances nor proofs: ``attack`` is 
 from __future__ import annotations
 
 import itertools
-from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -50,12 +49,12 @@ from planner.robot.robot import Robot
 from planner.trajectory.limits import MotionLimits
 
 _COLUMNS = ("robot", "collision", "nodes", "beta", "widen_limits")
-_BY_PROBLEM = ("scene", "motion_plan_request", "seed")
+_BY_PROBLEM = ("scene", "request", "seed")
 
 
 def plan(
     folder: bench.Folder,
-    plain: Annotated[PlanRequest, bench.Flat] = PlanRequest("panda"),  # noqa: B008 (frozen)
+    plain: Annotated[PlanRequest, bench.Flat] = PlanRequest.from_options(robot="panda"),  # noqa: B008 (frozen)
     limits: Annotated[LimitsRequest, bench.Flat] = LimitsRequest(),  # noqa: B008 (frozen)
     out: bench.Out = Path("bench-plan"),
     seeds: tuple[int, ...] = (0, 1, 2),
@@ -87,9 +86,9 @@ def plan(
     bench.require_left_to_problems(plain, "seed")
     if not seeds or not time_limit > 0 or not seconds > 0 or states < 0:
         raise OptionError("give at least one seed, times above 0 s, and 0 states or more.")
-    asked = [replace(plain, seed=seed) for seed in seeds]  # refuses a seed that is out of range
+    asked = [plain.with_options(seed=seed) for seed in seeds]  # refuses a seed that is out of range
     problems = find_problems(folder)
-    robot = Robot.load(str(plain.robot))
+    robot = Robot.load(str(plain.what.robot))
     words = MotionLimits.of(robot, limits).text(robot)
     cases = []
     for problem, request, method in itertools.product(problems, asked, (OURS, *beside)):
@@ -115,19 +114,19 @@ def _blank(
     time_limit: float,
 ) -> Row:
     """The row before anything is measured; options that OMPL's planners do not have are at zero."""
-    default, taken, ours = asdict(PlanRequest()), {*_COLUMNS, *_BY_PROBLEM}, method == OURS
-    more = {k: v for k, v in asdict(request).items() if k not in taken and v != default[k]}
-    more |= {k: v for k, v in asdict(limits).items() if v is not None}
+    default, taken, ours = PlanRequest().config(), {*_COLUMNS, *_BY_PROBLEM}, method == OURS
+    more = {k: v for k, v in request.config().items() if k not in taken and v != default[k]}
+    more |= {k: v for k, v in vars(limits).items() if v is not None}
     return Row(
         problem=problem.name,
         kind=problem.kind,
         method=method,
-        seed=request.seed,
-        robot=str(request.robot),
-        collision=request.collision,
-        nodes_asked=request.nodes if ours else 0,
-        beta=request.beta if ours else 1.0,
-        widen_limits=request.widen_limits,
+        seed=request.quality.seed,
+        robot=str(request.what.robot),
+        collision=request.what.collision,
+        nodes_asked=request.quality.nodes if ours else 0,
+        beta=request.quality.beta if ours else 1.0,
+        widen_limits=request.what.widen_limits,
         options=", ".join(f"{name} {value}" for name, value in more.items()) if ours else seconds,
         limits=words,
         states_asked=states if ours else 0,

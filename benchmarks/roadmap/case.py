@@ -51,7 +51,7 @@ def measure(
 ) -> Columns | list[Columns]:
     """The columns of the rows that ``method`` fills."""
     if method == PLAN:
-        return _plan(PlanRequest(robot, scene, collision=collision, nodes=nodes, seed=seed))  # type: ignore[arg-type]
+        return _plan(PlanRequest.from_options(robot=robot, scene=scene, collision=collision, nodes=nodes, seed=seed))  # type: ignore[arg-type]
     checker = open_world(WorldRequest(robot, scene, collision=collision))  # type: ignore[arg-type]
     if method in CHECKS:
         return _checks(checker, seed)

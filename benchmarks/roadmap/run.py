@@ -28,7 +28,8 @@ from benchmarks import bench
 from benchmarks.roadmap.report import CHECKS, OURS, PEERS, PLAN, Row, aims, fault, tables
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.problem.request import Backend, WorldRequest, require_nodes, require_seed
+from planner.problem.options import Backend
+from planner.problem.request import RoadmapQuality, WorldRequest
 from planner.query.query import open_world
 
 
@@ -60,8 +61,7 @@ def roadmap(
         time_limit: Seconds after which a method is killed and recorded as timed out.
     """
     for size in (nodes, *sizes):
-        require_nodes(size)
-    require_seed(seed)
+        RoadmapQuality(size, seed)  # refuses what is out of range
     if queries < 1 or not time_limit > 0:
         raise OptionError("give at least one query, and a time limit above 0 s.")
     open_world(WorldRequest(robot, scene, collision=collision))  # refuses an unknown robot or scene

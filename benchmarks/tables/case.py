@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,9 +33,9 @@ Answer = Callable[[Query], tuple[Floats, float]]
 def measure(method: str, tasks: Sequence[tuple[str, str]], request: Columns) -> list[Columns]:
     """The columns of each task (start, goal), which override those of ``request`` where they are not empty."""
     plain = plan_request(request)
-    requests = [replace(plain, start=start, goal=goal) if start else plain for start, goal in tasks]
+    requests = [plain.with_options(start=start, goal=goal) if start else plain for start, goal in tasks]
     try:
-        queries = [make_query(one) for one in requests]
+        queries = [make_query(one.what) for one in requests]
         if method == KEPT:
             return _on_kept_roadmap(plain, queries)
         return [_timed(query, lambda _, one=one: _planned(one)) for query, one in zip(queries, requests, strict=True)]
@@ -51,14 +50,16 @@ def _planned(request: PlanRequest) -> tuple[Floats, float]:
 
 def _on_kept_roadmap(request: PlanRequest, queries: Sequence[Query]) -> list[Columns]:
     """A roadmap around the home configuration, which knows none of the tasks, asked for each of them."""
-    home = make_query(replace(request, start="home", goal="home"))
+    home = make_query(request.with_options(start="home", goal="home").what)
     checker, begin = home.checker, time.perf_counter()
-    roadmap = build_roadmap(checker.robot, checker, home.starts, home.goals, request.nodes, request.seed)
+    roadmap = build_roadmap(
+        checker.robot, checker, home.starts, home.goals, request.quality.nodes, request.quality.seed
+    )
     built = time.perf_counter() - begin
 
     def answer(query: Query) -> tuple[Floats, float]:
-        joined = attach(roadmap, checker, query.starts, query.goals, request.seed)
-        network = build_network(joined, request.beta)
+        joined = attach(roadmap, checker, query.starts, query.goals, request.quality.seed)
+        network = build_network(joined, request.quality.beta)
         field = gabf.solve(network, law=gabf.SingularityFree())
         steps = gabf.cheapest_path(field, joined.starts[:1])
         return path_waypoints(joined, checker.robot, steps), 0.0

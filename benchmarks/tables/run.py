@@ -10,7 +10,6 @@ and work: they stand here so that ours can be judged, not as a race.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from benchmarks.tables.report import Row, aims, fault
 from benchmarks.tables.report import tables as _tables
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
+from planner.problem.options import PAPER_NODES
 from planner.problem.request import PlanRequest
 from planner.robot.scene import Scene
 
@@ -51,11 +51,11 @@ def tables(
     """
     if not betas:
         raise OptionError("give at least one beta.")
-    plain = PlanRequest("iiwa14", GCS, collision="coal", nodes=nodes, seed=seed)
+    plain = PlanRequest.from_options(robot="iiwa14", scene=GCS, collision="coal", nodes=nodes, seed=seed)
     content = Scene.load(GCS).identity[:8]
-    methods = _methods(plain, betas) | {KEPT: replace(plain, beta=1.0)}
+    methods = _methods(plain, betas) | {KEPT: plain.with_options(beta=1.0)}
     cases = [_case(GCS, method, request, GCS_TASKS, content) for method, request in methods.items()]
-    plain = replace(plain, robot="panda", widen_limits=True)
+    plain = plain.with_options(robot="panda", widen_limits=True)
     for problem in [] if folder is None else find_problems(folder):
         for method, request in _methods(problem.asked(plain), betas).items():
             cases.append(_case(MBM, method, request, (("", ""),), problem.content(plain), problem.name))
@@ -64,15 +64,15 @@ def tables(
 
 def _methods(plain: PlanRequest, betas: tuple[float, ...]) -> dict[str, PlanRequest]:
     """The request of every method, by its name; ``plain`` has the nodes of the roadmaps."""
-    found = {PATH_ONLY: replace(plain, path_only=True, nodes=PlanRequest.nodes)}
-    return found | {f"beta {beta:g}": replace(plain, beta=beta) for beta in betas}
+    found = {PATH_ONLY: plain.with_options(path_only=True, nodes=PAPER_NODES)}
+    return found | {f"beta {beta:g}": plain.with_options(beta=beta) for beta in betas}
 
 
 def _case(
     table: str, method: str, request: PlanRequest, tasks: tuple[tuple[str, str], ...], content: str, name: str = ""
 ) -> bench.Case[Row]:
     """Tasks (start, goal) of one scene by one method; an empty start is the request's own."""
-    asked = request.nodes, request.seed, request.collision, content, bench.software()
+    asked = request.quality.nodes, request.quality.seed, request.what.collision, content, bench.software()
     rows = tuple(Row(table, name or f"{start} to {goal}", method, *asked) for start, goal in tasks)
     return bench.Case(rows, {"method": method, "tasks": tasks, "request": plain_options(request)})
 

@@ -23,7 +23,7 @@ from planner import gabf
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.batch.outcomes import SOLVED
-from planner.problem.request import TimingRequest, require_nodes, require_seed
+from planner.problem.request import RoadmapQuality, TimingRequest
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.search import LazySearch
 
@@ -82,8 +82,7 @@ def tasks(
         kinds: Kinds of scenes.
         seed: Seed of scenes and roadmaps.
     """
-    require_seed(seed)
-    require_nodes(nodes)
+    RoadmapQuality(nodes, seed)  # refuses what is out of range
     if scenes < 1 or not set(kinds) <= set(KINDS):
         raise OptionError(f"give at least 1 scene, and kinds out of {', '.join(KINDS)}.")
     here = bench.software()

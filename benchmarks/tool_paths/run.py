@@ -154,14 +154,14 @@ def _flat_points(kind: str) -> Floats:
 
 
 def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
-    request = FollowRequest(robot=case.robot, scene=case.scene, seed=case.seed)
-    checker = open_world(request)
+    request = FollowRequest.from_options(robot=case.robot, scene=case.scene, seed=case.seed)
+    checker = open_world(request.what)
     path = path_of(case, checker)
     begin = time.process_time()
     follower = Follower.of(path, request)
     first = follower.plan(request)
     planned = time.process_time()
-    follower.plan(replace(request, beta=0.2))
+    follower.plan(request.with_options(beta=0.2))
     again = time.process_time()
     timed = follower.plan(request, timing=TimingRequest())
     motion = time.process_time()
@@ -169,7 +169,7 @@ def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
     assert found is not None
     columns: dict[str, Any] = {"first_s": planned - begin, "again_s": again - planned, "motion_s": motion - again}
     columns |= {"points": int(path.given.max()), "followed": found.record.followed, "proven": found.record.proven}
-    columns |= {"denser": Follower.of(path, replace(request, ladder_density=_DENSER)).found.share}
+    columns |= {"denser": Follower.of(path, request.with_options(ladder_density=_DENSER)).found.share}
     columns |= {} if timed.trajectory is None else _judged(timed.trajectory, checker, path)
     columns |= {"toppra_s": _toppra(follower, timed)} if installed() and len(timed.path) > 1 else {}
     columns |= _by_roboplan(python, timed, checker, path) if python and len(timed.path) else {}

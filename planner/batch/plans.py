@@ -9,22 +9,19 @@ import io
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
 import pydantic
 
-from planner.base.errors import FileError, PlannerError, choices
-from planner.base.yamlfile import Strict, nearest, parse_yaml, read_text, repeated, validate
-from planner.problem.conditions import AND
+from planner.base.errors import FileError, PlannerError
+from planner.base.yamlfile import Strict, parse_yaml, read_text, repeated, validate
 from planner.problem.request import PlanRequest
 from planner.query.sources import sources_hash
 
-_OPTIONS = tuple(field.name for field in fields(PlanRequest))
 _FILES = ("robot", "scene", "srdf", "motion_plan_request", "roadmap")  # options that may be the path of a file
-_SWITCHES = tuple(name for name, kind in get_type_hints(PlanRequest).items() if kind is bool)
-_REQUEST = pydantic.TypeAdapter(PlanRequest)
+_SWITCHES = ("widen_limits", "path_only")
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,7 @@ class Task:
     @property
     def asked(self) -> str:
         """A hash of the options and of all files that are read for them."""
-        asked = json.dumps([asdict(self.request), sources_hash(self.request)], sort_keys=True, default=str)
+        asked = json.dumps([self.request.config(), sources_hash(self.request)], sort_keys=True)
         return hashlib.sha256(asked.encode()).hexdigest()[:16]
 
 
@@ -110,19 +107,11 @@ def _task(entry: Mapping[str, Any], number: int, plain: PlanRequest, where: str,
     if not Path(name).parts or Path(name).is_absolute() or ".." in Path(name).parts:
         raise FileError(f"{where}: its name must be that of a folder below --out.")
     for key, value in given.items():
-        if key not in _OPTIONS:
-            meant = nearest(key, _OPTIONS)
-            raise FileError(f"{where}: option '{key:.100}' not found{meant}; options are name, {choices(_OPTIONS)}.")
-        if isinstance(value, bool) and key not in _SWITCHES:  # pydantic takes it for 0 or 1
-            raise FileError(f"{where}: option '{key}' cannot be {str(value).lower()}; put a text in quotes.")
         if key in _FILES and isinstance(value, str) and os.path.isfile(beside / value):
             given[key] = str(beside / value)
-        if key in ("goal", "keep") and isinstance(value, list) and all(isinstance(part, str) for part in value):
-            given[key] = AND.join(value)
+        if isinstance(value, bool) and key not in _SWITCHES:  # pydantic takes it for 0 or 1
+            raise FileError(f"{where}: option '{key}' must not be {str(value).lower()}: put a text in quotes.")
     try:
-        return Task(name, _REQUEST.validate_python({key: getattr(plain, key) for key in _OPTIONS} | given))
-    except pydantic.ValidationError as error:
-        first = error.errors()[0]
-        raise FileError(f"{where}: option '{first['loc'][0]}': {first['msg']}; mend the file.") from None
+        return Task(name, plain.with_options(**given))
     except PlannerError as error:
         raise FileError(f"{where}: {error}") from None

@@ -95,7 +95,7 @@ def report_of(rows: Sequence[Row], asked: int, out: Path) -> str:
 
 
 def _asked_columns(task: Task) -> Row:
-    asked = {name: getattr(task.request, name) for name in _ASKED}
+    asked = {name: value for name, value in task.request.values().items() if name in _ASKED}
     return {"name": task.name, "asked": task.asked, "software": software(), **asked}
 
 

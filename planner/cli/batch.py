@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import tyro
 
-from planner.cli.common import Debug, Flag, Out, Workers
+from planner.cli.common import Debug, Flag, Motion, Out
 from planner.cli.terminal import run_into, say
-from planner.problem.request import SERIAL, PlanRequest
+from planner.problem.request import SERIAL, PlanQuality, PlanRequest, WorkersRequest
 
 
 def batch(
     source: tyro.conf.Positional[Path],
-    request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
+    what: Motion = Motion(),  # noqa: B008 (frozen)
+    quality: PlanQuality = PlanQuality(),  # noqa: B008
     out: Out = Path("batch"),
-    workers: Workers = SERIAL,
+    workers: WorkersRequest = SERIAL,
     pages: Flag = False,
     time_limit: float = 600.0,
     debug: Debug = False,
@@ -42,7 +42,9 @@ def batch(
     from planner.batch.outcomes import SOLVED
     from planner.batch.run import run_batch
 
-    result = run_into(out, lambda progress: run_batch(source, out, request, workers, pages, time_limit, progress))
+    result = run_into(
+        out, lambda progress: run_batch(source, out, PlanRequest(what, quality), workers, pages, time_limit, progress)
+    )
     say(result.report)
     if not result.complete:
         return 130

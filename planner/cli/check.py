@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import tyro
 
@@ -26,8 +26,8 @@ EXIT_NOT_USABLE = 4
 
 def check(
     path: tyro.conf.Positional[Path],
-    request: Annotated[WorldRequest, tyro.conf.arg(name="")] = WorldRequest(),  # noqa: B008 (frozen)
-    motion: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
+    request: WorldRequest = WorldRequest(),  # noqa: B008 (frozen)
+    motion: LimitsRequest = LimitsRequest(),  # noqa: B008
     step: float = 0.001,
     json: Flag = False,
     debug: Debug = False,

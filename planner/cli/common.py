@@ -1,4 +1,4 @@
-"""What the commands share: when the process began, flags, --jobs and --workers, and the option --request."""
+"""Shared by the commands: the time when the process began, flags, and the option --request."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import tyro
 from planner.base.errors import FileError, OptionError
 from planner.base.progress import Stopwatch
 from planner.cli import STARTED
-from planner.problem.request import Message, TimingRequest, WorkersRequest
+from planner.problem import options as of
+from planner.problem.request import MotionRequest, ProblemRequest, TimingRequest
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
@@ -19,10 +20,21 @@ if TYPE_CHECKING:
 Flag = tyro.conf.FlagCreatePairsOff[bool]
 Debug = Annotated[Flag, tyro.conf.arg(help="Show tracebacks of errors.")]  # looked for before a command is read
 Out = Annotated[Path, tyro.conf.arg(help="Folder to write into.")]
-Workers = Annotated[WorkersRequest, tyro.conf.arg(name="")]
+_Named = Annotated[of.MotionPlanRequest, tyro.conf.arg(name="request")]
 
-# in Python a request's request would say nothing, --motion-plan-request is long to type, and only this door knows tyro
-Message.__annotations__["motion_plan_request"] = Annotated[Path | None, tyro.conf.arg(name="request")]
+
+@of.options
+class Problem(ProblemRequest):
+    """A start and a goal in the world of a robot and a scene."""
+
+    motion_plan_request: _Named = None
+
+
+@of.options
+class Motion(MotionRequest):
+    """A start and a goal, and straight lines of the tool at both."""
+
+    motion_plan_request: _Named = None
 
 
 def timing_of(timing: TimingRequest, no_timing: bool) -> TimingRequest | None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import tyro
 
 from planner.cli.common import Debug, Flag, Out, timing_of
 from planner.cli.plan import written_and_told
-from planner.problem.request import FollowRequest, TimingRequest
+from planner.problem.request import FollowedRequest, FollowRequest, PlanQuality, TimingRequest
 
 if TYPE_CHECKING:
     from planner.base.progress import Progress
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
 def follow(
     path: tyro.conf.Positional[Path],
-    request: Annotated[FollowRequest, tyro.conf.arg(name="")] = FollowRequest(),  # noqa: B008 (frozen)
-    timing: Annotated[TimingRequest, tyro.conf.arg(name="")] = TimingRequest(),  # noqa: B008 (frozen)
+    what: FollowedRequest = FollowedRequest(),  # noqa: B008 (frozen)
+    quality: PlanQuality = PlanQuality(),  # noqa: B008
+    limits: TimingRequest = TimingRequest(),  # noqa: B008
     no_timing: Flag = False,
     out: Out = Path("out"),
     view: Flag = False,
@@ -53,11 +54,11 @@ def follow(
     """
     from planner.base.files import require_writable_folder
 
-    motion = timing_of(timing, no_timing)
+    motion = timing_of(limits, no_timing)
     require_writable_folder(out)
     from planner.planning.follow import follow as find_plan
 
     def find(progress: Progress) -> Plan:
-        return find_plan(path, request, progress, motion)
+        return find_plan(path, FollowRequest(what, quality), progress, motion)
 
     return written_and_told(find, out, view, json)

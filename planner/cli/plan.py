@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import tyro
+from typing import TYPE_CHECKING, Any
 
 from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import Debug, Flag, Out, command_clock, timing_of
+from planner.cli.common import Debug, Flag, Motion, Out, command_clock, timing_of
 from planner.cli.terminal import complain, facts, open_in_browser, say, show, working
-from planner.problem.request import PlanRequest, TimingRequest
+from planner.problem.request import PlanQuality, PlanRequest, TimingRequest
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -21,8 +19,9 @@ if TYPE_CHECKING:
 
 
 def plan(
-    request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
-    timing: Annotated[TimingRequest, tyro.conf.arg(name="")] = TimingRequest(),  # noqa: B008 (frozen)
+    what: Motion = Motion(),  # noqa: B008 (frozen)
+    quality: PlanQuality = PlanQuality(),  # noqa: B008
+    limits: TimingRequest = TimingRequest(),  # noqa: B008
     no_timing: Flag = False,
     certificate: Flag = False,
     out: Out = Path("out"),
@@ -74,12 +73,12 @@ def plan(
     """
     from planner.base.files import require_writable_folder
 
-    motion = timing_of(timing, no_timing)
+    motion = timing_of(limits, no_timing)
     require_writable_folder(out)
     from planner.planning.plan import plan as find_plan
 
     def find(progress: Progress) -> Plan:
-        return find_plan(request, progress, motion)
+        return find_plan(PlanRequest(what, quality), progress, motion)
 
     return written_and_told(find, out, view, json, certificate)
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from planner.cli.common import Debug, Flag
+from planner.cli.common import Debug, Flag, Problem
 from planner.cli.terminal import facts, say, show, working
-from planner.problem.request import RoadmapRequest
+from planner.problem.request import RoadmapQuality
 
 if TYPE_CHECKING:
     from planner.roadmap.roadmap import Roadmap
@@ -26,7 +26,8 @@ A file names the robot and the scene that it was proven for. In another scene al
 @roadmap.command
 def build(
     file: File,
-    request: Annotated[RoadmapRequest, tyro.conf.arg(name="")] = RoadmapRequest(),  # noqa: B008 (frozen)
+    what: Problem = Problem(),  # noqa: B008 (frozen)
+    quality: RoadmapQuality = RoadmapQuality(),  # noqa: B008
     debug: Debug = False,
 ) -> int:
     """Grow a roadmap around a start and a goal and keep it; every edge is proven free.
@@ -42,14 +43,12 @@ def build(
     require_writable_file(file)
     from planner.cli.interrupted import file_for_interrupted, kept
     from planner.problem.outcome import Outcome
-    from planner.problem.request import SweepRequest
     from planner.query.query import make_query
     from planner.roadmap.obtain import obtain_roadmap
 
-    sweep = SweepRequest(**vars(request))
     with working() as progress:
-        query = make_query(request, in_time=True)  # of the world that stands
-        result = obtain_roadmap(sweep, query, progress)
+        query = make_query(what, in_time=True)  # of the world that stands
+        result = obtain_roadmap(quality, query, progress)
         outcome = Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.connected else Outcome.NO_PATH
         place = file_for_interrupted(file) if outcome is Outcome.INTERRUPTED else file
         _save(result, place)

@@ -9,7 +9,7 @@ import tyro
 from planner.base.errors import FileError
 from planner.cli.common import Debug
 from planner.cli.terminal import say
-from planner.problem.request import names_text, require_one_choice
+from planner.problem.request import WorldRequest
 
 
 def robot_yaml(
@@ -42,7 +42,7 @@ def robot_yaml(
         joints: Joints to plan, with commas between, the others held; those between base and tool where left out.
         out: The file to write; an existing file is not overwritten.
     """
-    require_one_choice(group, joints)
+    choice = WorldRequest(group=group, joints=joints)  # type: ignore[arg-type]
     from planner.base.files import make_folder, require_writable_file, write_whole
 
     if out.exists():
@@ -59,8 +59,7 @@ def robot_yaml(
     from planner.robot.scene import Scene
 
     files = read_robot(robot, srdf)
-    names = None if joints is None else tuple(names_text(joints).split(","))
-    arm = assemble(files, tool, JointChoice(group, names))
+    arm = assemble(files, tool, JointChoice(group, choice.joints))
     require_bodies(arm)
     listed = arm.disabled_pairs or frozenset()
     never_apart = generate_disabled_pairs(arm, CoalChecker) - listed

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import tyro
+from typing import TYPE_CHECKING, Any
 
 from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import Debug, Out, command_clock
+from planner.cli.common import Debug, Out, Problem, command_clock
 from planner.cli.terminal import report_table, say, show, working
-from planner.problem.request import SweepRequest
+from planner.problem.request import SweepQuality, SweepRequest
 
 if TYPE_CHECKING:
     from planner.tradeoff.sweep import Tradeoff
 
 
 def sweep(
-    request: Annotated[SweepRequest, tyro.conf.arg(name="")] = SweepRequest(),  # noqa: B008 (frozen)
+    what: Problem = Problem(),  # noqa: B008 (frozen)
+    quality: SweepQuality = SweepQuality(),  # noqa: B008
     out: Out = Path("sweep"),
     debug: Debug = False,
 ) -> int:
@@ -45,7 +44,7 @@ def sweep(
 
     clock = command_clock()
     with working() as progress:
-        result = find_tradeoff(request, progress)
+        result = find_tradeoff(SweepRequest(what, quality), progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, NAMES) if interrupted else out
         record = save_sweep_without_page(result, place, clock)

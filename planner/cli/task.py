@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import tyro
 
 from planner.cli.common import Debug, Flag, Out, command_clock, timing_of
 from planner.cli.terminal import complain, facts, say, show, working
-from planner.problem.request import TaskRequest, TimingRequest
+from planner.problem.request import TaskQuality, TaskRequest, TaskWorldRequest, TimingRequest
 
 
 def task(
     file: tyro.conf.Positional[Path],
-    request: Annotated[TaskRequest, tyro.conf.arg(name="")] = TaskRequest(),  # noqa: B008 (frozen)
-    timing: Annotated[TimingRequest, tyro.conf.arg(name="")] = TimingRequest(),  # noqa: B008 (frozen)
+    what: TaskWorldRequest = TaskWorldRequest(),  # noqa: B008 (frozen)
+    quality: TaskQuality = TaskQuality(),  # noqa: B008
+    limits: TimingRequest = TimingRequest(),  # noqa: B008
     no_timing: Flag = False,
     out: Out = Path("out"),
     json: Flag = False,
@@ -43,7 +43,7 @@ def task(
     """
     from planner.base.files import require_writable_folder
 
-    motion = timing_of(timing, no_timing)
+    motion = timing_of(limits, no_timing)
     require_writable_folder(out)
     from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, ROADMAP_NAME
@@ -53,7 +53,7 @@ def task(
 
     clock = command_clock()
     with working() as progress:
-        found = plan_task(file, progress, motion, request)
+        found = plan_task(file, progress, motion, TaskRequest(what, quality))
         interrupted = found.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
         record = save_task(found, place, clock)

@@ -15,7 +15,7 @@ from planner.base.errors import FileError, InstallationError, OptionError
 from planner.cli.common import Debug, Flag
 from planner.cli.terminal import open_in_browser, say
 from planner.problem.request import LiveRequest, WorldRequest
-from planner.problem.targets import HOME, parse_target
+from planner.problem.targets import AND, HOME, parse_target
 
 if TYPE_CHECKING:
     from planner.session.session import Session
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 def view(
     result: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[RESULT]")] = None,
-    request: Annotated[WorldRequest, tyro.conf.arg(name="")] = WorldRequest(),  # noqa: B008 (frozen)
+    request: WorldRequest = WorldRequest(),  # noqa: B008 (frozen)
     state: str | None = None,
     live: Flag = False,
-    question: Annotated[LiveRequest, tyro.conf.arg(name="")] = LiveRequest(),  # noqa: B008 (frozen)
+    question: LiveRequest = LiveRequest(),  # noqa: B008
     out: Path | None = None,
     debug: Debug = False,
 ) -> int:
@@ -119,8 +119,8 @@ def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest
     if result is not None:
         session, asked = _session_of_plan(result if result.is_dir() else result.parent)
     else:
-        asked = Question(str(question.start), str(question.goal), question.beta)
-        world = {field.name: getattr(request, field.name) for field in fields(request)}
+        asked = Question(question.start.text, AND.join(goal.text for goal in question.goal), question.beta)
+        world = {field.name: getattr(request, field.name) for field in fields(request)}  # type: ignore[arg-type]
         session = Session(**world, roadmap=question.roadmap, nodes=question.nodes, seed=question.seed)
     out = Path(f"{session.scene.name}-moved.yaml") if out is None else out
     if out.suffix.lower() not in (".yaml", ".yml"):
@@ -133,17 +133,16 @@ def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     """A session on the roadmap of the plan in ``folder``, in the plan's world, and the question of the plan."""
     from planner.cli.common import record_of_plan
     from planner.planning.result import ROADMAP_NAME
-    from planner.problem.options import SessionOptions
     from planner.problem.targets import joints_text
     from planner.roadmap.world_of import reopen_plan
-    from planner.session.session import Session
+    from planner.session.session import OPTIONS, Session
     from planner.view.live.page import Question
 
     record = record_of_plan(folder)
     config = record["config"]
     checker = reopen_plan(config, folder / ROADMAP_NAME)
     in_robot = ("tool", "srdf", "group", "joints", "base", "effort")  # the last one refines, which takes seconds
-    names = [name for name in SessionOptions.__annotations__ if name in config and name not in in_robot]
+    names = [name for name in OPTIONS if name in config and name not in in_robot]
     options = {name: config[name] for name in names}
     session = Session(checker.robot, checker.world.scene, folder / ROADMAP_NAME, **options)
     start, goal = config["start"], config["goal"]

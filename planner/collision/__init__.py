@@ -10,8 +10,9 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import worked_out
 from planner.collision.world import World
 from planner.constraints.keeps import require_bound
-from planner.problem.conditions import Condition, keeps_text, parse_keeps
-from planner.problem.request import require_margin
+from planner.problem.conditions import Condition
+from planner.problem.options import conditions_of
+from planner.problem.request import WorldRequest
 from planner.robot.frames import in_world
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -34,8 +35,8 @@ def make_checker(
     ``keep`` besides is proven with them; limits of joints are the robot's.
     """
     kind = _backend(backend)
-    require_margin(margin)
-    conditions = parse_keeps(keeps_text(keep))
+    conditions = conditions_of(keep)
+    WorldRequest(margin=margin)  # refuses a margin out of range
     require_bound(conditions, robot)
     disabled, made = robot.disabled_pairs, None
     if disabled is None:

@@ -13,7 +13,7 @@ from planner.base.arrays import Bools, Floats, Ints, quantile
 from planner.base.polylines import lengths_along
 from planner.base.resolutions import W_AGAINST_FLOOR, W_ALONG_PATH
 from planner.kinematics.manipulability import manipulability
-from planner.problem.request import PlanRequest
+from planner.problem.request import PlanQuality
 from planner.roadmap.roadmap import Roadmap, component_labels, path_waypoints
 from planner.robot.robot import Robot
 from planner.search.manipulability_floor import rounded_down
@@ -48,8 +48,8 @@ class Conditioning:
         return asdict(self) | {"configuration": self.configuration.tolist()}
 
 
-def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, request: PlanRequest) -> Conditioning:
-    """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, that ``request`` asked for."""
+def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: PlanQuality) -> Conditioning:
+    """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, of a plan of ``quality``."""
     q, segment = dense_segments(path, W_ALONG_PATH)
     w, typical = manipulability(robot, q), quantile(roadmap.manipulability, 0.5)
     lowest = int(w.argmin())
@@ -60,7 +60,7 @@ def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, request: Pl
     if not poor:
         return found
     floor = reachable_floor(robot, roadmap)
-    return replace(found, reachable_floor=floor, advice=_advice(found, w[[0, -1]], floor, request))
+    return replace(found, reachable_floor=floor, advice=_advice(found, w[[0, -1]], floor, quality))
 
 
 def reachable_floor(robot: Robot, roadmap: Roadmap) -> float:
@@ -127,17 +127,17 @@ def _fewest_edges(roadmap: Roadmap, edges: Ints) -> Ints:
     raise AssertionError("start and goal are joined")
 
 
-def _advice(found: Conditioning, ends: Floats, floor: float, request: PlanRequest) -> str:
+def _advice(found: Conditioning, ends: Floats, floor: float, quality: PlanQuality) -> str:
     """What is bad about a poor path whose ends have the w ``ends`` (2,), and what to try."""
     at_ends = [end for end, w in zip(("start", "goal"), ends, strict=True) if w <= _AT_END * found.w_min]
     where = f"at the {at_ends[0]} itself" if at_ends else f"at {100 * found.share:.0f} % of the path"
     percent = 100 * found.w_min / found.typical
     tries = []
-    if floor > _BETTER * max(found.w_min, request.min_manipulability):
+    if floor > _BETTER * max(found.w_min, quality.min_manipulability):
         tries.append(f"--min-manipulability {floor:g}, above which a path of this roadmap stays")
-    if request.beta == 1.0:
+    if quality.beta == 1.0:
         tries.append("a --beta below 1")
-    elif request.charge == "nodes":
+    elif quality.charge == "nodes":
         tries.append("--charge edges")
     if not tries:
         tries = [f"another {at_ends[0]}"] if at_ends else ["more --nodes", "another --seed"]

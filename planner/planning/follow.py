@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,11 +22,9 @@ from planner.planning.plan import improved, solve_and_heal
 from planner.planning.record import ToolPathRecord
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
-from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
-from planner.problem.targets import parse_target
 from planner.query.query import Query, open_world, states_of
 from planner.query.resolve import other_turns, resolve
 from planner.roadmap.obtain import obtain_roadmap
@@ -43,7 +41,6 @@ from planner.tool_paths.why_not import why_not
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.trajectory import Trajectory
 
-_OPTIONS = tuple(each.name for each in fields(FollowRequest))
 _ENDS = 8  # first rungs that a free motion may lead to: those of the least cost-to-go
 _FAST_STEP = 0.004  # m between stations where the tool's speed matters: between them it changes by little
 
@@ -64,11 +61,10 @@ def follow(
     ``start`` a free motion leads to the path. Where not all can be followed the plan holds what can be, with
     ``Outcome.PARTLY_FOLLOWED`` and a reason. ``timing`` as in :func:`planner.plan`. Raises :class:`PlannerError`.
     """
-    made = plan_request(request or FollowRequest(), options, known=_OPTIONS, what="follow")  # type: ignore[arg-type]
-    assert isinstance(made, FollowRequest)
-    if timing is not None and timing.extra_cost != TimingRequest().extra_cost and made.begins_on_path:
+    made = (request or FollowRequest()).with_options(**options)
+    if timing is not None and timing.extra_cost != TimingRequest().extra_cost and made.what.start is None:
         raise OptionError("--extra-cost says nothing to a tool path: give a start, or leave it out.")
-    if timing is None and made.tool_speed is not None:
+    if timing is None and made.what.tool_speed is not None:
         raise OptionError("--tool-speed says nothing without a motion in time: leave it out, or --no-timing.")
     return Follower.of(tool_path, made, progress).plan(made, progress, timing)
 
@@ -77,7 +73,7 @@ def follow(
 class Follower:
     """A tool path with its ladder in one world, which :func:`follow` makes and asks once; benchmarks ask it again.
 
-    The ladder does not depend on beta or start: ``follower.plan(replace(request, beta=0.9))``.
+    The ladder does not depend on beta or start: ``follower.plan(request.with_options(beta=0.9))``.
     """
 
     checker: CollisionChecker
@@ -96,8 +92,8 @@ class Follower:
         clock = Stopwatch()
         with clock("setup"):
             path = tool_path if isinstance(tool_path, ToolPath) else read_tool_path(tool_path)
-            start = None if request.begins_on_path else lambda checker: _starts(request, checker)[0]
-            checker = open_world(request, start=start)
+            start = None if request.what.start is None else lambda checker: _starts(request, checker)[0]
+            checker = open_world(request.what, start=start)
             if checker.world.scene.moving:
                 raise SceneError(
                     f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."
@@ -119,19 +115,19 @@ class Follower:
             "checker": self.checker,
             "timings": clock.seconds,
         }
-        if not request.begins_on_path:
+        if request.what.start is not None:
             states = states_of(robot, self.checker.world.scene)
-            begun["end_notes"] = tuple(other_turns(parse_target(str(request.start)), self.checker, states))
+            begun["end_notes"] = tuple(other_turns(request.what.start, self.checker, states))
         roadmap, along = self.found.roadmap, self.found.along
         if roadmap is None:
-            nowhere = roadmap_of(self.checker, robot.home[None], request.seed)
+            nowhere = roadmap_of(self.checker, robot.home[None], request.quality.seed)
             return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), along)
         draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
         if progress.stopped:
             return draft
-        if not request.begins_on_path:
+        if request.what.start is not None:
             with clock("roadmap"):
-                grown = obtain_roadmap(request, self._query(request, draft), progress, request.path_only)
+                grown = obtain_roadmap(request.quality, self._query(request, draft), progress)
                 free = improved(replace(draft, roadmap=grown), progress)
                 if progress.stopped:
                     return draft
@@ -140,7 +136,7 @@ class Follower:
                     return self._finished(replace(failed, reason=why_no_path(failed, progress)), along)
                 roadmap, along = _joined(free, roadmap, along)
         with clock("costs"):
-            network = _forward(build_network(roadmap, request.objective), along)
+            network = _forward(build_network(roadmap, request.quality.objective), along)
         solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock, self.seen)
         if timing is None or limits is None or not len(solved.path):
             return self._finished(solved, along)
@@ -156,9 +152,9 @@ class Follower:
         And how fast the tool goes along the path, and how far it is off.
         """
         places = along[found.path_nodes]
-        first, floor = int(np.argmax(places >= 0.0)), request.min_manipulability
+        first, floor = int(np.argmax(places >= 0.0)), request.quality.min_manipulability
         on_path = found.path[first:], places[first:], self.found.ladder.tube, self.checker, limits
-        made, speed = time_tool_path(*on_path, request.tool_speed, floor, timing.time_law)
+        made, speed = time_tool_path(*on_path, request.what.tool_speed, floor, timing.time_law)
         off = self.found.ladder.tube.deviation_of(made, found.robot, places[first:])
         if first:
             free = timed(replace(found, path=found.path[: first + 1]), timing, limits)
@@ -169,7 +165,7 @@ class Follower:
         """From the start to the first rungs of the least cost-to-go."""
         checker, ladder = self.checker, draft.roadmap
         start = _starts(request, checker)
-        network = _forward(build_network(ladder, request.objective), self.found.along)
+        network = _forward(build_network(ladder, request.quality.objective), self.found.along)
         cost = gabf.oracle(network)[ladder.starts]
         best = ladder.starts[np.argsort(cost, kind="stable")[: min(_ENDS, int(np.isfinite(cost).sum()))]]
         goals = ladder.nodes[best]
@@ -184,9 +180,9 @@ class Follower:
 
     def _lower_floor(self) -> float | None:
         """The highest floor found with which the path is followed farther; None where no floor is in the way."""
-        if self.request.min_manipulability <= 0:
+        if self.request.quality.min_manipulability <= 0:
             return None
-        lower = reached_on(self.found.ladder, self.checker, replace(self.request, min_manipulability=0.0))
+        lower = reached_on(self.found.ladder, self.checker, 0.0, self.request.quality.seed)
         free, along = lower.roadmap, lower.along
         if free is None or along.max() <= self.found.along.max(initial=0.0) + 1e-9:
             return None
@@ -243,17 +239,20 @@ def _reached(
 ) -> Reached:
     """How far a ladder leads in a tube."""
     with clock("ladder"):
-        step = None if request.tool_speed is None else _FAST_STEP
-        ladder = build_ladder(checker.robot, tube, step, request.seed, request.ladder_density, _free_at(checker))
+        step = None if request.what.tool_speed is None else _FAST_STEP
+        ladder = build_ladder(
+            checker.robot, tube, step, request.quality.seed, request.what.ladder_density, _free_at(checker)
+        )
         progress("ladder", len(ladder.q), len(ladder.q))
     with clock("proofs"):
-        return reached_on(ladder, checker, request, progress)
+        return reached_on(ladder, checker, request.quality.min_manipulability, request.quality.seed, progress)
 
 
 def _starts(request: FollowRequest, checker: CollisionChecker) -> Floats:
     """Where the arm may be (k, dof) before it goes to the path."""
     states = states_of(checker.robot, checker.world.scene)
-    return resolve(parse_target(str(request.start)), checker, states, "start", tolerance=request.tolerance)
+    assert request.what.start is not None  # a free motion begins there
+    return resolve(request.what.start, checker, states, "start", tolerance=request.what.ik_tolerance)
 
 
 def _free_at(checker: CollisionChecker) -> Callable[[Floats], Bools]:

@@ -11,7 +11,7 @@ from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import cheapest_nodes, reached
 from planner.planning.extra_clearance import with_clearance
-from planner.problem.request import PlanRequest, SweepRequest
+from planner.problem.request import PlanQuality, SweepQuality
 from planner.roadmap.improve import Improvement, improve, without_last_grown
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork, layered_network
@@ -23,54 +23,54 @@ _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
 
 
 def roomy_roadmap(
-    roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, progress: Progress = QUIET
+    roadmap: Roadmap, checker: CollisionChecker, quality: SweepQuality, progress: Progress = QUIET
 ) -> tuple[Roadmap, float]:
     """The roadmap with what is known of its edges at the clearance (m) beyond the margin that its paths can keep.
 
-    That is ``request.room``, or half of it, a quarter, ...: the largest at which a path is left, above the floor if one
+    That is ``quality.room``, or half of it, a quarter, ...: the largest at which a path is left, above the floor if one
     is asked for. See :func:`planner.planning.extra_clearance.with_clearance`.
     """
 
     def joins(judged: Roadmap, clearance: float) -> bool:
         """Whether edges of so much clearance lead from a start to a goal, above the floor if one is asked for."""
-        if request.min_manipulability > 0:
-            return len(_best_nodes(judged, request, 1.0, clearance)) > 0
+        if quality.min_manipulability > 0:
+            return len(_best_nodes(judged, quality, 1.0, clearance)) > 0
         edges, begin = judged.edges[judged.clearance >= clearance], np.zeros(len(judged.nodes), dtype=bool)
         begin[judged.starts] = True
         return bool(reached(begin, np.concatenate([edges, edges[:, ::-1]]))[judged.goals].any())
 
-    return with_clearance(roadmap, checker, request.room, joins, progress)
+    return with_clearance(roadmap, checker, quality.room, joins, progress)
 
 
 def improved_roadmap(
     roadmap: Roadmap,
     checker: CollisionChecker,
-    request: SweepRequest,
+    quality: SweepQuality,
     beta: float,
     progress: Progress = QUIET,
     clearance: float = 0.0,
 ) -> Improvement:
-    """``request.rounds`` rounds of :func:`planner.roadmap.improve.improve` at ``beta``, from its best path.
+    """``quality.rounds`` rounds of :func:`planner.roadmap.improve.improve` at ``beta``, from its best path.
 
     That path, and what takes its place, keeps ``clearance`` (m) beyond the margin. With a floor only the part of that
     path above it is improved, and stays above it. Nothing is improved where the roadmap has no path, or none above the
     floor.
     """
-    if request.rounds < 1 or progress.stopped:
+    if quality.rounds < 1 or progress.stopped:
         return Improvement(roadmap)
-    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, request, beta, clearance))
-    above = np.flatnonzero(manipulability(checker.robot, path) >= request.min_manipulability)
+    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, quality, beta, clearance))
+    above = np.flatnonzero(manipulability(checker.robot, path) >= quality.min_manipulability)
     if len(above) < 2:
         return Improvement(roadmap)
-    cost = motion_cost(roadmap, checker, request, beta)
+    cost = motion_cost(roadmap, checker, quality, beta)
     part, wider = path[above[0] : above[-1] + 1], keeping(checker, clearance)
-    return improve(roadmap, wider, cost, part, request.rounds, request.seed, progress, clearance=clearance)
+    return improve(roadmap, wider, cost, part, quality.rounds, quality.seed, progress, clearance=clearance)
 
 
 def with_path_above_ends(
     roadmap: Roadmap,
     checker: CollisionChecker,
-    request: PlanRequest,
+    quality: PlanQuality,
     progress: Progress = QUIET,
     clearance: float = 0.0,
 ) -> Roadmap:
@@ -78,36 +78,36 @@ def with_path_above_ends(
 
     The roadmap is returned as it was where its best path is such a path.
     """
-    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, request, request.beta, clearance))
-    rounds = min(request.rounds, _ROUNDS_ABOVE_ENDS)
+    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, quality, quality.beta, clearance))
+    rounds = min(quality.rounds, _ROUNDS_ABOVE_ENDS)
     if len(path) < 2 or rounds < 1:
         return roadmap
     w = path_manipulability(checker.robot, path)
     level = (1.0 - _ROUNDING) * float(min(w[0], w[-1]))
     if w.min() >= level:
         return roadmap
-    cost = motion_cost(roadmap, checker, request, request.beta).above(level)
+    cost = motion_cost(roadmap, checker, quality, quality.beta).above(level)
     wider = keeping(checker, clearance)
-    return improve(roadmap, wider, cost, None, rounds, request.seed, progress, path, clearance).roadmap
+    return improve(roadmap, wider, cost, None, rounds, quality.seed, progress, path, clearance).roadmap
 
 
-def motion_cost(roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, beta: float) -> MotionCost:
+def motion_cost(roadmap: Roadmap, checker: CollisionChecker, quality: SweepQuality, beta: float) -> MotionCost:
     """What motions cost at ``beta`` on the network of ``roadmap`` that the request asks for."""
-    return MotionCost(checker.robot, roadmap.scale, request.objective_at(beta))
+    return MotionCost(checker.robot, roadmap.scale, quality.objective_at(beta))
 
 
-def of_size_asked(roadmap: Roadmap, grown: int, request: PlanRequest, clearance: float = 0.0) -> Roadmap:
+def of_size_asked(roadmap: Roadmap, grown: int, quality: PlanQuality, clearance: float = 0.0) -> Roadmap:
     """An improved roadmap, ``grown`` of whose nodes were grown, with the number of nodes that was asked for."""
-    if len(roadmap.nodes) <= request.nodes:
+    if len(roadmap.nodes) <= quality.nodes:
         return roadmap
-    best = _best_nodes(roadmap, request, request.beta, clearance)
-    return without_last_grown(roadmap, grown, request.nodes, best)
+    best = _best_nodes(roadmap, quality, quality.beta, clearance)
+    return without_last_grown(roadmap, grown, quality.nodes, best)
 
 
-def _best_nodes(roadmap: Roadmap, request: SweepRequest, beta: float, clearance: float) -> Ints:
+def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance: float) -> Ints:
     """The nodes (k,) of the best path at ``beta`` that keeps ``clearance`` (m), and the floor that is asked for."""
-    network = build_network(roadmap, request.objective_at(beta), clearance)
-    return best_nodes(layered_network(roadmap, network, request.min_manipulability))
+    network = build_network(roadmap, quality.objective_at(beta), clearance)
+    return best_nodes(layered_network(roadmap, network, quality.min_manipulability))
 
 
 def best_nodes(layered: LayeredNetwork) -> Ints:

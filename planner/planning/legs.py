@@ -114,7 +114,7 @@ class Legs:
         first = len(begin.places) - 1 if begin else 0
         last = len(found.path) - (len(end.places) - 1 if end else 0)
         made = timed(replace(found, path=found.path[first:last]), timing, limits)
-        floor, records = found.request.min_manipulability, list(found.legs)
+        floor, records = found.request.quality.min_manipulability, list(found.legs)
         for leg, part, before in ((begin, found.path[: first + 1], True), (end, found.path[last - 1 :], False)):
             if leg is not None:
                 tube = leg.found.ladder.tube
@@ -137,8 +137,11 @@ class Legs:
 def legs_of(query: Query, request: PlanRequest) -> Legs | CannotFollow:
     """The legs that ``request`` asks for, of those ends that have one; why none has, where that is so."""
     found: dict[str, tuple[Leg, ...]] = {}
-    for name, ends, length in (("retreat", query.starts, request.retreat), ("approach", query.goals, request.approach)):
-        tried = [_leg(query.checker, q, length, request) for q in ends] if length > 0 else []
+    for name, ends, length in (
+        ("retreat", query.starts, request.what.retreat),
+        ("approach", query.goals, request.what.approach),
+    ):
+        tried = [_leg(query.checker, q, length, request.quality.seed) for q in ends] if length > 0 else []
         found[name] = tuple(leg for leg in tried if leg.found.whole)
         if tried and not found[name]:
             farthest = max(tried, key=lambda leg: leg.found.share)
@@ -147,10 +150,10 @@ def legs_of(query: Query, request: PlanRequest) -> Legs | CannotFollow:
     return Legs(found["retreat"], found["approach"])
 
 
-def _leg(checker: CollisionChecker, q: Floats, length: float, request: PlanRequest) -> Leg:
+def _leg(checker: CollisionChecker, q: Floats, length: float, seed: int) -> Leg:
     """The leg back along the tool's z axis from ``q`` (dof,), as far as it goes."""
     rotation, _ = Frame.tool(checker.robot).poses(checker.robot, q[None])
     positions = leg_line(checker.robot, q, length)
     path = ToolPath("leg", positions, np.repeat(rotation, 2, axis=0), np.zeros(2, bool), np.zeros(2), np.arange(1, 3))
     ladder = ladder_from(checker.robot, Tube(path), q)
-    return Leg(q, reached_on(ladder, checker, replace(request, min_manipulability=0.0)))
+    return Leg(q, reached_on(ladder, checker, 0.0, seed))

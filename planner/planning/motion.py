@@ -22,8 +22,10 @@ _log = logging.getLogger(__name__)
 
 def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
     """The motion along a plan's path."""
-    how = (limits, timing.time_law, found.request.min_manipulability, cost_in_motion(found), timing.extra_cost)
-    wanted = 0.0 if found.scene.limited else found.request.room  # until when these cannot touch is told for the margin
+    how = (limits, timing.time_law, found.request.quality.min_manipulability, cost_in_motion(found), timing.extra_cost)
+    wanted = (
+        0.0 if found.scene.limited else found.request.quality.room
+    )  # until when these cannot touch is told for the margin
     kept = min(wanted, found.clearance_kept)
     clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)
     made, _ = timed_curve(found.path, keeping(found.checker, clearance), *how)
@@ -48,5 +50,5 @@ def cost_in_motion(found: Plan) -> MotionCost:
 
     Motions in time are priced in short chords, on which the ends and the middle are enough.
     """
-    objective = replace(found.request.objective, charge="edges", floor=0.0)
+    objective = replace(found.request.quality.objective, charge="edges", floor=0.0)
     return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3).of_pieces

@@ -7,7 +7,7 @@ and would wait for it longer than it takes itself.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Unpack
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +18,9 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.planning.legs import legs_of
 from planner.planning.result import Plan
 from planner.problem.objective import Objective
-from planner.problem.options import PlanOptions, plan_request
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
-from planner.problem.request import PlanRequest, TimingRequest
+from planner.problem.request import PlanRequest, TimingRequest, with_objective
 from planner.query.query import make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import path_waypoints, roomy_part
@@ -38,15 +37,15 @@ def plan(
     progress: Progress = QUIET,
     timing: TimingRequest | None = None,
     objective: Objective | None = None,
-    **options: Unpack[PlanOptions],
+    **options: Any,
 ) -> Plan:
     """Plan as the paper does: RRT roadmap, manipulability at nodes, GABF for the cost-to-go, minimising neighbours.
 
         plan(robot="panda", scene="shelf", beta=0.2)
-        plan(PlanRequest(seed=3), nodes=200)
+        plan(PlanRequest.from_options(seed=3), nodes=200)
         plan(robot="ur5", objective=Objective(beta=0.2, metric="workspace"))
 
-    ``options`` are fields of :class:`PlanRequest`, in place of those of ``request``, as is what an ``objective`` says.
+    ``options`` are those of :class:`PlanRequest`, in place of those of ``request``, as is what an ``objective`` says.
     With ``timing`` a path that is
     found becomes a trajectory too, see :func:`planner.trajectory.timing.time_path`. ``progress`` is called with
     (stage, done, total); once it is asked to stop the work ends as soon as it can, and what there is comes back with
@@ -55,9 +54,11 @@ def plan(
     Where obstacles move along known motions the plan is the earliest motion through the roadmap that keeps clear of
     them, waiting included, and ``beta`` shapes the roadmap only; this needs ``timing``.
     """
-    request, clock = plan_request(request, options, objective), Stopwatch()
+    request, clock = (request or PlanRequest()).with_options(**options), Stopwatch()
+    if objective is not None:
+        request = with_objective(request, objective, options)
     with clock("setup"):
-        query = make_query(request, in_time=timing is not None)
+        query = make_query(request.what, in_time=timing is not None)
         limits = None if timing is None else MotionLimits.of(query.robot, timing)
         if query.scene.moving:
             _require_earliest(request, timing)
@@ -65,10 +66,10 @@ def plan(
     begun = {"robot": query.robot, "scene": query.scene, "checker": query.checker, "timings": clock.seconds}
     begun["end_notes"] = query.end_notes
     if isinstance(legs, CannotFollow):
-        nowhere = roadmap_of(query.checker, np.concatenate([query.starts, query.goals]), request.seed)
+        nowhere = roadmap_of(query.checker, np.concatenate([query.starts, query.goals]), request.quality.seed)
         return Plan(request, Outcome.NO_PATH, roadmap=nowhere, reason=legs, **begun)
     with clock("roadmap"):
-        roadmap = obtain_roadmap(request, legs.between(query), progress, request.path_only)
+        roadmap = obtain_roadmap(request.quality, legs.between(query), progress)
     draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
     if progress.stopped:
         return draft
@@ -100,7 +101,7 @@ def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
     """The path on the edges that keep the plan's clearance; on all, should second checks leave none of those."""
     request = improved.request
     with clock("costs"):
-        network = build_network(improved.roadmap, request.objective, improved.clearance_kept)
+        network = build_network(improved.roadmap, request.quality.objective, improved.clearance_kept)
     if progress.stopped:
         return improved
     solved = solve_and_heal(improved, network, clock)
@@ -117,7 +118,7 @@ def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> Non
         raise SceneError(
             "obstacles move in this scene, so the motion runs from rest to rest: leave --time-law and --extra-cost out."
         )
-    if request.approach > 0 or request.retreat > 0:
+    if request.what.approach > 0 or request.what.retreat > 0:
         raise SceneError(
             "obstacles move in this scene, so no line is kept to at start or goal: leave --approach and --retreat out."
         )
@@ -126,7 +127,7 @@ def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> Non
 
 def require_no_floor(request: PlanRequest) -> None:
     """Raise :class:`SceneError` for a floor under manipulability where the earliest motion is asked for."""
-    if request.min_manipulability > 0:
+    if request.quality.min_manipulability > 0:
         raise SceneError(
             "obstacles move in this scene, so the earliest motion is looked for, and no floor under manipulability is "
             "kept: leave --min-manipulability out."
@@ -163,22 +164,22 @@ def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
 
 def improved(draft: Plan, progress: Progress) -> Plan:
     """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for."""
-    request = draft.request
-    if request.roadmap is not None and request.rounds < 1:
+    quality = draft.request.quality
+    if quality.roadmap is not None and quality.rounds < 1:
         return draft  # on the roadmap as it is kept
     from planner.planning.improvement import improved_roadmap, of_size_asked, roomy_roadmap, with_path_above_ends
 
-    roadmap, room = roomy_roadmap(draft.roadmap, draft.checker, request, progress)
-    improved = improved_roadmap(roadmap, draft.checker, request, request.beta, progress, room)
+    roadmap, room = roomy_roadmap(draft.roadmap, draft.checker, quality, progress)
+    improved = improved_roadmap(roadmap, draft.checker, quality, quality.beta, progress, room)
     roadmap = improved.roadmap
     for beta in _EXTREMES:
-        if beta != request.beta and request.rounds > 0:
-            fewer = replace(request, effort=min(request.rounds, _ROUNDS_PER_EXTREME))
+        if beta != quality.beta and quality.rounds > 0:
+            fewer = replace(quality, effort=min(quality.rounds, _ROUNDS_PER_EXTREME))
             roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress, room).roadmap
-    if request.beta == 0.0 and request.min_manipulability <= 0:
-        roadmap = with_path_above_ends(roadmap, draft.checker, request, progress, room)
-    if request.roadmap is None:
-        roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), request, room)
+    if quality.beta == 0.0 and quality.min_manipulability <= 0:
+        roadmap = with_path_above_ends(roadmap, draft.checker, quality, progress, room)
+    if quality.roadmap is None:
+        roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), quality, room)
     return replace(draft, roadmap=roadmap, curve=improved.curve, clearance_kept=room)
 
 
@@ -188,9 +189,9 @@ def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, seen: s
     ``seen`` as in :class:`HealingNetwork`.
     """
     request = draft.request
-    law, cost_to_go = gabf.named_law(request.law, request.prescribed_time), None
+    law, cost_to_go = gabf.named_law(request.quality.law, request.quality.prescribed_time), None
     with clock("path"):
-        healing = HealingNetwork(draft.checker, draft.roadmap, network, request.min_manipulability, seen=seen)
+        healing = HealingNetwork(draft.checker, draft.roadmap, network, request.quality.min_manipulability, seen=seen)
     while True:
         layered = healing.layered
         with clock("gabf"):
@@ -199,7 +200,7 @@ def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, seen: s
             steps = gabf.cheapest_path(cost_to_go, layered.starts)
             if not len(steps) or healing.accepts(steps):
                 break
-    failed = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
+    failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
     return replace(
         draft,
         outcome=Outcome.SOLVED if len(steps) else failed,

@@ -45,7 +45,7 @@ from planner.planning.run_record import run_record
 from planner.planning.summary import CONDITIONING, summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import NoPath
-from planner.problem.request import CostField, PlanRequest
+from planner.problem.request import FollowRequest, PlanRequest, SweepQuality, TaskQuality
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.robot import model_checks
@@ -81,7 +81,7 @@ class Plan:
     says why there is no path. Of a session ``path_nodes`` are nodes of its whole roadmap, whose edges may be open.
     """
 
-    request: PlanRequest
+    request: PlanRequest | FollowRequest
     outcome: Outcome
     robot: Robot
     scene: Scene
@@ -148,7 +148,7 @@ class Plan:
     @cached_property
     def cost_in_pieces(self) -> float | None:
         """Omega of the path in pieces of 0.01 rad, where edges are priced by few states; None if charged at nodes."""
-        objective = replace(self.request.objective, beta=0.0, floor=0.0)
+        objective = replace(self.request.quality.objective, beta=0.0, floor=0.0)
         if objective.charge == "nodes":
             return None
         states = dense_path(self.path)
@@ -158,7 +158,7 @@ class Plan:
     @cached_property
     def conditioning(self) -> Conditioning | None:
         """How well conditioned the path is where that is worst; None where there is none."""
-        return judge_conditioning(self.robot, self.roadmap, self.path, self.request) if len(self.path) else None
+        return judge_conditioning(self.robot, self.roadmap, self.path, self.request.quality) if len(self.path) else None
 
     @cached_property
     def max_error_vs_oracle(self) -> float | None:
@@ -217,7 +217,7 @@ class Plan:
         """
         if not self.solved:
             return None
-        return certificate_of(self.checker, self.path, self.trajectory, self.request.min_manipulability)
+        return certificate_of(self.checker, self.path, self.trajectory, self.request.quality.min_manipulability)
 
     def save(self, folder: StrPath, certificate: bool = False) -> None:
         """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
@@ -291,8 +291,8 @@ def plan_page(plan: Plan) -> str:
         cost_to_go=plan.node_costs,
         paths=paths,
         current=current,
-        beta=plan.request.beta,
-        floor=plan.request.min_manipulability,
+        beta=plan.request.quality.beta,
+        floor=plan.request.quality.min_manipulability,
         curve=plan.curve,
         highlighted=(CONDITIONING, TOO_CLOSE),
         reason=plan.reason,
@@ -315,7 +315,11 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
     """The alternatives with the plan's own path among them, and which it is; none without a path."""
     if plan.cost is None:
         return [], 0
-    beta, shown, costs = plan.request.beta, list(plan.alternatives), (plan.cost.manipulability, plan.cost.distance)
+    beta, shown, costs = (
+        plan.request.quality.beta,
+        list(plan.alternatives),
+        (plan.cost.manipulability, plan.cost.distance),
+    )
     rows, field = path_rows(plan.robot, plan.path, *costs), plan.node_costs
     motion = None if plan.trajectory is None else shown_motion(plan.trajectory, plan.checker)
     if plan.scene.moving:  # the earliest motion, which no beta has chosen
@@ -352,7 +356,7 @@ def record_of(plan: Plan) -> PlanRecord:
         kept=_kept(plan),
         in_time=_in_time(plan),
         roadmap=plan.roadmap.record(plan.edges_removed),
-        gabf=field_record(plan.request, plan.cost_to_go, plan.certificate, plan.max_error_vs_oracle),
+        gabf=field_record(plan.request.quality, plan.cost_to_go, plan.certificate, plan.max_error_vs_oracle),
         timings_s=rounded(plan.timings),
         tool_path=None if plan.tool_path is None else plan.tool_path.record,
         legs=list(plan.legs) or None,
@@ -362,9 +366,9 @@ def record_of(plan: Plan) -> PlanRecord:
 def _quality(plan: Plan) -> QualityRecord | None:
     if plan.cost is None:
         return None
-    bound = cost_lower_bound(plan.roadmap, plan.robot, plan.request.objective)
+    bound = cost_lower_bound(plan.roadmap, plan.robot, plan.request.quality.objective)
     return QualityRecord(
-        effort=plan.request.rounds,
+        effort=plan.request.quality.rounds,
         curve=[PointRecord(rounds=rounds, cost=cost) for rounds, cost in plan.curve],
         lower_bound=bound,
         gap=plan.cost.total / bound - 1.0 if bound > 0 else None,
@@ -384,7 +388,7 @@ def _manipulability(plan: Plan) -> ManipulabilityRecord | None:
 
 def _floor(plan: Plan) -> FloorRecord | None:
     """None where none was asked for."""
-    floor = plan.request.min_manipulability
+    floor = plan.request.quality.min_manipulability
     if floor <= 0:
         return None
     start, goal = (float(w) for w in manipulability(plan.robot, plan.path[[0, -1]]))
@@ -446,15 +450,18 @@ def _in_time(plan: Plan) -> InTimeRecord | None:
 
 
 def field_record(
-    request: CostField, field: gabf.CostToGo | None, bounds: Iterable[gabf.Certificate], error: float | None
+    quality: SweepQuality | TaskQuality,
+    field: gabf.CostToGo | None,
+    bounds: Iterable[gabf.Certificate],
+    error: float | None,
 ) -> FieldRecord | None:
     """What there is to be written of a field with the ``bounds`` that it meets, and its error against the oracle."""
     if field is None:
         return None
     bracket = field.settling_tau_bracket
     return FieldRecord(
-        law=request.law,
-        prescribed_time=request.prescribed_time,
+        law=quality.law,
+        prescribed_time=quality.prescribed_time,
         settling_time=field.settling_time,
         settling_tau=field.settling_tau,
         settling_tau_bracket=None if bracket is None else [tau if math.isfinite(tau) else None for tau in bracket],

@@ -10,7 +10,7 @@ from pydantic import Field
 from planner.base.formats import FORMAT_VERSION
 from planner.base.versions import versions
 from planner.problem.outcome import Outcome
-from planner.problem.request import Growth
+from planner.problem.request import Request
 from planner.problem.run_schema import Record
 from planner.robot.model_checks import notes
 from planner.robot.robot import Robot
@@ -34,7 +34,7 @@ class RunRecord(Record):
     notes: Annotated[list[str], Field(description="what was noticed about the model and the start")]
 
 
-def run_record(request: Growth, outcome: Outcome, robot: Robot, scene: Scene) -> dict[str, Any]:
+def run_record(request: Request, outcome: Outcome, robot: Robot, scene: Scene) -> dict[str, Any]:
     """How the run ended, what it was asked for, and with which software, as plain data."""
     return {
         "format_version": FORMAT_VERSION,
@@ -42,8 +42,8 @@ def run_record(request: Growth, outcome: Outcome, robot: Robot, scene: Scene) ->
         "message": outcome.value,
         "robot": robot.name,
         "scene": scene.name,
-        "seed": request.seed,
-        "config": request.to_dict(),
+        "seed": request.values()["seed"],
+        "config": request.config(),
         "versions": versions(),
         "joints": list(robot.joints),
         "tool": robot.tool,

@@ -10,7 +10,7 @@ from planner.collision.checker import CollisionChecker
 from planner.planning.improvement import best_nodes
 from planner.planning.result import Plan
 from planner.problem.reasons import FloorTooHigh, NoPath
-from planner.problem.request import PlanRequest
+from planner.problem.request import PlanQuality
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.infeasibility import why_apart
 from planner.roadmap.roadmap import Roadmap, path_waypoints
@@ -29,10 +29,12 @@ def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
     A roadmap that grew above a floor holds few paths for lower ones: a small one that grows without it is used instead.
     """
     request, checker, roadmap = failed.request, failed.checker, failed.roadmap
-    floor = request.min_manipulability
-    if floor > 0 and request.roadmap is None:
+    floor = request.quality.min_manipulability
+    if floor > 0 and request.quality.roadmap is None:
         ends = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
-        roadmap = build_roadmap(failed.robot, checker, *ends, min(request.nodes, _NODES), request.seed, progress)
+        roadmap = build_roadmap(
+            failed.robot, checker, *ends, min(request.quality.nodes, _NODES), request.quality.seed, progress
+        )
     if progress.stopped:
         return None
     if not roadmap.connected:
@@ -40,17 +42,17 @@ def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
         return None if progress.stopped else apart
     if floor <= 0:
         return None  # every path fell below its own ends, or failed the second check
-    return FloorTooHigh(floor, highest_floor(roadmap, checker, request))
+    return FloorTooHigh(floor, highest_floor(roadmap, checker, request.quality))
 
 
-def highest_floor(roadmap: Roadmap, checker: CollisionChecker, request: PlanRequest) -> float:
+def highest_floor(roadmap: Roadmap, checker: CollisionChecker, quality: PlanQuality) -> float:
     """A floor below the request's that the best path of ``roadmap`` above it keeps to; 0 where none is found.
 
     Floors are tried from above, as a lower floor may forbid a path that a higher one allows: one that never reaches the
     higher one. Floors above all w on the roadmap allow the same paths: the highest w is tried first.
     """
-    network = build_network(roadmap, request.objective)
-    floors = _floors(min(request.min_manipulability, roadmap.edge_manipulability.max(initial=0.0)))
+    network = build_network(roadmap, quality.objective)
+    floors = _floors(min(quality.min_manipulability, roadmap.edge_manipulability.max(initial=0.0)))
     return next((floor for floor in floors if _keeps_to(floor, roadmap, network, checker.robot)), 0.0)
 
 

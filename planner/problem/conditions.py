@@ -83,7 +83,7 @@ class Condition:
     def text(self) -> str:
         """As people write it, exact to the last bit."""
         axis = f"{self.axis}," if isinstance(self, KeepAxis) else ""
-        return f"{self.kind}:{axis}{_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
+        return f"{self.kind}:{axis}{numbers_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
 
     def _unusable(self, why: str) -> OptionError:
         return OptionError(f"'{self.text[:100]}' is not usable: {why}.")
@@ -98,7 +98,7 @@ class OfPoint(Condition):
 
     @property
     def text(self) -> str:
-        return super().text + (f" at {_text(self.point)}" if any(self.point) else "")
+        return super().text + (f" at {numbers_text(self.point)}" if any(self.point) else "")
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,8 @@ def keeps_text(keep: object) -> str:
     raise OptionError(f"keep {given} is not usable: give {FORMS}, or planner.KeepAxis(...) and its like.")
 
 
-def _text(values: Sequence[float]) -> str:
+def numbers_text(values: Sequence[float]) -> str:
+    """Numbers with commas between, exact to the last bit."""
     return ",".join(repr(float(value)).removesuffix(".0") for value in values)
 
 

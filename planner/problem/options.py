@@ -1,113 +1,337 @@
-"""The options of :func:`planner.plan` by name, as type checkers and people who mistype them are told."""
+"""Every option of the planner: its type, its range and its help, once. Requests are composed of these."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import fields, replace
-from typing import Any, TypedDict
+import dataclasses
+import functools
+import math
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Protocol, TypeAlias, TypeVar, dataclass_transform, runtime_checkable
 
-from planner.base.errors import KeywordError, choices
-from planner.base.yamlfile import nearest
-from planner.problem.objective import Objective, said_twice
-from planner.problem.request import (
+import pydantic
+from pydantic import AfterValidator, BeforeValidator, Field
+from typing_extensions import Doc
+
+from planner.base.errors import OptionError
+from planner.problem.conditions import Condition, parse_keeps
+from planner.problem.targets import Target, goals_of, parse_base, target_of
+
+
+@runtime_checkable
+class HasName(Protocol):
+    """A robot or a scene itself, in place of its name."""
+
+    @property
+    def name(self) -> str: ...
+
+
+def _name_or_object(value: object) -> object:
+    return os.fspath(value) if isinstance(value, os.PathLike) else value
+
+
+RobotLike: TypeAlias = str | HasName
+"""The name or the file of a robot or scene, or the object itself."""
+Base: TypeAlias = tuple[float, ...]
+"""x, y, z (m) or x, y, z, roll, pitch, yaw (m and rad)."""
+Names: TypeAlias = tuple[str, ...]
+Conditions: TypeAlias = tuple[Condition, ...]
+Targets: TypeAlias = tuple[Target, ...]
+Tolerance: TypeAlias = tuple[float, float]
+
+Backend = Literal["fcl", "coal"]
+LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
+Metric = Literal["joint", "workspace"]
+Charge = Literal["nodes", "edges"]
+ManipulabilityCost = Literal["inverse", "log", "linear"]
+TimeLaw = Literal["shortcuts", "blended", "stop-at-corners"]
+
+PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
+IK_LEAST, IK_LARGEST = 1e-6, (0.1, 0.5)  # m or rad; m, rad: of a tolerance for poses
+
+
+def _names(value: object) -> Names:
+    """Names out of text with commas between, or out of a list."""
+    names = value.split(",") if isinstance(value, str) else list(value) if isinstance(value, Iterable) else [value]
+    if not all(isinstance(name, str) for name in names):
+        raise OptionError(f"joints must be names, got {str(value)[:100]}: give them as text.")
+    stripped = tuple(str(name).strip() for name in names)
+    if not all(stripped) or len(set(stripped)) < len(stripped):
+        raise OptionError(f"joints must be different names, got '{','.join(stripped)[:200]}': name each once.")
+    return stripped
+
+
+def conditions_of(value: object) -> Conditions:
+    """Conditions out of text, a condition, or several of both; :class:`OptionError` for anything else."""
+    if isinstance(value, str):
+        return parse_keeps(value)
+    if isinstance(value, Condition):
+        return parse_keeps(value.text)
+    if value is None:
+        return ()
+    if isinstance(value, Iterable):
+        return tuple(each for part in value for each in conditions_of(part))
+    raise OptionError(f"keep must be conditions, got {str(value)[:100]}: give text or planner.KeepAxis and its like.")
+
+
+def _tolerance(value: object) -> Tolerance:
+    try:
+        words = value.split(",") if isinstance(value, str) else value
+        metres, radians = map(float, words)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        metres = radians = math.nan
+    if not (IK_LEAST <= metres <= IK_LARGEST[0] and IK_LEAST <= radians <= IK_LARGEST[1]):
+        raise OptionError(
+            f"ik tolerance must be metres and radians from {IK_LEAST:g} to {IK_LARGEST[0]:g} m and "
+            f"{IK_LARGEST[1]:g} rad, got '{str(value)[:100]}': give them as 1e-6,1e-4."
+        )
+    return metres, radians
+
+
+def _leg(length: float) -> float:
+    if length != 0 and not 1e-3 <= length <= 1.0:
+        raise ValueError("must be from 0.001 to 1 m, or 0 for none")
+    return length
+
+
+Robot = Annotated[
+    RobotLike,
+    BeforeValidator(_name_or_object),
+    Doc(
+        "Name of a built-in robot (see 'planner robots') or of one in the package robot_descriptions, or the path of a "
+        "URDF, xacro, MJCF or robot.yaml ('planner robot-yaml' writes one)."
+    ),
+]
+Scene = Annotated[
+    RobotLike,
+    BeforeValidator(_name_or_object),
+    Doc("Name of a built-in scene (see 'planner scenes') or the path of a scene file."),
+]
+Tool = Annotated[
+    str | None,
+    Doc(
+        "Frame of the robot that targets and manipulability speak of; where left out the scene's, else the robot's, "
+        "else the tip of --group, or of the group that --request names; of a kept roadmap its own."
+    ),
+]
+Srdf = Annotated[
+    Path | None, Doc("An SRDF in place of the robot's own: link pairs that need no check, groups, named states.")
+]
+Group = Annotated[str | None, Doc("Planning group of the SRDF: only its joints are planned.")]
+Joints = Annotated[
+    Names | None,
+    BeforeValidator(lambda value: None if value is None else _names(value)),
+    Doc(
+        "Joints to plan, with commas between; all others are held: at fixed_joints of the scene or robot file, else "
+        "as the state home has them."
+    ),
+]
+Collision = Annotated[
     Backend,
-    Charge,
-    File,
-    Kept,
-    LawName,
+    Doc(
+        "Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. "
+        "Own separating planes prove the edges, and coal looks at every answer too."
+    ),
+]
+Margin = Annotated[
+    float, Field(ge=0, le=100), Doc("Distance in metres to keep from every obstacle, and between links.")
+]
+Keep = Annotated[
+    Conditions,
+    BeforeValidator(conditions_of),
+    Doc(
+        "What motions keep all along, proven; repeatable, or with ';' between: axis:z,0,0,1,0.1 (the tool's z axis "
+        "within 0.1 rad of the world's direction 0,0,1), box:x0,y0,z0,x1,y1,z1 (its origin within, m), "
+        "plane:nx,ny,nz,d (n.p >= d), turn:0.1 (its orientation within 0.1 rad of that at the start); ' of FRAME' at "
+        "the end names another frame than the tool. What the scene keeps is kept besides."
+    ),
+]
+Placement = Annotated[
+    Base | None,
+    BeforeValidator(lambda value: None if value is None else parse_base(value)),
+    Doc(
+        "Where the robot's base stands in the scene, in place of what the scene file says: x,y,z (m) or "
+        "x,y,z,roll,pitch,yaw (m and rad)."
+    ),
+]
+Start = Annotated[Target, BeforeValidator(lambda value: target_of(value, "start")), Doc("Where the arm starts.")]
+Goal = Annotated[
+    Targets,
+    BeforeValidator(goals_of),
+    Doc("Where the arm should go; several, with the option repeated or with ';' between them, are alternatives."),
+]
+MotionPlanRequest = Annotated[
+    Path | None,
+    Doc("A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."),
+]
+IkSolutions = Annotated[
+    int,
+    Field(ge=1, le=100),
+    Doc(
+        "Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to "
+        "the start, in turn; the dynamics picks one."
+    ),
+]
+IkTolerance = Annotated[
+    Tolerance,
+    BeforeValidator(_tolerance),
+    Doc("How far (m,rad) the tool may be off a pose that the arm cannot reach exactly, as with fewer than six axes."),
+]
+WidenLimits = Annotated[
+    bool, Doc("Widen joint limits that a start or goal given in joints exceeds, instead of refusing it.")
+]
+Approach = Annotated[
+    float,
+    AfterValidator(_leg),
+    Doc("Metres that the tool goes straight along its z axis into the goal, proven within 1 mm and 0.5 degrees."),
+]
+Retreat = Annotated[
+    float,
+    AfterValidator(_leg),
+    Doc("Metres that it first goes straight back along its z axis from the start."),
+]
+Nodes = Annotated[
+    int,
+    Field(ge=2, le=10_000_000),
+    Doc("Configurations in the roadmap; more find better paths and take longer."),
+]
+Seed = Annotated[
+    int,
+    Field(ge=0, lt=2**31),
+    Doc(
+        "Seed of all randomness: the same command, seed and versions give the same path on x86-64 processors with FMA."
+    ),
+]
+RoadmapFile = Annotated[
+    Path | None,
+    Doc(
+        "A roadmap.npz to plan on, instead of growing one: of the same robot and scene; on the live page of the same "
+        "joints, and what does not hold in the scene is left out."
+    ),
+]
+Beta = Annotated[
+    float, Field(ge=0, le=1), Doc("Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.")
+]
+MinManipulability = Annotated[
+    float,
+    Field(ge=0, le=1e9),
+    Doc(
+        "A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a "
+        "goal below it. Where start and goal lie below, a path may stay there, no lower than they are. Growth keeps "
+        "above too."
+    ),
+]
+Law = Annotated[LawName, Doc("Control law under which the dynamics runs.")]
+PrescribedTime = Annotated[
+    float,
+    Field(ge=1e-9, le=1e9),
+    Doc("T_p in seconds: the field settles before it (laws without a prescribed time ignore it)."),
+]
+Distance = Annotated[
+    Metric, Doc("What distance means: joint motion (rad), or the length of the tool's path in the workspace (m).")
+]
+WCost = Annotated[
     ManipulabilityCost,
-    Metric,
-    Names,
-    PlanRequest,
-    State,
-    Thing,
-    TimingRequest,
-)
+    Doc("How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."),
+]
+WhereCharged = Annotated[
+    Charge,
+    Doc(
+        "Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."
+    ),
+]
+Effort = Annotated[
+    Annotated[int, Field(ge=0, le=1_000_000)] | None,
+    Doc(
+        "Rounds in which the best path is refined and others searched, fewer where two thirds gain nothing; left out, "
+        "12, or 0 with --roadmap: as it is."
+    ),
+]
+Room = Annotated[
+    float,
+    Field(ge=0, le=100),
+    Doc(
+        "Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and "
+        "so on where start, goal or the narrowest passage leave no more. 0 for none."
+    ),
+]
+PathOnly = Annotated[
+    bool,
+    Doc(
+        "Only a path, the first that is proven, after shortcuts: no roadmap grows around it, so beta has next to "
+        "nothing to choose from, and it is refined only where --effort is given."
+    ),
+]
+ToolSpeed = Annotated[
+    Annotated[float, Field(ge=1e-5, le=10)] | None,
+    Doc("Speed of the tool along the path, m/s: at most so much, and just that where the joints' limits allow it."),
+]
+LadderDensity = Annotated[
+    int,
+    Field(ge=1, le=100),
+    Doc("How many times as many solutions of inverse kinematics are spread along the path: more find better ways."),
+]
+LimitsFile = Annotated[
+    Path | None, Doc("A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints.")
+]
+Share: TypeAlias = Annotated[float, Field(gt=0, le=1)]
+Positive: TypeAlias = Annotated[float, Field(gt=0)]
+VelocityScale = Annotated[Share | None, Doc("Share of the velocity limits to use, above 0 up to 1.")]
+AccelerationScale = Annotated[Share | None, Doc("Share of the acceleration limits to use, above 0 up to 1.")]
+Acceleration = Annotated[
+    Positive | None,
+    Doc("Acceleration limit of every joint, rad/s² (m/s² where a joint slides), in place of the robot's own."),
+]
+Jerk = Annotated[Positive | None, Doc("Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own.")]
+TimeLawOption = Annotated[
+    TimeLaw,
+    Doc("Corners rounded as far as that is proven free, with proven shortcuts in time or without; or a stop at each."),
+]
+ExtraCost = Annotated[
+    float,
+    Field(ge=0, le=100),
+    Doc("Share by which shortcuts in time may raise what the path costs (its objective): more is quicker."),
+]
+Jobs = Annotated[
+    int,
+    Field(ge=1, le=10_000),
+    Doc("Tasks at once, each in a process of this machine; 1 is one task after the other in this process."),
+]
+Workers = Annotated[
+    str | None,
+    Doc(
+        "Instead of jobs, the workers of a Dask cluster: dask: and the address of its scheduler, as in "
+        "dask:tcp://127.0.0.1:8786."
+    ),
+]
+
+T = TypeVar("T")
 
 
-class RoadmapOptions(TypedDict, total=False):
-    """Those of all that is planned on a roadmap."""
+@dataclass_transform(frozen_default=True)
+def options(cls: type[T]) -> type[T]:
+    """A frozen dataclass of options: pydantic checks their ranges, and the first error becomes one OptionError."""
+    config = pydantic.ConfigDict(arbitrary_types_allowed=True, allow_inf_nan=False, extra="forbid")
+    made: Any = pydantic.dataclasses.dataclass(frozen=True, config=config)(cls)
+    validated = made.__init__
 
-    collision: Backend
-    margin: float
-    ik_solutions: int
-    ik_tolerance: str
-    nodes: int
-    seed: int
-    law: LawName
-    prescribed_time: float
-    metric: Metric
-    manipulability_cost: ManipulabilityCost
+    @functools.wraps(validated)
+    def init(self: object, *args: object, **values: object) -> None:
+        try:
+            validated(self, *args, **values)
+        except pydantic.ValidationError as error:
+            names = [field.name for field in dataclasses.fields(made)]
+            raise OptionError(_sentence(error, names)) from None
 
-
-class TaskOptions(RoadmapOptions, total=False):
-    """The fields of :class:`planner.TaskRequest`: a test holds both equal."""
-
-    beta: float
+    made.__init__ = init
+    return made
 
 
-class SessionOptions(RoadmapOptions, total=False):
-    """Those that a session has for all its plans."""
-
-    tool: str | None
-    srdf: File | None
-    group: str | None
-    joints: Names | None
-    keep: Kept | None
-    base: str | None
-    min_manipulability: float
-    charge: Charge
-    effort: int | None
-
-
-class PlanOptions(SessionOptions, total=False):
-    """The fields of :class:`PlanRequest` as :func:`planner.plan` takes them by name: a test holds both equal."""
-
-    robot: Thing
-    scene: Thing
-    start: State
-    goal: State
-    motion_plan_request: File | None
-    widen_limits: bool
-    roadmap: File | None
-    room: float
-    beta: float
-    approach: float
-    retreat: float
-    path_only: bool
-
-
-_OPTIONS = tuple(field.name for field in fields(PlanRequest))
-_OF_OBJECTIVE = {field.name: field.name for field in fields(Objective)} | {"floor": "min_manipulability"}
-
-
-def plan_request(
-    request: PlanRequest | None,
-    options: PlanOptions | SessionOptions,
-    objective: Objective | None = None,
-    known: Collection[str] = _OPTIONS,
-    what: str = "plan",
-) -> PlanRequest:
-    """A request, the default for None, with an ``objective`` and ``options`` in place of its fields.
-
-    Raises :class:`KeywordError` for options that ``what`` does not take, which are not among those ``known``, and for
-    those that the objective says already.
-    """
-    require_known(options, known, what)
-    said: dict[str, Any] = {}
-    if objective is not None:
-        said = {option: getattr(objective, name) for name, option in _OF_OBJECTIVE.items()}
-        twice = [name for name in options if name in said]
-        if twice:
-            raise said_twice(twice[0])
-    asked = request or PlanRequest()
-    return replace(asked, **options, **said) if options or said else asked
-
-
-def require_known(options: Collection[str], known: Collection[str], what: str) -> None:
-    """Raise :class:`KeywordError` for the first of ``options`` that ``what`` does not take."""
-    for name in sorted(set(options) - set(known)):
-        remedy = f"options are {choices(known)}"
-        if name in (field.name for field in fields(TimingRequest)):
-            remedy = f"give it as timing=planner.TimingRequest({name}=...)"
-        raise KeywordError(f"{what} knows no option '{name}'{nearest(name, known)}: {remedy}.")
+def _sentence(error: pydantic.ValidationError, names: Sequence[str]) -> str:
+    """The first error as one sentence: "nodes must be greater than or equal to 2, got 1."."""
+    first = error.errors(include_url=False, include_context=False)[0]
+    place = first["loc"][0] if first["loc"] else "options"  # a number where it was given by position
+    name = (names[place] if isinstance(place, int) else place).replace("_", " ")
+    wish = first["msg"].removeprefix("Value error, ").replace("Input should", "must")
+    return f"{name} {wish}, got {first['input']!r:.100}."

@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
+from numbers import Real
 from typing import TypeAlias
 
 from planner.base.errors import OptionError, StateError, choices
@@ -30,6 +31,7 @@ from planner.problem.conditions import (
     KeepBox,
     KeepTurn,
     is_condition,
+    numbers_text,
     parse_condition,
 )
 
@@ -46,6 +48,11 @@ class Joints:
 
     values: tuple[float, ...]
 
+    @property
+    def text(self) -> str:
+        """The target as people write it, exact to the last bit; so for all targets."""
+        return "q:" + ",".join(repr(float(value)) for value in self.values)
+
 
 @dataclass(frozen=True)
 class Position:
@@ -53,6 +60,10 @@ class Position:
 
     xyz: tuple[float, ...]
     frame: str | None = None
+
+    @property
+    def text(self) -> str:
+        return "xyz:" + numbers_text(self.xyz)
 
 
 @dataclass(frozen=True)
@@ -62,6 +73,10 @@ class Pose:
     xyz: tuple[float, ...]
     quaternion: tuple[float, ...]
     frame: str | None = None
+
+    @property
+    def text(self) -> str:
+        return "pose:" + numbers_text((*self.xyz, *self.quaternion))
 
 
 @dataclass(frozen=True)
@@ -81,8 +96,7 @@ class ToolGoal:
 
     @property
     def text(self) -> str:
-        """As people write it."""
-        return f" {BOTH} ".join(each.text for each in self.conditions)
+        return f" {BOTH} ".join(map(_condition_text, self.conditions))
 
 
 @dataclass(frozen=True)
@@ -90,6 +104,10 @@ class Named:
     """States that the scene names; more than one are alternatives."""
 
     names: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        return ",".join(self.names)
 
 
 Target: TypeAlias = Joints | Position | Pose | ToolGoal | Named
@@ -134,33 +152,58 @@ def _conditions(text: str) -> tuple[Condition, ...]:
     raise OptionError(f"'{text[:100]}' is no part of a goal with tolerance: give xyz:, pose:, or {CONDITIONS}.")
 
 
-def state_text(state: str | Iterable[float] | ToolGoal, role: str = "state") -> str:
-    """A state as its text, however it is given; :class:`OptionError` for what is none."""
-    return state if isinstance(state, str) else state.text if isinstance(state, ToolGoal) else joints_text(state, role)
+def _condition_text(condition: Condition) -> str:
+    """The text of a condition in a goal: a box without extent is a position."""
+    if (
+        isinstance(condition, KeepBox)
+        and condition.lower == condition.upper
+        and condition == KeepBox(condition.lower, condition.upper)
+    ):
+        return Position(condition.lower).text
+    return condition.text
+
+
+def joint_target(values: Iterable[float], role: str = "state") -> Joints:
+    """Joint values (dof,) rad as a target; :class:`OptionError` for anything else."""
+    try:
+        row = [] if isinstance(values, str | bytes | bytearray | Set | Mapping) else list(values)
+        if not row or any(isinstance(value, str) or type(value).__name__ in ("bool", "bool_") for value in row):
+            raise TypeError
+        return Joints(tuple(float(value) for value in row))
+    except (TypeError, ValueError):
+        given = " ".join(repr(values).split())[:100]
+        raise OptionError(f"{role} must be one row of joint values (rad), or {FORMS}, got {given}.") from None
 
 
 def joints_text(values: Iterable[float], role: str = "state") -> str:
-    """Joint values (dof,) rad as their text, exact to the last bit; :class:`OptionError` for anything else."""
-    try:
-        row = [] if isinstance(values, bytes | bytearray | Set | Mapping) else list(values)
-        if not row or any(isinstance(value, str) or type(value).__name__ in ("bool", "bool_") for value in row):
-            raise TypeError
-        return "q:" + ",".join(repr(float(value)) for value in row)
-    except (TypeError, ValueError):
-        given = " ".join(repr(values).split())[:100]
-        raise OptionError(f"{role} {given} is not usable: give one row of joint values (rad), or {FORMS}.") from None
+    """The text of joint values (dof,) rad, as :func:`joint_target` takes them."""
+    return joint_target(values, role).text
 
 
-def parse_targets(text: str) -> list[tuple[str, Target]]:
-    """Alternative goals out of their text, each with its own text; :class:`OptionError` as :func:`parse_target`."""
-    found: list[tuple[str, Target]] = []
-    for part in (part.strip() for part in text.split(AND)):
-        target = parse_target(part)
-        if isinstance(target, Named):
-            found += [(name, Named((name,))) for name in target.names]
-        else:
-            found.append((part, target))
-    return found
+def target_of(state: object, role: str = "state") -> Target:
+    """A target itself, out of its text, or out of joint values (dof,) rad; :class:`OptionError` for anything else."""
+    if isinstance(state, Target):
+        return state
+    return parse_target(state) if isinstance(state, str) else joint_target(state, role)  # type: ignore[arg-type]
+
+
+def goals_of(goal: object) -> tuple[Target, ...]:
+    """Alternative goals out of text, a target, joint values (dof,), or several of these."""
+    if isinstance(goal, str):
+        return parse_targets(goal)
+    if isinstance(goal, tuple | list) and goal and not any(isinstance(each, Real) for each in goal):
+        return tuple(target for each in goal for target in goals_of(each))
+    return (target_of(goal, "goal"),)
+
+
+def parse_targets(text: str) -> tuple[Target, ...]:
+    """Alternative goals out of their text, each name one of its own; :class:`OptionError` as :func:`parse_target`."""
+    targets = [parse_target(part.strip()) for part in text.split(AND)]
+    return tuple(
+        one
+        for target in targets
+        for one in (map(lambda name: Named((name,)), target.names) if isinstance(target, Named) else [target])
+    )
 
 
 def follow(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) -> list[str]:
@@ -182,21 +225,20 @@ def follow(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) 
     return found
 
 
-def parse_base(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Position (m) and roll, pitch, yaw (rad) of "x,y,z" or "x,y,z,roll,pitch,yaw"; OptionError for other text."""
+def parse_base(base: str | Iterable[float]) -> tuple[float, ...]:
+    """Position (m), and roll, pitch, yaw (rad) where given, of a base; OptionError unless 3 or 6 numbers."""
     try:
-        values = tuple(float(part) for part in text.split(","))
-    except ValueError:
+        values = tuple(float(part) for part in (base.split(",") if isinstance(base, str) else base))
+    except (TypeError, ValueError):
         values = ()
     if len(values) not in (3, 6) or not all(abs(value) <= FARTHEST_BASE for value in values):
         raise OptionError(
-            f"base '{text[:100]}' is no placement: give x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad), numbers with "
+            f"base must be x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad), got '{str(base)[:100]}': give numbers with "
             "commas between."
         )
-    turn = values[3:] or (0.0, 0.0, 0.0)
-    if max(map(abs, turn)) > TURN:
-        raise OptionError(f"base '{text[:100]}' turns by more than a full turn: degrees? 90 degrees are 1.5708 rad.")
-    return values[:3], turn
+    if max(map(abs, values[3:]), default=0.0) > TURN:
+        raise OptionError(f"base '{str(base)[:100]}' turns by more than a full turn: degrees? 90 degrees are 1.5708.")
+    return values
 
 
 def _numbers(text: str, rest: str, count: int | None = None) -> tuple[float, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,9 +15,10 @@ from planner.base.notes import tell
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.constraints.keeps import bound_to, unbound
-from planner.problem.conditions import AND, Condition, parse_keeps
-from planner.problem.request import IkSolutions, RoadmapRequest, WorldRequest
-from planner.problem.targets import HOME, Joints, Target, joints_text, parse_target, parse_targets
+from planner.problem.conditions import Condition, parse_keeps
+from planner.problem.options import Tolerance
+from planner.problem.request import ProblemRequest, WorldRequest
+from planner.problem.targets import HOME, Joints, Target, joints_text
 from planner.query.resolve import check_limits, joint_values, other_turns, resolve
 from planner.query.robots import robot_of, widened_for
 from planner.robot import model_checks
@@ -73,7 +74,7 @@ def _bound(checker: CollisionChecker, turns: tuple[Condition, ...], start: Float
     return with_conditions(checker, (*checker.world.conditions, *bound_to(turns, checker.robot, start)))
 
 
-def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool = False) -> Query:
+def make_query(request: ProblemRequest, near_start: bool = True, in_time: bool = False) -> Query:
     """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable.
 
     The configurations that a position or pose as goal becomes are chosen by their manipulability and by how near they
@@ -90,47 +91,48 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
         )
     start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
-        robot = widened_for(robot, [start, *(goal for _, goal in goals)])
-    _require_limits(robot, [("start", start), *((_role(name, goals), goal) for name, goal in goals)])
+        robot = widened_for(robot, [start, *goals])
+    _require_limits(robot, [("start", start), *((_role(goal, goals), goal) for goal in goals)])
     robot, keep = _constrained(request, robot, scene, message)
     _judge(request, robot, scene)
     turns = unbound(keep)
     bound = [each for each in keep if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, bound)
-    return resolve_query(checker, start, goals, request, near_start, turns)
+    return resolve_query(checker, start, goals, request.ik_solutions, request.ik_tolerance, near_start, turns)
 
 
 def resolve_query(
     checker: CollisionChecker,
     start: Target,
-    goals: list[tuple[str, Target]],
-    ik: IkSolutions,
+    goals: Sequence[Target],
+    solutions: int,
+    tolerance: Tolerance,
     near_start: bool = True,
     turns: tuple[Condition, ...] = (),
 ) -> Query:
-    """The configurations of a start and of goals with their texts; raises :class:`StateError` for unusable ones.
+    """The configurations of a start and of goals; raises :class:`StateError` for unusable ones.
 
-    ``ik`` says how many configurations a goal becomes, and how exactly.
+    A goal becomes at most so many ``solutions`` of inverse kinematics within a ``tolerance`` (m, rad).
     ``near_start`` as in :func:`make_query`; ``turns`` are conditions that mean the orientation at the start.
     """
     robot, scene = checker.robot, checker.world.scene
     states = states_of(robot, scene)
-    starts = resolve(start, checker, states, "start", tolerance=ik.tolerance)
+    starts = resolve(start, checker, states, "start", tolerance=tolerance)
     if turns:
         checker = _bound(checker, turns, starts[0])
     ends, names = [], []
-    for name, goal in goals:
+    for goal in goals:
         near = starts if near_start else None
-        ends.append(resolve(goal, checker, states, _role(name, goals), ik.ik_solutions, near, ik.tolerance))
-        names += [name] * len(ends[-1])
+        ends.append(resolve(goal, checker, states, _role(goal, goals), solutions, near, tolerance))
+        names += [goal.text] * len(ends[-1])
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()
     told = tuple(other_turns(start, checker, states))
     return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows), told)
 
 
-def _role(name: str, goals: list[tuple[str, Target]]) -> str:
-    return "goal" if len(goals) == 1 else f"goal '{name}'"
+def _role(goal: Target, goals: Sequence[Target]) -> str:
+    return "goal" if len(goals) == 1 else f"goal '{goal.text}'"
 
 
 def _require_limits(robot: Robot, targets: list[tuple[str, Target]]) -> None:
@@ -145,7 +147,7 @@ def _constrained(
     request: WorldRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
 ) -> tuple[Robot, tuple[Condition, ...]]:
     """The robot, and the conditions that motions keep, by the request, the scene and a message."""
-    keep = parse_keeps(AND.join((str(request.keep or ""), scene.keep)))
+    keep = (*request.keep, *parse_keeps(scene.keep))
     if message is not None:
         robot, keep = with_path_limits(robot, message, scene), (*keep, *kept_of(message, robot, scene))
     return robot, tuple(dict.fromkeys(keep))
@@ -173,15 +175,15 @@ def states_of(robot: Robot, scene: Scene) -> dict[str, str]:
 
 
 def _targets(
-    request: RoadmapRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
-) -> tuple[Target, list[tuple[str, Target]]]:
-    """Start, and goals with their texts; an explicit --start or --goal takes precedence over the MoveIt request."""
-    plain = RoadmapRequest()
-    start, goals = parse_target(str(request.start)), parse_targets(str(request.goal))
+    request: ProblemRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
+) -> tuple[Target, Sequence[Target]]:
+    """Start and goals; an explicit --start or --goal takes precedence over the MoveIt request."""
+    plain = ProblemRequest()
+    start, goals = request.start, request.goal
     if message is not None and request.start == plain.start:
         start = joints_of(message, robot, scene)
     if message is not None and request.goal == plain.goal:
-        goals = goals_of(message, robot, scene)
+        goals = [goal for _, goal in goals_of(message, robot, scene)]
     return start, goals
 
 

@@ -18,8 +18,8 @@ from planner.constraints.keeps import Keeps, bound_to, require_bound
 from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
 from planner.problem.conditions import Condition, KeepBox
+from planner.problem.options import IK_LARGEST, IK_LEAST
 from planner.problem.reasons import BeyondLimit, BreaksKept, OutOfReach, Touching
-from planner.problem.request import IK_LARGEST, IK_LEAST
 from planner.problem.targets import (
     FORMS,
     HOME,

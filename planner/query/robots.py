@@ -19,7 +19,7 @@ from planner.base.errors import OptionError
 from planner.base.files import StrPath
 from planner.base.notes import Note
 from planner.problem.request import WorldRequest
-from planner.problem.targets import Joints, Target, parse_base
+from planner.problem.targets import Joints, Target
 from planner.query.resolve import looks_like_degrees
 from planner.query.sources import Stamp, stamp_of
 from planner.robot.files.packages import PATHS
@@ -46,7 +46,7 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
     files = files_of(str(request.robot), request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
-    choice = JointChoice(request.group, request.joint_names)
+    choice = JointChoice(request.group, request.joints)
     if message is not None:
         choice, start = choice_of(message, choice, files), start_of(message, scene)
         planned = files.planned_joints(tool, choice, fixed)
@@ -54,7 +54,9 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
         held = {name: start[name] for name in free if files.description.mimic(name).leader not in planned}
         _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
         fixed |= held
-    base = placement.base.matrix() if request.base is None else pose(*parse_base(request.base))
+    base = (
+        placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or (0.0, 0.0, 0.0))
+    )
     robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
     return _asked_of(_carrying(robot, scene), message, choice)
 

@@ -13,7 +13,7 @@ from planner.base.errors import PlannerError
 from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
-from planner.problem.request import SweepRequest
+from planner.problem.request import PlanRequest, SweepRequest
 from planner.robot.files.robot_files import find_robot, robot_file
 from planner.robot.files.urdf import Description, read_description
 from planner.robot.files.urdf_geometry import mesh_files
@@ -31,7 +31,7 @@ def stamp_of(path: Path) -> Stamp | None:
     return str(path), stat.st_ctime_ns, stat.st_size
 
 
-def sources_hash(request: SweepRequest) -> str:
+def sources_hash(request: PlanRequest | SweepRequest) -> str:
     """SHA-256 (hex) over the files of a request: robot.yaml, URDF, SRDF, scene, the meshes of both, request, roadmap.
 
     What is not there, or cannot be made sense of, is hashed as far as it can be: the plan will be refused, until it
@@ -44,10 +44,10 @@ def sources_hash(request: SweepRequest) -> str:
     return digest.hexdigest()
 
 
-def _sources(request: SweepRequest) -> Iterator[Path]:
-    yield from robot_sources(str(request.robot), request.srdf)
-    yield from scene_sources(str(request.scene))
-    yield from (Path(path) for path in (request.motion_plan_request, request.roadmap) if path is not None)
+def _sources(request: PlanRequest | SweepRequest) -> Iterator[Path]:
+    yield from robot_sources(str(request.what.robot), request.what.srdf)
+    yield from scene_sources(str(request.what.scene))
+    yield from (Path(path) for path in (request.what.motion_plan_request, request.quality.roadmap) if path is not None)
 
 
 def robot_sources(name: str, srdf: StrPath | None = None) -> Iterator[Path]:

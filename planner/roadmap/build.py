@@ -11,7 +11,8 @@ from planner.base.arrays import Floats, Ints, numbers, plain_numbers
 from planner.base.errors import OptionError, StateError
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
-from planner.problem.request import PAPER_EDGES, PAPER_NODES, require_nodes, require_seed
+from planner.problem.options import PAPER_EDGES, PAPER_NODES
+from planner.problem.request import RoadmapQuality
 from planner.query.resolve import free_configurations
 from planner.roadmap.best_paths import add_refined_paths
 from planner.roadmap.connections import connect
@@ -52,9 +53,8 @@ def build_roadmap(
     """
     if robot is not checker.robot:
         raise OptionError("the checker was made for another robot: make one with make_checker(robot, scene).")
-    require_nodes(nodes)
-    require_seed(seed)
-    _require_shares(min_manipulability, density, refined)
+    RoadmapQuality(nodes, seed, min_manipulability)  # refuses what is out of range
+    _require_shares(density, refined)
     growth = replace(growth or GrowthSettings(), floor=min_manipulability)
     return roadmap_between(checker, *_ends(start, goal, checker), nodes, seed, growth, density, refined, progress)
 
@@ -92,9 +92,7 @@ def roadmap_between(
     return _measured(prover, configurations, edges, grown.starts, grown.goals, seed)
 
 
-def _require_shares(floor: float, density: float, refined: float) -> None:
-    if not 0.0 <= floor < np.inf:
-        raise OptionError(f"manipulability {floor:g} is no floor: give 0 or more.")
+def _require_shares(density: float, refined: float) -> None:
     if not (0.0 <= density < np.inf and 0.0 <= refined < 1.0):
         raise OptionError(
             f"a density of {density:g} edges per node and a share of {refined:g} for refined paths are not usable: "

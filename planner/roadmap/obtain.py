@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 
 from planner.base.progress import QUIET, Progress
-from planner.problem.request import PAPER_NODES, SweepRequest
+from planner.problem.request import PAPER_NODES, PlanQuality, RoadmapQuality, SweepQuality
 from planner.query.query import Query
 from planner.query.resolve import brought_within
 from planner.roadmap.connect_endpoints import attach
@@ -19,29 +19,31 @@ _log = logging.getLogger(__name__)
 _FEWEST_NODES = 2  # those of the first paths, and no links: they pass no states that they need not
 
 
-def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUIET, path_only: bool = False) -> Roadmap:
-    """A roadmap whose starts and goals are the query's; with ``path_only`` nothing grows around the first paths.
+def obtain_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = QUIET) -> Roadmap:
+    """A roadmap whose starts and goals are the query's: kept, or grown; of a path only nothing grows around it.
 
     A roadmap from a file is used as far as it holds in this world. Raises
     :class:`PlannerError` for one of other joints.
     """
-    if request.roadmap is None:
+    kept = quality.roadmap if isinstance(quality, SweepQuality) else None
+    if kept is None:
         from planner.roadmap.build import DENSITY, roadmap_between  # with all that grows roadmaps, and OMPL
         from planner.roadmap.growth_settings import GrowthSettings
 
         robot = query.robot
         starts, goals = (robot.normalise(brought_within(robot, ends)) for ends in (query.starts, query.goals))
-        growth = GrowthSettings(floor=request.min_manipulability)
-        nodes, density = (_FEWEST_NODES, 0.0) if path_only else (request.nodes, DENSITY)
-        return roadmap_between(query.checker, starts, goals, nodes, request.seed, growth, density, progress=progress)
-    roadmap = load_roadmap(request.roadmap)
-    if request.nodes not in (PAPER_NODES, len(roadmap.nodes)):
+        growth = GrowthSettings(floor=quality.min_manipulability)
+        path_only = isinstance(quality, PlanQuality) and quality.path_only
+        nodes, density = (_FEWEST_NODES, 0.0) if path_only else (quality.nodes, DENSITY)
+        return roadmap_between(query.checker, starts, goals, nodes, quality.seed, growth, density, progress=progress)
+    roadmap = load_roadmap(kept)
+    if quality.nodes not in (PAPER_NODES, len(roadmap.nodes)):
         _log.warning(
             "%s has %d nodes, and none grow: --nodes is not followed.",
-            request.roadmap,
+            kept,
             len(roadmap.nodes),
         )
     roadmap = in_this_world(roadmap, query.checker, progress)
     roadmap = kept_part(roadmap, query.checker.world.keeps)
     roadmap = with_checked_nodes(roadmap, query.checker)
-    return attach(roadmap, query.checker, query.starts, query.goals, request.seed, progress=progress)
+    return attach(roadmap, query.checker, query.starts, query.goals, quality.seed, progress=progress)

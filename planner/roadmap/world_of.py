@@ -7,7 +7,6 @@ from dataclasses import fields
 from typing import Any
 
 import numpy as np
-import pydantic
 
 from planner.base.errors import FileError, OptionError
 from planner.base.files import StrPath
@@ -24,11 +23,10 @@ def reopen_plan(config: Mapping[str, Any], path: StrPath) -> CollisionChecker:
 
     Raises :class:`PlannerError` where it cannot be opened, or differs from what the roadmap was proven in.
     """
-    names = {field.name for field in fields(WorldRequest)}
+    names = {field.name for field in fields(WorldRequest)}  # type: ignore[arg-type]
     try:
-        options = {name: value for name, value in config.items() if name in names}
-        request = pydantic.TypeAdapter(WorldRequest).validate_python(options)
-    except (pydantic.ValidationError, OptionError):
+        request = WorldRequest(**{name: value for name, value in config.items() if name in names})
+    except OptionError:
         raise FileError(f"the options in the plan.json next to {path} are not valid: plan again.") from None
     roadmap = load_roadmap(path)
     checker = open_world(request, config.get("request"), lambda _: roadmap.nodes[roadmap.starts[0]])

@@ -8,10 +8,10 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import AssumptionError, OptionError
+from planner.base.errors import AssumptionError, KeywordError, OptionError
 from planner.base.shares import traded_off
 from planner.cost.scale import cost_number, length_cost, manipulability_cost
-from planner.problem.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective, said_twice
+from planner.problem.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective
 from planner.roadmap.roadmap import Roadmap
 
 _PLAIN = Objective()
@@ -56,7 +56,7 @@ def build_network(
     margin are left out.
     """
     if objective is not None and beta is not None:
-        raise said_twice("beta")
+        raise KeywordError("beta is a part of the objective: give it there, or leave the objective out.")
     if not clearance >= 0.0:
         raise OptionError(f"clearance {clearance:g} m is not usable: give a distance of 0 or more.")
     given = beta if objective is None else objective

@@ -61,8 +61,8 @@ class Load(_OfWorld):
 class Plan(_OfWorld):
     """A path from start to goal, as the command line writes them or joint values; with ``motion`` in time too."""
 
-    start: State = "start"
-    goal: State = "goal"
+    start: Any = "start"
+    goal: Any = "goal"
     beta: Number | None = None
     motion: bool = True
 

@@ -74,7 +74,7 @@ def answered(moment: Moment, query: Query, planning: Planning) -> tuple[Moment, 
             searches.append(_search(Moment(live, searches[-1].x), planning))
             edges.append(searches[-1].live.proofs.since(live.proofs))
     grown, curve = len(live.roadmap.nodes) - nodes, ()
-    if len(searches[-1].steps) and planning.request.rounds:
+    if len(searches[-1].steps) and planning.request.quality.rounds:
         live, found, curve = _refined(searches[-1].live, planning)
         edges.append(found)
         searches.append(_search(Moment(live, searches[-1].x), planning))
@@ -96,10 +96,10 @@ def answered(moment: Moment, query: Query, planning: Planning) -> tuple[Moment, 
 def _plan(live: LiveWorld, last: Found, query: Query, request: PlanRequest) -> Plan:
     """What the last search found, as a plan."""
     robot, solved = live.checker.robot, len(last.steps) > 0
-    failed = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
+    failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
     path = path_waypoints(live.roadmap, robot, last.nodes)
     return Plan(
-        replace(request, robot=robot, scene=live.scene),
+        request.with_options(robot=robot, scene=live.scene),
         Outcome.SOLVED if solved else failed,
         robot,
         live.scene,
@@ -118,7 +118,7 @@ def _plan(live: LiveWorld, last: Found, query: Query, request: PlanRequest) -> P
 def _refined(live: LiveWorld, planning: Planning) -> tuple[LiveWorld, Edges, tuple[tuple[int, float], ...]]:
     """With ``effort`` rounds of refinement, as a plan has them, of the best path that is proven, and its best costs."""
     request, before = planning.request, live.held(live.proofs.free)
-    found = improved_roadmap(before, live.checker, request, request.beta, planning.progress)
+    found = improved_roadmap(before, live.checker, request.quality, request.quality.beta, planning.progress)
     go_on(planning.progress)
     return live.enlarged(found.roadmap), Edges(proven=len(found.roadmap.edges) - len(before.edges)), found.curve
 
@@ -126,7 +126,7 @@ def _refined(live: LiveWorld, planning: Planning) -> tuple[LiveWorld, Edges, tup
 def _with_first_roadmap(moment: Moment, query: Query, planning: Planning) -> Moment:
     checker = moment.live.checker
     request = planning.request
-    how = request.nodes, request.seed, planning.progress, request.min_manipulability
+    how = request.quality.nodes, request.quality.seed, planning.progress, request.quality.min_manipulability
     roadmap = build_roadmap(checker.robot, checker, query.starts, query.goals, *how)
     go_on(planning.progress)
     return replace(moment, live=moment.live.with_roadmap(roadmap))
@@ -150,7 +150,7 @@ def _attached(live: LiveWorld, query: Query, planning: Planning, join: bool) -> 
     if not join and _linked_already(live.roadmap, query):
         return live, Edges()
     before = live.held(~live.proofs.blocked)
-    how = planning.request.seed, planning.growth, planning.progress
+    how = planning.request.quality.seed, planning.growth, planning.progress
     after = attach(before, live.checker, query.starts, query.goals, *how, join=join)
     go_on(planning.progress)  # what is not proven in an attempt that was ended is not blocked
     return live.enlarged(after), Edges(proven=len(after.edges) - len(before.edges))
@@ -164,7 +164,7 @@ def _linked_already(roadmap: Roadmap, query: Query) -> bool:
 
 def _search(moment: Moment, planning: Planning) -> Found:
     live, n = moment.live, len(moment.live.roadmap.nodes)
-    objective = planning.request.objective
+    objective = planning.request.quality.objective
     network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, objective))
     x = np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)])
     return search(live, network, x, planning.law, objective.floor, planning.progress)

@@ -10,7 +10,8 @@ from planner.base.arrays import Floats, numbers
 from planner.base.errors import StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
-from planner.problem.request import Backend, Kept, LimitsRequest, Thing, WorldRequest
+from planner.problem.options import Backend, RobotLike, conditions_of
+from planner.problem.request import LimitsRequest, WorldRequest
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle
@@ -40,8 +41,8 @@ class Gate:
 
     def __init__(
         self,
-        robot: Thing = "iiwa14",
-        scene: Thing = "paper",
+        robot: RobotLike = "iiwa14",
+        scene: RobotLike = "paper",
         limits: MotionLimits | LimitsRequest | None = None,
         *,
         judged: Sequence[str] = JUDGED,
@@ -50,10 +51,12 @@ class Gate:
         start_tolerance: float = 0.01,
         tool: str | None = None,
         collision: Backend = "fcl",
-        keep: Kept | None = None,
+        keep: object = (),
     ) -> None:
         self._changing = threading.Lock()
-        request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision, keep=keep)
+        request = WorldRequest(
+            robot=robot, scene=scene, margin=margin, tool=tool, collision=collision, keep=conditions_of(keep)
+        )
         self._live = LiveWorld.of(request)
         robot = self._live.checker.robot
         kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(robot, limits)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import NoReturn, Unpack
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -22,11 +22,11 @@ from planner.planning.plan import require_no_floor
 from planner.planning.replanned import Change
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
-from planner.problem.conditions import keeps_text
+from planner.problem.conditions import AND
 from planner.problem.objective import Objective
-from planner.problem.options import SessionOptions, TaskOptions, plan_request
-from planner.problem.request import PlanRequest, State, TaskRequest, Thing, TimingRequest
-from planner.problem.targets import joints_text, parse_target, parse_targets, state_text
+from planner.problem.options import RobotLike
+from planner.problem.request import PlanRequest, TaskRequest, TimingRequest, require_known, with_objective
+from planner.problem.targets import joints_text, target_of
 from planner.query.query import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is
 from planner.roadmap.growth_settings import GrowthSettings
@@ -41,10 +41,15 @@ from planner.session.in_time import planned_in_time
 from planner.session.live_world import LiveWorld
 from planner.session.search import go_on, prove_path
 from planner.tasks.file import Step, Task
-from planner.tasks.plan import TaskPlanner, task_request
+from planner.tasks.plan import TaskPlanner
 from planner.tasks.result import TaskPlan
 from planner.trajectory.limits import MotionLimits, own_limits
 
+_OF_A_PLAN = (
+    *("robot", "scene", "start", "goal", "motion_plan_request", "widen_limits"),
+    *("roadmap", "room", "beta", "approach", "retreat", "path_only"),
+)
+OPTIONS = tuple(name for name in PlanRequest.names() if name not in _OF_A_PLAN)
 _OF_TASKS = ("seed", "beta", "collision", "margin", "law", "prescribed_time", "metric", "manipulability_cost")
 
 
@@ -75,13 +80,13 @@ class Session:
 
     def __init__(
         self,
-        robot: Thing,
-        scene: Thing,
+        robot: RobotLike,
+        scene: RobotLike,
         roadmap: Roadmap | StrPath | None = None,
         *,
         join_motions: int | None = None,
         objective: Objective | None = None,
-        **options: Unpack[SessionOptions],
+        **options: Any,
     ) -> None:
         """``roadmap``, or its file, of the same joints in any scene; without one the first plan builds it.
 
@@ -90,17 +95,19 @@ class Session:
         a plan is there in milliseconds; each round of more refines its path for a good part of a second. Raises
         :class:`PlannerError` for unusable input, a law that cannot heal included.
         """
-        plain = PlanRequest(robot, scene, effort=0, room=0.0)
-        request = plan_request(plain, options, objective, SessionOptions.__annotations__, "a session")
-        dynamics = gabf.named_law(request.law, request.prescribed_time)
+        require_known(options, OPTIONS, "a session")
+        request = PlanRequest.from_options(robot=robot, scene=scene, effort=0, room=0.0).with_options(**options)
+        if objective is not None:
+            request = with_objective(request, objective, options)
+        dynamics = gabf.named_law(request.quality.law, request.quality.prescribed_time)
         if dynamics.needs_overestimate:
             raise OptionError(
-                f"the {request.law} law needs strict overestimates, so its field cannot heal: take another law."
+                f"the {request.quality.law} law needs strict overestimates, so its field cannot heal: take another law."
             )
         self._busy, self._closed = threading.Lock(), threading.Event()
-        growth = GrowthSettings(join_motions=join_motions, floor=request.min_manipulability)
+        growth = GrowthSettings(join_motions=join_motions, floor=request.quality.min_manipulability)
         self._planning = Planning(request, dynamics, growth, Progress(stop=self._closed.is_set))
-        live = LiveWorld.of(request)
+        live = LiveWorld.of(request.what)
         if roadmap is not None:
             live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(roadmap))
         self._now = Moment(live, np.zeros(0))
@@ -189,7 +196,7 @@ class Session:
         """Take the obstacle ``name`` out of the world."""
         return self._change(f"obstacle '{name}' removed", lambda live: live.remove(name))
 
-    def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: State | None = None) -> Change:
+    def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: object = None) -> Change:
         """Let ``frame`` carry the obstacle ``name``, which may touch ``touch_links`` and the link itself.
 
         ``at`` is the state in which the arm takes it; left out, the end of the last path.
@@ -199,7 +206,7 @@ class Session:
             lambda live: live.attach(name, frame, tuple(touch_links), self._held_at(live, at)),
         )
 
-    def detach(self, name: str, at: State | None = None) -> Change:
+    def detach(self, name: str, at: object = None) -> Change:
         """Let go of what is carried: it stays where the arm holds it, and the links that might touch it still may.
 
         ``at`` is the state in which the arm lets go; left out, the end of the last path.
@@ -207,7 +214,7 @@ class Session:
         return self._change(f"'{name}' detached", lambda live: live.detach(name, self._held_at(live, at)))
 
     def plan(
-        self, start: State = "start", goal: State = "goal", beta: float | None = None, progress: Progress = QUIET
+        self, start: object = "start", goal: object = "goal", beta: float | None = None, progress: Progress = QUIET
     ) -> Plan:
         """A path from ``start`` to ``goal``, written as everywhere, or joint values.
 
@@ -235,10 +242,10 @@ class Session:
     def task(
         self,
         what: Task | StrPath | Sequence[Step],
-        start: State | None = None,
+        start: object = None,
         progress: Progress = QUIET,
         timing: TimingRequest | None = None,
-        **options: Unpack[TaskOptions],
+        **options: Any,
     ) -> TaskPlan:
         """Plan a task, or steps, in the world as it is now: from where the arm is, holding what it holds.
 
@@ -252,11 +259,11 @@ class Session:
         """
         with self._alone():
             plain, live = self._planning.request, self._now.live
-            if plain.min_manipulability > 0:
+            if plain.quality.min_manipulability > 0:
                 raise SceneError("the session keeps a floor under manipulability, which no task does: leave it out.")
-            own = TaskRequest(**{name: getattr(plain, name) for name in _OF_TASKS})
-            beta = options.pop("beta", plain.beta)
-            request, progress = task_request(own, options), self._watched(self._planning, progress).progress
+            own = TaskRequest.from_options(**{name: plain.values()[name] for name in _OF_TASKS})
+            beta = options.pop("beta", plain.quality.beta)
+            request, progress = own.with_options(**options), self._watched(self._planning, progress).progress
             q = self._end if start is None else self._held_at(live, start, "start")
             asked = Task.load(what) if isinstance(what, str | PathLike) else what
             key = live.scene, asked if isinstance(asked, Task) else tuple(asked), request, q is None
@@ -277,7 +284,7 @@ class Session:
             self._now = replace(self._now, live=live)
             return holds
 
-    def plan_in_time(self, start: State = "start", goal: State = "goal", limits: MotionLimits | None = None) -> Plan:
+    def plan_in_time(self, start: object = "start", goal: object = "goal", limits: MotionLimits | None = None) -> Plan:
         """The earliest motion from ``start`` to ``goal`` among obstacles along known motions, waiting included.
 
         It begins at rest at the scene's time 0, runs the roadmap's edges from rest to rest within ``limits`` (the
@@ -306,10 +313,11 @@ class Session:
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
-    def _asking(self, start: State, goal: State, beta: float | None) -> Planning:
+    def _asking(self, start: object, goal: object, beta: float | None) -> Planning:
         """How the session plans this question."""
         plain = self._planning.request
-        request = replace(plain, start=start, goal=goal, beta=plain.beta if beta is None else beta)
+        beta = plain.quality.beta if beta is None else beta
+        request = plain.with_options(start=start, goal=goal, beta=beta)
         return replace(self._planning, request=request)
 
     def _watched(self, planning: Planning, progress: Progress) -> Planning:
@@ -331,10 +339,9 @@ class Session:
             edges = after.proofs.since(before.proofs, checked=False)
             return Change(what, edges, time.perf_counter() - begin)
 
-    def _held_at(self, live: LiveWorld, at: State | None, role: str = "at") -> Floats:
+    def _held_at(self, live: LiveWorld, at: object, role: str = "at") -> Floats:
         if at is not None:
-            target = parse_target(state_text(at))
-            return resolve_as_is(target, live.checker, states_of(live.bare, live.scene), role)
+            return resolve_as_is(target_of(at), live.checker, states_of(live.bare, live.scene), role)
         if self._end is None:
             raise StateError("no path has been planned at whose end the arm stands: say where it is with at=.")
         return self._end
@@ -351,13 +358,13 @@ class Session:
 
 
 def _resolved(live: LiveWorld, request: PlanRequest) -> Query:
-    start, goals = parse_target(str(request.start)), parse_targets(str(request.goal))
-    return resolve_query(live.checker, start, goals, request)
+    what = request.what
+    return resolve_query(live.checker, what.start, what.goal, what.ik_solutions, what.ik_tolerance)
 
 
 def _task_in(live: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:
     """A task, or steps, by the robot in the world as it is now, from ``q`` (dof,) where that is given."""
-    scene = replace(live.scene, keep=keeps_text(live.world.conditions))
+    scene = replace(live.scene, keep=AND.join(each.text for each in live.world.conditions))
     task = what if isinstance(what, Task) else Task(live.bare, scene, tuple(what))
     return replace(task, robot=live.bare, scene=scene, start=task.start if q is None else joints_text(q.tolist()))
 

@@ -28,7 +28,7 @@ from planner.base.yamlfile import (
     read_text,
     validate,
 )
-from planner.problem.request import Thing
+from planner.problem.options import RobotLike
 from planner.robot.poses import pose
 from planner.robot.scene import PoseFile, Triple
 
@@ -292,8 +292,8 @@ class Task:
     Task("panda", "table.yaml", (Pick("mug"), Place("mug", Region("board", ((0.4, 0.1), (0.7, 0.3)))), Move("home")))
     """
 
-    robot: Thing
-    scene: Thing
+    robot: RobotLike
+    scene: RobotLike
     steps: tuple[Step, ...]
     start: str = "home"
     gripper: GripperSaid = field(default_factory=GripperSaid)

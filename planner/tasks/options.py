@@ -14,7 +14,7 @@ from planner.base.yamlfile import nearest
 from planner.collision import coal_checker
 from planner.collision.world import World
 from planner.kinematics.forward import tool_joint, tool_pose
-from planner.problem.request import IkSolutions
+from planner.problem.request import TaskWorldRequest
 from planner.problem.targets import parse_target
 from planner.query.query import states_of
 from planner.query.resolve import resolve
@@ -81,7 +81,7 @@ class Options:
     ``NOTHING``. ``first`` is the mode of the beginning.
     """
 
-    def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, ik: IkSolutions) -> None:
+    def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, ik: TaskWorldRequest) -> None:
         """``start`` (1, dof); ``ik`` configurations of each grasp. What is held by now has a grasp."""
         self.task, self.modes, self.gripper, self.start, self._ik = task, modes, gripper, start, ik
         robot = modes.robot
@@ -136,7 +136,7 @@ class Options:
     def _goals(self, number: int, step: Move) -> list[Option]:
         checker, role, none = self.modes.checker, f"step {number}, the move,", np.zeros(0, dtype=np.int64)
         states = states_of(checker.robot, checker.world.scene)
-        found = resolve(parse_target(step.to), checker, states, role, _GOALS, self.start, self._ik.tolerance)
+        found = resolve(parse_target(step.to), checker, states, role, _GOALS, self.start, self._ik.ik_tolerance)
         return [Option(NOTHING, NOTHING, q, np.array([q, q]), none) for q in found]
 
     def _pick(self, step: Pick) -> dict[int, list[Option]]:
@@ -190,7 +190,7 @@ class Options:
         margin = self.modes.checker.world.margin
         out, away = (line_poses(tool, *line, margin) for line in ((step.approach, False), (step.retreat, True)))
         add, robot, found = self.modes.motions.through, self.modes.robot, []
-        most, tolerance = self._ik.ik_solutions, self._ik.tolerance
+        most, tolerance = self._ik.ik_solutions, self._ik.ik_tolerance
         most = most if isinstance(step, Pick) else max(1, most // 2)  # of a placement there are many
         for q in solutions(robot, tool, seeds, most, tolerance):
             before, after = (along(robot, q, poses, tolerance) for poses in (out, away))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Unpack
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from planner.base.arrays import Floats
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
-from planner.problem.options import TaskOptions, require_known
 from planner.problem.outcome import Outcome
 from planner.problem.request import TaskRequest, TimingRequest, WorldRequest
 from planner.problem.targets import parse_target
@@ -42,7 +41,7 @@ def task(
     progress: Progress = QUIET,
     timing: TimingRequest | None = None,
     request: TaskRequest | None = None,
-    **options: Unpack[TaskOptions],
+    **options: Any,
 ) -> TaskPlan:
     """Plan a task, given or by its file: grasps, configurations, paths and placements chosen together.
 
@@ -78,28 +77,32 @@ class TaskPlanner:
         what: Task | StrPath,
         request: TaskRequest | None = None,
         progress: Progress = QUIET,
-        **options: Unpack[TaskOptions],
+        **options: Any,
     ) -> TaskPlanner:
         """Read, find grasps and placements, grow the roadmap, join the modes."""
-        clock, request = Stopwatch(), task_request(request, options)
+        clock, request = Stopwatch(), (request or TaskRequest()).with_options(**options)
         what = what if isinstance(what, Task) else Task.load(what)
         with clock("setup"):
             scene = what.scene if isinstance(what.scene, Scene) else Scene.load(str(what.scene))
             scene, modes = _modes(what, scene, request)
             states = states_of(modes.robot, modes.checker.world.scene)
-            start = resolve(parse_target(what.start), modes.checker, states, "start", tolerance=request.tolerance)[0]
+            start = resolve(
+                parse_target(what.start), modes.checker, states, "start", tolerance=request.what.ik_tolerance
+            )[0]
         with clock("grasps"):
             gripper = gripper_of(modes.robot, what.gripper)
-            found = Options(what, modes, gripper, start[None], request)
+            found = Options(what, modes, gripper, start[None], request.what)
             start = free_configuration(start, modes.checker_of(found.first), "start")
         if found.dead_end is not None:
             return TaskPlanner(request, what, found, scene, None, None, clock)
         with clock("roadmap"):
             ends = _ends(found, modes)
-            roadmap = build_roadmap(modes.robot, modes.checker, start, ends, request.nodes, request.seed, progress)
+            roadmap = build_roadmap(
+                modes.robot, modes.checker, start, ends, request.quality.nodes, request.quality.seed, progress
+            )
         with clock("network"):
-            law = gabf.named_law(request.law, request.prescribed_time)
-            search = LazySearch(modes, task_network(found, roadmap, request.objective), law)
+            law = gabf.named_law(request.quality.law, request.quality.prescribed_time)
+            search = LazySearch(modes, task_network(found, roadmap, request.quality.objective), law)
         return TaskPlanner(request, what, found, scene, roadmap, search, clock)
 
     @property
@@ -116,7 +119,7 @@ class TaskPlanner:
     ) -> TaskPlan:
         """The plan at another ``beta``, from another ``start`` (dof,): what was proven before is known."""
         clock, self.clock, robot = self.clock, Stopwatch(), self.options.modes.robot
-        request = self.request if beta is None else replace(self.request, beta=beta)
+        request = self.request if beta is None else self.request.with_options(beta=beta)
         draft = TaskPlan(request, self.task, Outcome.NO_PATH, robot, self.scene, self.options, timings=clock.seconds)
         if start is None:
             world = self.options.modes.checker
@@ -129,8 +132,8 @@ class TaskPlanner:
             if start is not None:
                 checker = self.options.modes.checker_of(self.options.first)
                 q = free_configuration(np.asarray(start, dtype=float), checker, "start")
-                search = known.started(known.network.started(self.options, self.roadmap, q, request.objective))
-            found = search.path(request.beta, progress)
+                search = known.started(known.network.started(self.options, self.roadmap, q, request.quality.objective))
+            found = search.path(request.quality.beta, progress)
             known.refused |= search.refused[: len(known.refused)]
         draft = replace(
             draft,
@@ -158,18 +161,12 @@ class TaskPlanner:
         network, request = draft.network, draft.request
         assert network is not None and self.roadmap is not None  # noqa: PT018
         omega, distance = (float(total) for total in network.costs[found.arcs].sum(axis=0))
-        cost = PathCost(request.objective.total(omega, distance), omega, distance, request.beta)
+        cost = PathCost(request.quality.objective.total(omega, distance), omega, distance, request.quality.beta)
         segments = segments_of(self.options, network, found.arcs)
         if timing is not None:
-            segments = timed(segments, self.options, timing, request.objective, self.roadmap.scale)
+            segments = timed(segments, self.options, timing, request.quality.objective, self.roadmap.scale)
         events = events_of(segments, self.options)
         return replace(draft, outcome=Outcome.SOLVED, cost=cost, segments=tuple(segments), events=events)
-
-
-def task_request(request: TaskRequest | None, options: TaskOptions) -> TaskRequest:
-    """A request, the default for None, with ``options`` in place of its fields."""
-    require_known(options, TaskOptions.__annotations__, "a task")
-    return replace(request or TaskRequest(), **options)
 
 
 def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes]:
@@ -179,7 +176,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes
         raise TaskError(f"in scene '{scene.name}' obstacles move, and a task has no times: give a scene that stands.")
     names = {step.object for step in what.steps if isinstance(step, Pick)}
     fixed = replace(scene_without(scene, names), carried=tuple(item for item in scene.carried if item is not held))
-    world = WorldRequest(robot=what.robot, scene=fixed, collision=request.collision, margin=request.margin)
+    world = WorldRequest(robot=what.robot, scene=fixed, collision=request.what.collision, margin=request.what.margin)
     checker = open_world(world)
     scene = in_world(scene, checker.robot)
     objects = {item.name: item for item in scene.obstacles if item.name in names}

@@ -103,7 +103,7 @@ class TaskPlan:
     def judge(self) -> CollisionChecker:
         """A checker of the scene before the task."""
         world = self.options.modes.checker.world
-        return make_checker(world.robot, self.scene, self.request.collision, world.margin, world.conditions)
+        return make_checker(world.robot, self.scene, self.request.what.collision, world.margin, world.conditions)
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of ``plan.json``; units in rad, m and s."""
@@ -133,7 +133,7 @@ class TaskPlan:
             gabf=None
             if x is None
             else field_record(
-                self.request, x, gabf.certify(x.network, x.law, x), gabf.max_error(x, gabf.oracle(x.network))
+                self.request.quality, x, gabf.certify(x.network, x.law, x), gabf.max_error(x, gabf.oracle(x.network))
             ),
             timings_s=rounded(self.timings),
         )
@@ -161,7 +161,7 @@ class TaskPlan:
             details=task_rows(self.to_dict()),
             roadmap=None if self.roadmap is None else replace(self.roadmap, goals=self.roadmap.goals[:0]),
             paths=paths,
-            beta=self.request.beta,
+            beta=self.request.quality.beta,
             touching=frozenset() if self.reason is None else self.reason.names,
         )
         return page(content)

@@ -15,7 +15,6 @@ from planner.cost.scale import CostScale, measure_scale
 from planner.kinematics.manipulability import node_manipulability
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.graphs import reached
-from planner.problem.request import PlanRequest
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.node_checks import nobody
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
@@ -53,22 +52,24 @@ class Reached:
         return self.roadmap.nodes[self.roadmap.goals] if self.roadmap else self.ladder.q[:0]
 
 
-def reached_on(ladder: Ladder, checker: CollisionChecker, request: PlanRequest, progress: Progress = QUIET) -> Reached:
-    """The ladder's motions that are free and above the floor of ``request``, as far as they lead on from its begin."""
+def reached_on(
+    ladder: Ladder, checker: CollisionChecker, floor: float, seed: int, progress: Progress = QUIET
+) -> Reached:
+    """The ladder's motions that are free and above a ``floor``, as far as they lead on from its begin."""
     robot, along, arcs = ladder.robot, ladder.along, ladder.arcs
     arcs = arcs[_on_the_way(along, arcs)]
     start = ladder.q[arcs[:, 0]]
     delta = robot.difference(start, ladder.q[arcs[:, 1]])
     proofs = EdgeProver(checker, progress).prove(start, delta, contacts=False)
     good = proofs.free
-    if request.min_manipulability > 0:
+    if floor > 0:
         rows = np.flatnonzero(good)
-        good[rows] = prove_floor(robot, np.stack([start, delta], axis=1)[rows], request.min_manipulability).holds
+        good[rows] = prove_floor(robot, np.stack([start, delta], axis=1)[rows], floor).holds
     arcs, rows = arcs[good], np.flatnonzero(good)
     kept = _on_the_way(along, arcs)
     if not kept.any():
         return Reached(ladder)
-    return _roadmap(ladder, arcs[kept], proofs, rows[kept], checker, request.seed)
+    return _roadmap(ladder, arcs[kept], proofs, rows[kept], checker, seed)
 
 
 def _on_the_way(along: Floats, arcs: Ints) -> Bools:

@@ -11,7 +11,7 @@ from planner.base.arrays import Bools, Floats, ranges, so_far
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.tool_bound import Frame, ToolBound
-from planner.problem.request import TimeLaw
+from planner.problem.options import TimeLaw
 from planner.problem.run_schema import Record
 from planner.robot.robot import Robot
 from planner.tool_paths.tube import Tube

@@ -23,7 +23,7 @@ def sweep_page(tradeoff: Tradeoff) -> str:
         paths=paths,
         current=next((k for k, shown in enumerate(paths) if shown.interval and beta <= shown.interval[1]), 0),
         beta=beta,
-        floor=tradeoff.request.min_manipulability,
+        floor=tradeoff.request.quality.min_manipulability,
     )
     return page(content)
 

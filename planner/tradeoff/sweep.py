@@ -14,7 +14,7 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.planning.improvement import improved_roadmap, roomy_roadmap
 from planner.problem.outcome import Outcome
-from planner.problem.request import SweepRequest
+from planner.problem.request import PlanRequest, SweepQuality, SweepRequest
 from planner.query.query import Query, make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap
@@ -73,7 +73,7 @@ class Tradeoff:
     the largest relative error of all of them.
     """
 
-    request: SweepRequest
+    request: SweepRequest | PlanRequest
     outcome: Outcome
     robot: Robot
     scene: Scene
@@ -110,7 +110,7 @@ class Tradeoff:
         save_sweep(self, Path(folder))
 
 
-def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
+def sweep(request: SweepRequest | PlanRequest, progress: Progress = QUIET) -> Tradeoff:
     """The whole trade-off between manipulability and distance, on a roadmap that is obtained once.
 
     Every path is checked again at every 1 mm of motion, as a plan's is; a path that fails is removed and the sweep
@@ -120,17 +120,17 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
     """
     clock = Stopwatch()
     with clock("setup"):
-        query = make_query(request)
+        query = make_query(request.what)
     with clock("roadmap"):
-        roadmap = _obtain(request, query, progress)
+        roadmap = _obtain(request.quality, query, progress)
     robot, scene, checker = query.robot, query.scene, query.checker
     draft = Tradeoff(request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, timings=clock.seconds)
     if progress.stopped:
         return draft
     with clock("costs"):
-        roadmap, clearance = _roomy(request, query, roadmap, progress)
-        network = build_network(roadmap, request.objective_at(0.5), clearance)
-        healing = HealingNetwork(checker, roadmap, network, request.min_manipulability)
+        roadmap, clearance = _roomy(request.quality, query, roadmap, progress)
+        network = build_network(roadmap, request.quality.objective_at(0.5), clearance)
+        healing = HealingNetwork(checker, roadmap, network, request.quality.min_manipulability)
     draft = replace(draft, roadmap=roadmap, clearance=clearance)
     while (done := _sweep_once(draft, healing, clock, progress)) is None:
         draft = replace(draft, roadmap=healing.roadmap, edges_removed=healing.edges_removed)
@@ -140,7 +140,7 @@ def sweep(request: SweepRequest, progress: Progress = QUIET) -> Tradeoff:
 def _sweep_once(draft: Tradeoff, healing: HealingNetwork, clock: Stopwatch, progress: Progress) -> Tradeoff | None:
     """The trade-off as far as it comes; None where a path failed its second check, and the network was healed."""
     request, layered = draft.request, healing.layered
-    law = gabf.named_law(request.law, request.prescribed_time)
+    law = gabf.named_law(request.quality.law, request.quality.prescribed_time)
     search = EnvelopeSearch(layered.network, layered.starts, law)
     while not search.done and not progress.stopped:
         with clock("gabf"):
@@ -154,7 +154,7 @@ def _sweep_once(draft: Tradeoff, healing: HealingNetwork, clock: Stopwatch, prog
     error = search.max_error if search.solves else None
     draft = replace(draft, layered=layered, solves=search.solves, max_error_vs_oracle=error)
     if not search.connected:
-        outcome = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
+        outcome = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
         return replace(draft, outcome=outcome)
     with clock("measures"):
         known = pieces(search.supports[: search.settled + 1])
@@ -163,20 +163,20 @@ def _sweep_once(draft: Tradeoff, healing: HealingNetwork, clock: Stopwatch, prog
     return replace(draft, intervals=intervals, complete=search.done, outcome=outcome)
 
 
-def _obtain(request: SweepRequest, query: Query, progress: Progress) -> Roadmap:
-    """The roadmap that ``request`` names or grows, improved at several betas."""
-    roadmap = obtain_roadmap(request, query, progress)
-    roadmap, clearance = _roomy(request, query, roadmap, progress)
+def _obtain(quality: SweepQuality, query: Query, progress: Progress) -> Roadmap:
+    """The roadmap that ``quality`` names or grows, improved at several betas."""
+    roadmap = obtain_roadmap(quality, query, progress)
+    roadmap, clearance = _roomy(quality, query, roadmap, progress)
     for beta in IMPROVED_AT:
-        roadmap = improved_roadmap(roadmap, query.checker, request, beta, progress, clearance).roadmap
+        roadmap = improved_roadmap(roadmap, query.checker, quality, beta, progress, clearance).roadmap
     return roadmap
 
 
-def _roomy(request: SweepRequest, query: Query, roadmap: Roadmap, progress: Progress) -> tuple[Roadmap, float]:
+def _roomy(quality: SweepQuality, query: Query, roadmap: Roadmap, progress: Progress) -> tuple[Roadmap, float]:
     """As :func:`planner.planning.improvement.roomy_roadmap`; a kept roadmap that is not refined stays as it is."""
-    if request.rounds < 1:
+    if quality.rounds < 1:
         return roadmap, 0.0
-    return roomy_roadmap(roadmap, query.checker, request, progress)
+    return roomy_roadmap(roadmap, query.checker, quality, progress)
 
 
 def _interval(piece: Piece, healing: HealingNetwork) -> Interval:

@@ -13,7 +13,7 @@ from planner.base.arrays import Floats, as_frozen, frozen, plain_numbers
 from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import Number, Strict, nearest, parse_yaml, read_text, validate
-from planner.problem.request import LimitsRequest, require_scale
+from planner.problem.request import LimitsRequest
 from planner.robot.robot import Robot
 
 KINDS = ("velocity", "acceleration", "jerk")
@@ -135,7 +135,8 @@ def _with(limits: MotionLimits, kind: str, values: Floats, source: str) -> Motio
 def _scaled(limits: MotionLimits, kind: str, scale: float, asked: float | None, share: float | None) -> MotionLimits:
     """The limits times ``asked``, else times ``scale``; the source says what became of the ``share`` of a request."""
     scale = scale if asked is None else asked
-    require_scale(kind, scale, LimitError)
+    if not 0.0 < scale <= 1.0:
+        raise LimitError(f"{kind} scale must be above 0 and at most 1, got {scale:g}: give a share of the limits.")
     instead = share is not None and share != scale
     if scale == 1.0 and not instead:
         return limits

@@ -15,7 +15,8 @@ from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.compiled import motion_shares
-from planner.problem.request import TimeLaw, require_timing
+from planner.problem.options import TimeLaw
+from planner.problem.request import RoadmapQuality, TimingRequest
 from planner.trajectory.curve import Curve, blends, rounded, straight, without_standstill
 from planner.trajectory.limits import USED, MotionLimits, own_limits
 from planner.trajectory.proof import MotionProof, prove_motion
@@ -158,7 +159,8 @@ def timed_curve(
 
     Corners of the planner's own paths are rounded by up to half a segment.
     """
-    require_timing(law, floor, extra_cost)
+    TimingRequest(time_law=law, extra_cost=extra_cost)  # refuses what is out of range
+    RoadmapQuality(min_manipulability=floor)
     path = configurations(checker, "path", path)
     if not len(path):
         raise StateError("path has no waypoint: give a row of joint values for each, at least one.")

@@ -142,14 +142,14 @@ def shared_segments(a: Floats, b: Floats) -> float:
 @lru_cache(1)
 def query_of(request: SweepRequest) -> Query:
     """The iiwa 14 among obstacles, its start and its goals, opened once per process."""
-    return make_query(request, near_start=False)
+    return make_query(request.what, near_start=False)
 
 
 def study_seed(k: int, first: SweepRequest) -> SeedStudy:
     """The roadmap of the k-th seed with every path on it; start and goals are those of the ``first``."""
-    query, request = query_of(first), replace(first, seed=first.seed + k)
+    query, request = query_of(first), replace(first, seed=first.quality.seed + k)
     ends = query.starts, query.goals
-    roadmap = build_roadmap(query.robot, query.checker, *ends, request.nodes, request.seed, refined=0.0)
+    roadmap = build_roadmap(query.robot, query.checker, *ends, request.quality.nodes, request.quality.seed, refined=0.0)
     fields, paths = [], {}
     for beta in BETAS:
         field, path = _solve(query, roadmap, request, beta)
@@ -157,19 +157,19 @@ def study_seed(k: int, first: SweepRequest) -> SeedStudy:
         if path is not None:
             paths[path.label] = path
     for label, shortcuts in ((RRT, 0), (SHORTENED, GrowthSettings().shortcuts)):
-        tree = _tree(query, roadmap, request.seed, shortcuts)
+        tree = _tree(query, roadmap, request.quality.seed, shortcuts)
         path = _solve(query, tree, request, 1.0)[1]
         if path is not None:
             paths[label] = replace(path, label=label)
-    return SeedStudy(request.seed, roadmap, tuple(fields), paths if len(paths) == len(LABELS) else {})
+    return SeedStudy(request.quality.seed, roadmap, tuple(fields), paths if len(paths) == len(LABELS) else {})
 
 
 def _solve(
     query: Query, roadmap: Roadmap, request: SweepRequest, beta: float
 ) -> tuple[SolveFacts, MeasuredPath | None]:
     """The field of one beta and its path from the start, None where there is none."""
-    network = build_network(roadmap, replace(request.objective_at(beta), charge="nodes"))
-    result = gabf.solve(network, law=gabf.named_law(request.law, request.prescribed_time))
+    network = build_network(roadmap, replace(request.quality.objective_at(beta), charge="nodes"))
+    result = gabf.solve(network, law=gabf.named_law(request.quality.law, request.quality.prescribed_time))
     error = gabf.max_error(result, gabf.oracle(network))
     field = SolveFacts(beta, result.settling_time, error, result.premises.zeta, result.premises.L)
     start = int(roadmap.starts[0])

@@ -11,12 +11,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 
 from planner.base.shares import traded_off
-from planner.problem.request import PAPER_EDGES, PAPER_NODES, SweepRequest
+from planner.problem.options import PAPER_EDGES, PAPER_NODES
+from planner.problem.request import SweepRequest
 from reproduce.manipulator.case import BETAS, BLUE, RED, RRT, SHORTENED, SeedStudy, SolveFacts
 from reproduce.manipulator.geometry import mean_distance
 from reproduce.report import Claim
 
-T_P = SweepRequest().prescribed_time
+T_P = SweepRequest().quality.prescribed_time
 SLIGHTLY = 1.1
 SIGNIFICANTLY = 0.5
 ZIGZAG = 2

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from planner.base.progress import QUIET, Progress
-from planner.problem.request import PAPER_NODES, SweepRequest
+from planner.problem.options import PAPER_NODES
+from planner.problem.request import SweepRequest
 from planner.query.query import Query
 from planner.view.figures.profiles import path_profiles
 from planner.view.figures.workspace import tool_paths
@@ -46,7 +47,7 @@ def run_manipulator(
     All betas and the RRT path share start, goals, roadmap and cost scale. Once ``progress`` is stopped the report
     covers the complete seeds, and its ``complete`` is False. Raises OptionError for fewer than one seed.
     """
-    request = SweepRequest(nodes=nodes, seed=seed)
+    request = SweepRequest.from_options(nodes=nodes, seed=seed)
     cases = collect(partial(study_seed, first=request), seeds, jobs, "seeds", progress)
     whole = [case for case in cases if case.ways]
     asked = ("nodes", "collision", "seed", "robot", "scene", "law", "prescribed_time", "metric", "manipulability_cost")

@@ -24,7 +24,7 @@ class Said(Strict):
 def models() -> list[type[pydantic.BaseModel]]:
     """Every pydantic model of the package, whichever module it stands in."""
     for module in pkgutil.walk_packages(planner.__path__, "planner."):
-        if not module.name.endswith(("__main__", ".libplanner")):
+        if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
     found, open_ = set(), [pydantic.BaseModel]
     while open_:

@@ -7,7 +7,7 @@ from pathlib import Path
 from planner.problem.request import PlanRequest
 from tests.worlds import load
 
-PLAIN = PlanRequest(robot="planar_2r", nodes=40, collision="coal")
+PLAIN = PlanRequest.from_options(robot="planar_2r", nodes=40, collision="coal")
 
 
 def write_problem(folder: Path, number: str, start: tuple[float, float], goal: tuple[float, float]) -> None:

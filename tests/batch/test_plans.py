@@ -20,15 +20,20 @@ def test_a_csv_file_leaves_options_out_and_names_files_beside_it(tmp_path: Path)
     written(tmp_path, "obstacles: []\n", "cell.yaml")
     text = '\ufeffname,scene,goal,beta,min-manipulability,request\na,cell.yaml,"q:0.3,0.4",0.2,,\n,shelf,goal,,0.01,\n'
     a, b = read_plans(written(tmp_path, text, "batch.csv"), PLAIN)
-    assert (a.name, a.request.scene, a.request.beta) == ("a", str(tmp_path / "cell.yaml"), 0.2)
-    assert (b.name, b.request.scene, b.request.beta, b.request.min_manipulability) == ("0002", "shelf", 0.5, 0.01)
+    assert (a.name, a.request.what.scene, a.request.quality.beta) == ("a", str(tmp_path / "cell.yaml"), 0.2)
+    assert (b.name, b.request.what.scene, b.request.quality.beta, b.request.quality.min_manipulability) == (
+        "0002",
+        "shelf",
+        0.5,
+        0.01,
+    )
 
 
 def test_goals_and_keeps_may_be_lists_as_in_scene_files(tmp_path: Path) -> None:
     text = "plans: [{goal: [home, 'q:0,1'], keep: ['plane:0,0,1,0.1', 'plane:1,0,0,-1'], path-only: yes}]\n"
     (task,) = read_plans(written(tmp_path, text.replace("yes", "true")), PLAIN.__class__())
-    assert (task.request.goal, task.request.keep) == ("home;q:0,1", "plane:0,0,1,0.1;plane:1,0,0,-1")
-    assert task.request.path_only
+    assert (task.request.what.goal, task.request.what.keep) == ("home;q:0,1", "plane:0,0,1,0.1;plane:1,0,0,-1")
+    assert task.request.quality.path_only
 
 
 def test_a_row_is_for_the_files_that_are_read(tmp_path: Path) -> None:
@@ -53,8 +58,8 @@ def test_problems_are_found_in_folders_and_flat(problems: Path, tmp_path: Path) 
     (tmp_path / "own" / "request_b.yml").write_text("")
     linked, a, b = read_plans(tmp_path, PLAIN)
     assert (linked.name, a.name, b.name) == ("linked/0001", "own/_a", "own/_b")
-    assert (a.request.scene, b.request.scene) == (str(tmp_path / "own" / "scene_a.scene"), "own/scene_b.yaml")
-    assert a.request.motion_plan_request == tmp_path / "own" / "request_a.yaml"
+    assert (a.request.what.scene, b.request.what.scene) == (str(tmp_path / "own" / "scene_a.scene"), "own/scene_b.yaml")
+    assert a.request.what.motion_plan_request == tmp_path / "own" / "request_a.yaml"
 
 
 def test_folders_without_problems_or_with_two_of_one_name_are_refused(tmp_path: Path) -> None:
@@ -71,12 +76,12 @@ def test_folders_without_problems_or_with_two_of_one_name_are_refused(tmp_path: 
     [
         ("plans: []", "plans"),
         ("plan: [{}]", "plan"),
-        ("plans: [{margn: 1}]", "plan '0001': option 'margn' not found .did you mean 'margin'"),
+        ("plans: [{margn: 1}]", "plan '0001': plan has no option 'margn' .did you mean 'margin'"),
         ("plans: [{nodes: 20, nodes: 30}]", "key 'nodes' stands twice"),
-        ("plans: [{beta: 2}]", "beta 2 is outside"),
-        ("plans: [{beta: yes}]", "option 'beta' cannot be true"),
-        ("plans: [{name: a, nodes: many}]", "plan 'a': option 'nodes'"),
-        ("plans: [{}, {keep: [1]}]", "plan '0002': option 'keep'"),
+        ("plans: [{beta: 2}]", "beta must be less than or equal to 1, got 2"),
+        ("plans: [{beta: yes}]", "option 'beta' must not be true"),
+        ("plans: [{name: a, nodes: many}]", "plan 'a': nodes must be a valid integer"),
+        ("plans: [{}, {keep: [1]}]", "plan '0002': keep must be"),
         ("plans: [{name: a}, {name: a}]", "two plans called 'a'"),
         *((f"plans: [{{name: {name}}}]", "its name must be") for name in ("../a", "/a", "a/../..", "''", ".")),
     ],

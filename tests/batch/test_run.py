@@ -8,7 +8,6 @@ import os
 import signal
 import subprocess
 import sys
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,7 +25,7 @@ from tests.batch.functions import kill_at_plan_two
 from tests.batch.test_parallel import TWO, dask, until, workers
 
 __all__ = ["dask", "workers"]  # fixtures
-PLAIN = PlanRequest(robot="planar_2r", scene="empty", nodes=40, collision="coal")
+PLAIN = PlanRequest.from_options(robot="planar_2r", scene="empty", nodes=40, collision="coal")
 PLANS = """plans:
   - {name: one}
   - {name: far/two, goal: "q:0.3,0.4", beta: 0.2}
@@ -56,7 +55,7 @@ def test_rows_and_folders_are_the_same_for_any_workers(source: Path, tmp_path: P
     for name in ("one", "far/two"):
         first, second = (json.loads((tmp_path / jobs / name / "plan.json").read_text()) for jobs in "12")
         assert first["path"] == second["path"]
-    direct = plan(replace(PLAIN, goal="q:0.3,0.4", beta=0.2))
+    direct = plan(PLAIN.with_options(goal="q:0.3,0.4", beta=0.2))
     assert direct.cost is not None
     assert (here.rows[1]["cost"], here.rows[1]["roadmap_sha256"]) == (direct.cost.total, direct.roadmap.sha256)
     assert here.rows[1]["waypoints"] == len(direct.path)

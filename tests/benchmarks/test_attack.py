@@ -186,7 +186,7 @@ def test_motions_that_one_prover_alone_proves_are_looked_at(tmp_path: Path) -> N
     """An HPP that proves everything, or nothing: a script in the place of its Python."""
     write_problem(tmp_path / "posts", "0001", (-1.0, 0.8), (1.0, -0.8))
     (problem,) = find_problems(tmp_path / "posts")
-    plain, found = PlanRequest("planar_2r", collision="coal"), []
+    plain, found = PlanRequest.from_options(robot="planar_2r", collision="coal"), []
     for proves in ("True", "False", "sys.exit(3)"):
         python = tmp_path / "python"
         python.write_text(

@@ -36,14 +36,16 @@ def problem(tmp_path: Path) -> dict[str, Any]:
         "  - {name: ball, type: sphere, radius: 0.1, position: [-0.7, 0, 0]}\n"
         "  - {name: drum, type: cylinder, radius: 0.05, length: 0.2, position: [0, 0.9, 0.5]}\n"
     )
-    request = PlanRequest("planar_2r", str(tmp_path / "scene.yaml"), start="q:-1.0,0.8", goal="q:1.0,-0.8")
-    return exchanged(make_query(request), 3, 2.0)
+    request = PlanRequest.from_options(
+        robot="planar_2r", scene=str(tmp_path / "scene.yaml"), start="q:-1.0,0.8", goal="q:1.0,-0.8"
+    )
+    return exchanged(make_query(request.what), 3, 2.0)
 
 
 @pytest.mark.parametrize(("robot", "scene"), [("panda", "shelf"), ("ur5", "window")])
 def test_the_problem_that_others_get_is_ours(robot: str, scene: str) -> None:
     """Pinocchio's own collision pairs on the exchanged data, against our checker, on random configurations."""
-    query = make_query(PlanRequest(robot, scene, collision="coal"))
+    query = make_query(PlanRequest.from_options(robot=robot, scene=scene, collision="coal").what)
     data = exchanged(query, 0, 1.0)
     model, geometry = solver_runner._pinocchio_robot(data)
     solver_runner._add_obstacles(geometry, data["obstacles"])

@@ -168,7 +168,7 @@ def test_every_benchmark_has_a_smallest_size(run: Run) -> None:
     ("words", "code", "text"),
     [
         ("plan nowhere", 3, "nowhere holds no problems"),
-        ("plan . --beta 2", 2, "beta 2 is outside"),
+        ("plan . --beta 2", 2, "beta must be less than or equal to 1, got 2"),
         ("plan . --time-limit 0", 2, "times above 0"),
         ("plan . --scene shelf", 2, "scene is what each problem says"),
         ("first-motion . --python vamp=x", 2, "python 'vamp=x' is not usable"),

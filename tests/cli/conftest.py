@@ -15,6 +15,6 @@ from planner.problem.request import PlanRequest, TimingRequest
 def timed_plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a plan and its trajectory."""
     folder = tmp_path_factory.mktemp("made")
-    request = PlanRequest("planar_2r", "empty", start="q:-1,0.5", goal="q:1,0.9", nodes=60)
+    request = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-1,0.5", goal="q:1,0.9", nodes=60)
     save_plan_without_page(plan(request, timing=TimingRequest()), folder)
     return folder

@@ -105,7 +105,7 @@ def test_goals_given_several_times_are_of_equal_right(run: Run, tmp_path: Path) 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_home_is_known_everywhere(robot: str) -> None:
     """As ``view`` knows it: the scene's own, or else the robot's."""
-    query = make_query(PlanRequest(robot=robot, scene="empty", start="home", goal="home"))
+    query = make_query(PlanRequest.from_options(robot=robot, scene="empty", start="home", goal="home").what)
     home = load(robot).normalise(load(robot).home)
     np.testing.assert_allclose(query.starts, home[None], atol=1e-12)
     np.testing.assert_allclose(query.goals, home[None], atol=1e-12)

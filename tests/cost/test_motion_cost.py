@@ -11,7 +11,7 @@ from planner.cost.scale import COSTS, CostScale, length_cost, manipulability_cos
 from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import manipulability
 from planner.problem.objective import Objective
-from planner.problem.request import Charge, Metric
+from planner.problem.options import Charge, Metric
 from planner.search.network import build_network
 from tests.worlds import load, random_q, small_plan
 

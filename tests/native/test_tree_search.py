@@ -34,7 +34,7 @@ def search(
 
 @pytest.mark.parametrize("seed", range(5))
 def test_every_motion_of_a_path_looks_free_and_is_a_step(seed: int) -> None:
-    query = make_query(PlanRequest("iiwa14", scene="window"))
+    query = make_query(PlanRequest.from_options(robot="iiwa14", scene="window").what)
     path, looked_at = search(query.checker, query.starts, query.goals, seed)
     assert path is not None
     assert len(path) - 1 <= looked_at
@@ -85,7 +85,7 @@ def test_no_state_is_farther_from_the_ends_than_was_asked() -> None:
 
 
 def test_manipulability_is_kept_above_the_floor() -> None:
-    query = make_query(PlanRequest("iiwa14", scene="shelf"))
+    query = make_query(PlanRequest.from_options(robot="iiwa14", scene="shelf").what)
     floor = 0.5 * float(manipulability(query.robot, np.concatenate([query.starts, query.goals])).min())
     path, _ = search(query.checker, query.starts, query.goals, floor=floor)
     assert path is not None
@@ -111,7 +111,7 @@ def test_a_joint_that_wraps_goes_the_shorter_way() -> None:
 
 
 def test_what_is_no_state_is_refused() -> None:
-    query = make_query(PlanRequest("iiwa14", scene="window"))
+    query = make_query(PlanRequest.from_options(robot="iiwa14", scene="window").what)
     good = query.goals
     for spoilt in (np.zeros((0, 7)), np.full((1, 7), np.nan), np.zeros((1, 6))):
         for ends in ((spoilt, good), (good, spoilt)):

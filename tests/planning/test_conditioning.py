@@ -53,7 +53,9 @@ def test_where_nothing_is_joined_no_floor_is_reachable():
 
 def test_a_singular_place_is_found():
     path = np.array([[-1.0, 1.2], [-0.9, 0.6], [-0.6, -0.6]])  # stretched out half way along the second motion
-    found = judge_conditioning(ROBOT, post_roadmap(), path, PlanRequest(robot="planar_2r", charge="edges"))
+    found = judge_conditioning(
+        ROBOT, post_roadmap(), path, PlanRequest.from_options(robot="planar_2r", charge="edges").quality
+    )
     assert found.poor
     assert found.waypoint == 1
     np.testing.assert_allclose(found.configuration, [-0.75, 0.0], atol=0.01)
@@ -67,13 +69,13 @@ def test_a_singular_place_is_found():
 
 def test_what_is_well_conditioned_gets_no_advice():
     path = np.array([[-1.0, 1.2], [-0.9, 1.0]])
-    found = judge_conditioning(ROBOT, post_roadmap(), path, PlanRequest(robot="planar_2r"))
+    found = judge_conditioning(ROBOT, post_roadmap(), path, PlanRequest.from_options(robot="planar_2r").quality)
     assert (found.poor, found.advice, found.reachable_floor) == (False, None, None)
 
 
 def test_an_end_that_is_singular_is_named():
     path = np.array([[-1.0, 1.2], [-0.9, 0.001]])
-    found = judge_conditioning(ROBOT, ends(0, 1), path, PlanRequest(robot="planar_2r", beta=1.0))
+    found = judge_conditioning(ROBOT, ends(0, 1), path, PlanRequest.from_options(robot="planar_2r", beta=1.0).quality)
     assert found.advice is not None
     assert "at the goal itself" in found.advice
     assert "a --beta below 1" in found.advice
@@ -82,7 +84,7 @@ def test_an_end_that_is_singular_is_named():
 @pytest.mark.parametrize("q", [[0.4, 1e-6], [0.4, 0.0]])
 def test_a_singular_start_that_is_the_goal(q: list[float]) -> None:
     """Its path has no edge, and the highest floor is its own w."""
-    found = plan(PlanRequest("planar_2r", "empty", nodes=10, effort=0), start=q, goal=q)
+    found = plan(PlanRequest.from_options(robot="planar_2r", scene="empty", nodes=10, effort=0), start=q, goal=q)
     assert found.conditioning is not None
     assert found.conditioning.poor
     floor = found.conditioning.reachable_floor
@@ -92,7 +94,9 @@ def test_a_singular_start_that_is_the_goal(q: list[float]) -> None:
 
 def test_the_floor_that_is_advised_can_be_kept(tmp_path):
     """A plan of length only that comes out bad, and the same with what it advises, on its own roadmap."""
-    request = PlanRequest(nodes=150, collision="coal", beta=1.0, seed=1)  # with 0 it ends in a goal below the floor
+    request = PlanRequest.from_options(
+        nodes=150, collision="coal", beta=1.0, seed=1
+    )  # with 0 it ends in a goal below the floor
     found = plan(request)
     floor = reachable_floor(found.robot, found.roadmap)
     found.save(tmp_path)

@@ -19,7 +19,7 @@ from planner.search.network import build_network
 from planner.trajectory.measure import path_manipulability
 from tests.worlds import load, make_post, post_roadmap
 
-ROBOT, REQUEST = load("planar_2r"), PlanRequest("planar_2r", nodes=60, effort=1)
+ROBOT, REQUEST = load("planar_2r"), PlanRequest.from_options(robot="planar_2r", nodes=60, effort=1)
 
 
 def best(roadmap: Roadmap, beta: float) -> tuple[float, np.ndarray]:
@@ -33,22 +33,22 @@ def best(roadmap: Roadmap, beta: float) -> tuple[float, np.ndarray]:
 @pytest.mark.parametrize("beta", [0.0, 1.0])
 def test_the_best_path_is_cheaper_and_nothing_is_lost(beta: float) -> None:
     old = post_roadmap(seed=2)
-    found = improved_roadmap(old, make_post(), replace(REQUEST, beta=beta), beta).roadmap
+    found = improved_roadmap(old, make_post(), REQUEST.with_options(beta=beta).quality, beta).roadmap
     kept = {q.tobytes() for q in found.nodes}
     assert all(q.tobytes() in kept for q in old.nodes)
     assert found.proven.all()
     assert best(found, beta)[0] < best(old, beta)[0]
-    smaller = of_size_asked(found, len(old.nodes), replace(REQUEST, beta=beta))
-    assert len(smaller.nodes) == REQUEST.nodes
+    smaller = of_size_asked(found, len(old.nodes), REQUEST.with_options(beta=beta).quality)
+    assert len(smaller.nodes) == REQUEST.quality.nodes
     assert best(smaller, beta)[0] == pytest.approx(best(found, beta)[0], rel=1e-12)
 
 
 def test_without_rounds_or_a_path_nothing_changes() -> None:
     old = post_roadmap(seed=1)
-    assert improved_roadmap(old, make_post(), replace(REQUEST, effort=0), 0.5).roadmap is old
+    assert improved_roadmap(old, make_post(), REQUEST.with_options(effort=0).quality, 0.5).roadmap is old
     alone = old.part(np.ones(len(old.nodes), dtype=bool), np.zeros(len(old.edges), dtype=bool))
-    assert improved_roadmap(alone, make_post(), REQUEST, 0.5).roadmap is alone
-    assert with_path_above_ends(alone, make_post(), REQUEST) == alone
+    assert improved_roadmap(alone, make_post(), REQUEST.quality, 0.5).roadmap is alone
+    assert with_path_above_ends(alone, make_post(), REQUEST.quality) == alone
 
 
 @lru_cache
@@ -69,17 +69,19 @@ def dipping() -> tuple[Roadmap, float]:
 
 def test_the_cost_decides_about_a_dip() -> None:
     roadmap, _ = dipping()
-    found = with_path_above_ends(roadmap, make_post(), replace(REQUEST, beta=0.2, effort=2))
+    found = with_path_above_ends(roadmap, make_post(), REQUEST.with_options(beta=0.2, effort=2).quality)
     assert len(found.nodes) > len(roadmap.nodes)
     assert best(found, 0.2)[0] <= best(roadmap, 0.2)[0]
 
 
 def test_a_dip_that_no_path_avoids_stays() -> None:
     """From one side bent to the other the arm has to stretch."""
-    assert with_path_above_ends(post_roadmap(seed=1), make_post(), REQUEST) == post_roadmap(seed=1)
+    assert with_path_above_ends(post_roadmap(seed=1), make_post(), REQUEST.quality) == post_roadmap(seed=1)
 
 
 def test_motions_cost_what_the_request_asks_for() -> None:
-    request = replace(REQUEST, min_manipulability=0.02, metric="workspace", charge="nodes", manipulability_cost="log")
-    cost = motion_cost(post_roadmap(seed=1), make_post(), request, 0.3)
+    request = REQUEST.with_options(
+        min_manipulability=0.02, metric="workspace", charge="nodes", manipulability_cost="log"
+    )
+    cost = motion_cost(post_roadmap(seed=1), make_post(), request.quality, 0.3)
     assert cost.objective == Objective(0.3, "log", "workspace", "nodes", 0.02)

@@ -117,7 +117,7 @@ def test_a_goal_may_leave_an_axis_free():
         (planner.KeepBox((0.4, 0.4, 0.5), (0.4, 0.4, 0.5)), planner.KeepAxis("z", (0.0, 0.0, -1.0), 0.05))
     )
     plan = planner.plan(robot="panda", scene="empty", start="home", goal=goal, path_only=True, ik_solutions=8)
-    assert plan.goal == "box:0.4,0.4,0.5,0.4,0.4,0.5 & axis:z,0,0,-1,0.05"
+    assert plan.goal == "xyz:0.4,0.4,0.5 & axis:z,0,0,-1,0.05"
     goals = plan.roadmap.nodes[plan.roadmap.goals]
     assert len(goals) == 8
     assert tilt(plan.robot, goals) <= np.degrees(0.05) + 1e-6

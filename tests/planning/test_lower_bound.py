@@ -12,7 +12,7 @@ import pytest
 from planner import gabf
 from planner.planning.lower_bound import cost_lower_bound
 from planner.problem.objective import Objective
-from planner.problem.request import Charge, Metric
+from planner.problem.options import Charge, Metric
 from planner.roadmap.roadmap import Roadmap
 from planner.search.network import build_network
 from tests.worlds import load, post_roadmap

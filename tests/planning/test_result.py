@@ -18,8 +18,9 @@ from planner.planning import result
 from planner.planning.plan import plan
 from planner.planning.result import plan_record, save_plan
 from planner.planning.summary import summary_rows
+from planner.problem.options import Backend
 from planner.problem.outcome import Outcome
-from planner.problem.request import Backend, PlanRequest, TimingRequest
+from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.simplify import TOLERANCE
 from planner.roadmap.storage import load_roadmap
 from planner.robot.poses import pose
@@ -79,7 +80,7 @@ def test_what_the_keys_hold(solved):
 
 
 def test_the_bound_and_the_curve():
-    solved = plan(PlanRequest(nodes=150, seed=2))  # whose first path leaves much to refine
+    solved = plan(PlanRequest.from_options(nodes=150, seed=2))  # whose first path leaves much to refine
     quality, cost = plan_record(solved)["quality"], solved.cost
     assert cost is not None
     roadmap = solved.roadmap
@@ -89,7 +90,7 @@ def test_the_bound_and_the_curve():
     assert quality["lower_bound"] <= cost.total
     assert quality["gap"] == pytest.approx(cost.total / quality["lower_bound"] - 1.0)
     costs = [point["cost"] for point in quality["curve"]]
-    assert len(costs) == 1 + quality["effort"] == 1 + solved.request.rounds
+    assert len(costs) == 1 + quality["effort"] == 1 + solved.request.quality.rounds
     # fewer corners may cost a bit
     assert all(later <= (1.0 + TOLERANCE) * before for before, later in itertools.pairwise(costs))
     assert cost.total < 0.9 * costs[0]
@@ -127,8 +128,8 @@ def test_the_total_is_the_sum_of_the_stages_where_nothing_else_takes_time(tmp_pa
 
 @pytest.mark.parametrize("name", ["roadmap.npz", "trajectory.json", "proof.npz", "plan.html", "plan.json"])
 def test_a_plan_that_cannot_be_written_leaves_the_one_that_is_there(name, tmp_path, monkeypatch):
-    request = PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
-    first, second = (plan(replace(request, seed=seed), timing=TimingRequest()) for seed in (0, 1))
+    request = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
+    first, second = (plan(request.with_options(seed=seed), timing=TimingRequest()) for seed in (0, 1))
     save_plan(first, tmp_path, certificate=True)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     writes = iter(range(10))
@@ -160,7 +161,7 @@ def test_a_folder_that_is_not_there(solved, tmp_path):
 
 
 def test_interrupted_plans_are_saved_too(tmp_path):
-    request = PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
+    request = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
     found = plan(request, progress=Progress(stop=lambda: True))
     record = save_plan(found, tmp_path)
     assert record["outcome"] == "interrupted"
@@ -210,7 +211,7 @@ def test_outcomes_are_sentences_with_keys_and_codes(outcome):
 def test_a_plan_can_be_copied_and_pickled(backend: Backend) -> None:
     """In memory, as processes exchange it; what it was made from comes along, and answers as before."""
     options: dict[str, Any] = {"scene": "window", "start": "start", "goal": "goal", "nodes": 60}
-    found = plan(PlanRequest("planar_2r", collision=backend, **options), timing=TimingRequest())
+    found = plan(PlanRequest.from_options(robot="planar_2r", collision=backend, **options), timing=TimingRequest())
     record, drawn, moved = found.to_dict(), found.page(), found.checker
     for other in (pickle.loads(pickle.dumps(found)), copy.copy(found), copy.deepcopy(found)):
         assert other.to_dict() == record
@@ -224,10 +225,12 @@ def test_a_plan_can_be_copied_and_pickled(backend: Backend) -> None:
 
 
 def test_a_plan_that_failed_and_one_with_meshes_can_be_pickled() -> None:
-    found = plan(PlanRequest("panda", "shelf", nodes=12, effort=0))
+    found = plan(PlanRequest.from_options(robot="panda", scene="shelf", nodes=12, effort=0))
     other = pickle.loads(pickle.dumps(found))
     assert other.to_dict() == found.to_dict()
     assert other.checker.first_contact(found.path) is None
     wall = Scene("shut", (Obstacle("wall", Box((0.02, 2.0, 0.2)), pose([0.6, 0, 0])),))
-    failed = plan(PlanRequest("planar_2r", wall, start=[1.2, 1.0], goal=[-1.2, -1.0], nodes=20, effort=0))
+    failed = plan(
+        PlanRequest.from_options(robot="planar_2r", scene=wall, start=[1.2, 1.0], goal=[-1.2, -1.0], nodes=20, effort=0)
+    )
     assert pickle.loads(pickle.dumps(failed)).to_dict() == failed.to_dict()

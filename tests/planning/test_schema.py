@@ -20,7 +20,8 @@ UNREACHED: dict[str, Any] = {"robot": "planar_2r", "scene": "empty", "nodes": 2,
 @pytest.mark.parametrize("validator", ["plan"], indirect=True)
 def test_plans_are_as_the_schema_says(validator: jsonschema.Draft202012Validator, solved: Plan) -> None:
     records = [
-        as_written(plan_record(made)) for made in (solved, plan(PlanRequest(**SMALL)), plan(PlanRequest(**UNREACHED)))
+        as_written(plan_record(made))
+        for made in (solved, plan(PlanRequest.from_options(**SMALL)), plan(PlanRequest.from_options(**UNREACHED)))
     ]
     for record in records:
         validator.validate(record)
@@ -31,6 +32,6 @@ def test_the_schema_names_every_key_that_is_written(solved: Plan) -> None:
     """The record's own types are the schema: nothing is written that it does not know, at any depth."""
     schema = pydantic.TypeAdapter(PlanRecord).json_schema()
 
-    timed = plan(PlanRequest(**SMALL), timing=TimingRequest())
-    for made in (solved, timed, plan(PlanRequest(**UNREACHED))):
+    timed = plan(PlanRequest.from_options(**SMALL), timing=TimingRequest())
+    for made in (solved, timed, plan(PlanRequest.from_options(**UNREACHED))):
         assert unknown_keys(as_written(plan_record(made)), schema) == []

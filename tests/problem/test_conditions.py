@@ -3,7 +3,8 @@
 import pytest
 
 from planner.base.errors import OptionError
-from planner.problem.conditions import KeepAxis, KeepBox, KeepTurn, keeps_text, parse_condition, parse_keeps
+from planner.problem.conditions import KeepAxis, KeepBox, KeepTurn, parse_condition, parse_keeps
+from planner.problem.options import conditions_of
 from planner.problem.request import PlanRequest
 from planner.problem.targets import ToolGoal, parse_target, parse_targets
 
@@ -26,10 +27,10 @@ def test_a_text_stands_for_what_writes_it(text):
 
 def test_lists_and_things_are_as_good_as_texts():
     both = "turn:0.1;box:0,0,0,1,1,1"
-    assert keeps_text([KeepTurn(0.1), "box:0,0,0,1,1,1"]) == keeps_text(both) == both
+    assert conditions_of([KeepTurn(0.1), "box:0,0,0,1,1,1"]) == conditions_of(both) == parse_keeps(both)
     assert parse_keeps(both) == (KeepTurn(0.1), KeepBox((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
-    assert PlanRequest(keep=KeepTurn(0.1)).keep == "turn:0.1"  # type: ignore[arg-type]
-    assert PlanRequest(keep="").keep is None
+    assert PlanRequest.from_options(keep=KeepTurn(0.1)).what.keep == (KeepTurn(0.1),)
+    assert PlanRequest.from_options(keep="").what.keep == ()
 
 
 REFUSED = {
@@ -70,7 +71,7 @@ def test_goals_with_tolerance_are_conditions_too():
     assert parse_target("pose:0.5,0.3,0.6,0,0,0,1&turn:0.1") == ToolGoal(
         (KeepBox((0.5, 0.3, 0.6), (0.5, 0.3, 0.6)), KeepTurn(0.0, quaternion=(0.0, 0.0, 0.0, 1.0)), KeepTurn(0.1))
     )
-    texts = [text for text, _ in parse_targets("home; xyz:0,0,1 & turn:0.1,0,0,0,1;turn:0.1")]
+    texts = [goal.text for goal in parse_targets("home; xyz:0,0,1 & turn:0.1,0,0,0,1;turn:0.1")]
     assert texts == ["home", "xyz:0,0,1 & turn:0.1,0,0,0,1", "turn:0.1"]
     for wrong in ("home & turn:0.1", "xyz:1,2,3 & ", "joint:elbow,0,1"):
         with pytest.raises(OptionError):

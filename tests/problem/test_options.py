@@ -1,79 +1,90 @@
-"""The options of planner.plan: the fields of its request, and a name that is none of them is told from the nearest."""
+"""Options by name: each belongs to one part, a wrong one is refused with the nearest name, ranges hold everywhere."""
 
-# pyright: reportUnnecessaryTypeIgnoreComment=true
-# so that pyright, which 'make test' runs, fails here should it no longer refuse what is marked as refused
 from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
-from typing import Unpack, get_type_hints
+from typing import Any
 
 import numpy as np
 import pytest
 
 import planner
 from planner.base.errors import KeywordError, OptionError
-from planner.planning.plan import plan
-from planner.problem.options import PlanOptions, plan_request
-from planner.problem.request import PlanRequest
+from planner.problem.request import (
+    FollowRequest,
+    PlanRequest,
+    Request,
+    RoadmapRequest,
+    SweepRequest,
+    TaskRequest,
+    with_objective,
+)
+from planner.problem.targets import Joints, Named, Position
+
+REQUESTS = (PlanRequest, SweepRequest, FollowRequest, RoadmapRequest, TaskRequest)
 
 
-def test_the_options_are_the_fields_of_the_request() -> None:
-    """Both are written down, as no type checker reads one out of the other: names, order and types are the same."""
-    options = {name: getattr(kind, "__forward_arg__", kind) for name, kind in PlanOptions.__annotations__.items()}
-    assert options == {field.name: field.type for field in fields(PlanRequest)}
-    assert not PlanOptions.__required_keys__
-    assert get_type_hints(plan)["options"] == Unpack[PlanOptions]
+@pytest.mark.parametrize("kind", REQUESTS)
+def test_an_option_is_in_one_part_and_has_one_type_in_all_requests(kind: type[Request]) -> None:
+    assert len(set(kind.names())) == len(kind.names())
+    of_plan = {field.name: field.type for part in vars(PlanRequest()).values() for field in fields(part)}
+    for part in vars(kind()).values():
+        for field in fields(part):
+            if field.name in of_plan and field.name != "start":  # a tool path needs none
+                assert field.type == of_plan[field.name]
 
 
 def test_a_misspelt_option_is_refused_with_the_nearest_name() -> None:
-    with pytest.raises(
-        KeywordError, match=r"plan knows no option 'betta' \(did you mean 'beta'\?\): options are robot,"
-    ):
-        planner.plan(betta=0.2)  # pyright: ignore[reportCallIssue]
-    with pytest.raises(OptionError, match=r"knows no option 'velocity_scale': give it as timing=planner.TimingRequest"):
-        planner.plan(velocity_scale=0.2)  # pyright: ignore[reportCallIssue]
-    with pytest.raises(TypeError, match="knows no option 'colour': options are"):
-        planner.plan(colour="red")  # pyright: ignore[reportCallIssue]
+    with pytest.raises(KeywordError, match=r"no option 'betta' \(did you mean 'beta'\?\): options are robot,"):
+        planner.plan(betta=0.2)
+    with pytest.raises(OptionError, match=r"no option 'velocity_scale': give it as timing=planner.TimingRequest"):
+        planner.plan(velocity_scale=0.2)
+    with pytest.raises(TypeError, match="no option 'colour': options are"):
+        planner.plan(colour="red")
 
 
 def test_an_objective_says_its_options_at_once_and_none_of_them_twice() -> None:
     objective = planner.Objective(0.2, "inverse", "workspace", "nodes", 0.01)
-    request = plan_request(PlanRequest(seed=3), {"nodes": 7}, objective)
-    assert request == PlanRequest(
-        seed=3,
-        nodes=7,
-        beta=0.2,
-        manipulability_cost="inverse",
-        metric="workspace",
-        charge="nodes",
-        min_manipulability=0.01,
-    )
-    assert request.objective == objective
-    with pytest.raises(KeywordError, match="beta is a part of the objective"):
-        planner.plan(objective=objective, beta=0.5)
-    with pytest.raises(KeywordError, match="min_manipulability is a part of the objective"):
-        planner.plan(objective=objective, min_manipulability=0.0)
-    one, other = (
-        planner.plan(robot="planar_2r", scene="empty", path_only=True, beta=0.2),
-        planner.plan(robot="planar_2r", scene="empty", path_only=True, objective=planner.Objective(0.2)),
-    )
-    np.testing.assert_array_equal(one.path, other.path)
+    own: dict[str, Any] = {"beta": 0.2, "manipulability_cost": "inverse", "metric": "workspace", "charge": "nodes"}
+    plain = PlanRequest.from_options(seed=3, nodes=7)
+    request = with_objective(plain, objective, {"nodes": 7})
+    assert request == plain.with_options(**own, min_manipulability=0.01)
+    assert request.quality.objective == objective
+    for name in (*own, "min_manipulability"):
+        with pytest.raises(KeywordError, match=f"{name} is a part of the objective"):
+            planner.plan(objective=objective, **dict[str, Any]({name: 0.5}))
+    small: dict[str, Any] = {"robot": "planar_2r", "scene": "empty", "path_only": True}
+    by_objective = planner.plan(objective=planner.Objective(0.2), **small)
+    np.testing.assert_array_equal(planner.plan(beta=0.2, **small).path, by_objective.path)
 
 
-def test_a_checker_of_types_takes_what_plan_takes_and_nothing_else() -> None:
-    """What pyright has to accept, and, marked, what it has to refuse."""
-    options: PlanOptions = {"robot": Path("a.urdf"), "roadmap": "r.npz", "start": np.zeros(2), "joints": ["a", "b"]}
-    request = plan_request(None, options)
-    assert (request.robot, request.roadmap, request.joints) == ("a.urdf", Path("r.npz"), "a,b")
-    assert plan_request(PlanRequest(seed=3), {"nodes": 7}) == PlanRequest(seed=3, nodes=7)
-    refused = (
-        lambda: planner.plan(law="quick"),  # pyright: ignore[reportArgumentType]
-        lambda: planner.plan(beta="a lot"),  # pyright: ignore[reportArgumentType]
-        lambda: planner.plan(nodes=50.5),  # pyright: ignore[reportArgumentType]
-        lambda: planner.plan(margin=None),  # pyright: ignore[reportArgumentType]
-    )
-    for call in refused:
-        with pytest.raises(OptionError, match=r": give |; laws are "):
-            call()
-    assert plan_request(None, {"nodes": 7, "beta": 1, "effort": None}).nodes == 7
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("beta", value) for value in (-0.1, 1.1, np.nan, "a lot", None)),
+        *(("nodes", value) for value in (1, 50.5, True, None, 10**8)),
+        *(("law", "quick"), ("margin", None), ("margin", -1.0), ("seed", -1), ("seed", 2**31), ("effort", -1)),
+        *(("approach", 2.0), ("approach", 1e-4), ("prescribed_time", 0.0), ("ik_solutions", 0), ("robot", 3)),
+        *(("joints", "a,,b"), ("joints", ["a", "a"]), ("base", "1,2"), ("keep", 3), ("keep", "axis:z")),
+    ],
+)
+def test_a_value_out_of_range_is_one_sentence_with_its_name(name: str, value: object) -> None:
+    with pytest.raises(OptionError) as refused:
+        PlanRequest.from_options(**{name: value})
+    text = str(refused.value)
+    assert text.endswith(".")
+    assert "\n" not in text
+    assert name.replace("_", " ") in text or name in text or "condition" in text
+
+
+def test_objects_stay_objects_and_text_becomes_them() -> None:
+    q = np.array([0.1 + 0.2, -1.0 / 3.0])
+    what = PlanRequest.from_options(start=q, goal=[q, "home", "xyz:1,2,3"], robot=Path("a.urdf"), joints="a, b").what
+    assert what.start == Joints(tuple(q))
+    assert what.goal == (Joints(tuple(q)), Named(("home",)), Position((1.0, 2.0, 3.0)))
+    assert (what.robot, what.joints) == ("a.urdf", ("a", "b"))
+    request = PlanRequest.from_options(**PlanRequest().values())
+    assert request == PlanRequest()
+    again = {"motion_plan_request" if key == "request" else key: value for key, value in request.config().items()}
+    assert PlanRequest.from_options(**again) == request

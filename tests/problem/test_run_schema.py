@@ -21,7 +21,9 @@ RECORD = pydantic.TypeAdapter(RunRecord)
 
 def record() -> dict[str, Any]:
     """As a run writes it."""
-    return run_record(RoadmapRequest("planar_2r"), Outcome.SOLVED, load("planar_2r"), Scene.load("empty"))
+    return run_record(
+        RoadmapRequest.from_options(robot="planar_2r"), Outcome.SOLVED, load("planar_2r"), Scene.load("empty")
+    )
 
 
 def test_what_a_run_writes_is_read_with_whatever_comes_later() -> None:

@@ -28,13 +28,13 @@ def test_forms(text, target):
 
 
 def test_goals_of_equal_right():
-    assert parse_targets("goal") == [("goal", Named(("goal",)))]
-    assert parse_targets("xyz:1,2,3 ; left, right;q:1") == [
-        ("xyz:1,2,3", Position((1, 2, 3))),
-        ("left", Named(("left",))),
-        ("right", Named(("right",))),
-        ("q:1", Joints((1.0,))),
-    ]
+    assert parse_targets("goal") == (Named(("goal",)),)
+    assert parse_targets("xyz:1,2,3 ; left, right;q:1") == (
+        Position((1, 2, 3)),
+        Named(("left",)),
+        Named(("right",)),
+        Joints((1.0,)),
+    )
     with pytest.raises(OptionError, match="empty state"):
         parse_targets("goal;")
 

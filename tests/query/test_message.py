@@ -42,7 +42,9 @@ def asked(folder: Path, request: dict, scene: dict | None = None, **options: Any
     (folder / "r.yaml").write_text(yaml.safe_dump(request))
     (folder / "s.yaml").write_text(yaml.safe_dump(SCENE if scene is None else scene))
     options = {"robot": "panda", "collision": "coal", "ik_solutions": 1} | options
-    return make_query(PlanRequest(scene=str(folder / "s.yaml"), motion_plan_request=folder / "r.yaml", **options))
+    return make_query(
+        PlanRequest.from_options(scene=str(folder / "s.yaml"), motion_plan_request=folder / "r.yaml", **options).what
+    )
 
 
 def placement(robot: Robot, frame: str, q: np.ndarray) -> np.ndarray:
@@ -243,7 +245,9 @@ def test_the_state_of_a_scene_counts_with_a_request_only(tmp_path: Path) -> None
     scene = changed(SCENE, "robot_state.joint_state", REQUEST["start_state"]["joint_state"])
     (tmp_path / "s.yaml").write_text(yaml.safe_dump(scene))
     state = "q:-0.6,0.25,0,-2.1,0,2.35,0.2"
-    query = make_query(PlanRequest(robot="panda", scene=str(tmp_path / "s.yaml"), start=state, goal="home"))
+    query = make_query(
+        PlanRequest.from_options(robot="panda", scene=str(tmp_path / "s.yaml"), start=state, goal="home").what
+    )
     assert "robot_state.joint_state of scene 'example' counts with a request only" in told(query)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from planner.base.errors import OptionError
 from planner.kinematics.forward import tool_positions
-from planner.problem.request import WorldRequest
+from planner.problem.request import PlanRequest, WorldRequest
 from planner.query.query import open_world
 from planner.robot.poses import pose
 
@@ -18,7 +18,7 @@ Q = np.array([[0.3, -1.2, 1.0, -1.0, -1.5, 0.0]])
 
 def test_the_robot_stands_where_base_says() -> None:
     plain = open_world(WorldRequest("ur5", "empty")).robot
-    moved = open_world(WorldRequest("ur5", "empty", base="0.1,-0.2,0.9144,0,0,1.57")).robot
+    moved = open_world(WorldRequest("ur5", "empty", base=(0.1, -0.2, 0.9144, 0, 0, 1.57))).robot
     there = pose((0.1, -0.2, 0.9144), (0.0, 0.0, 1.57))
     expected = tool_positions(plain, Q) @ there[:3, :3].T + there[:3, 3]
     np.testing.assert_allclose(tool_positions(moved, Q), expected, atol=1e-12)
@@ -29,11 +29,11 @@ def test_base_goes_before_the_scene(tmp_path: Path) -> None:
     scene = tmp_path / "cell.yaml"
     scene.write_text("robots: {ur5: {base: {position: [0, 0, 1]}}}\n")
     said = open_world(WorldRequest("ur5", str(scene))).robot.base
-    told = open_world(WorldRequest("ur5", str(scene), base="0,0,2")).robot.base
+    told = open_world(WorldRequest("ur5", str(scene), base=(0, 0, 2))).robot.base
     assert (said[2, 3], told[2, 3]) == (1.0, 2.0)
 
 
 @pytest.mark.parametrize("text", ["", "1,2", "a,b,c", "nan,0,0", "1e9,0,0", "0,0,0,0,0,90"])
 def test_a_base_that_is_no_placement_is_refused(text: str) -> None:
     with pytest.raises(OptionError, match="base"):
-        WorldRequest("ur5", "empty", base=text)
+        PlanRequest.from_options(base=text)

@@ -12,7 +12,7 @@ from planner.kinematics.forward import tool_pose, tool_positions
 from planner.kinematics.inverse import TOLERANCE
 from planner.kinematics.manipulability import manipulability
 from planner.problem.reasons import BeyondLimit, OutOfReach, Touching
-from planner.problem.request import IkSolutions
+from planner.problem.request import TaskRequest
 from planner.problem.targets import Joints, Pose, Position, joints_text, parse_target
 from planner.query.resolve import (
     beyond_limits,
@@ -171,7 +171,7 @@ def test_a_pose_that_few_axes_miss_is_refused_with_the_tolerance_that_reaches_it
     goal = Pose(tuple(to.translation), tuple(pin.Quaternion(to.rotation).coeffs()))
     with pytest.raises(StateError, match=r"stays .* [nµ]m and (2\.99|3) mrad away .* by --ik-tolerance ") as refused:
         resolve(goal, checker, {}, "goal")
-    allowed = IkSolutions(ik_tolerance=str(refused.value).split()[-1].rstrip(".")).tolerance
+    allowed = TaskRequest.from_options(ik_tolerance=str(refused.value).split()[-1].rstrip(".")).what.ik_tolerance
     for found in resolve(goal, checker, {}, "goal", 4, tolerance=allowed):
         off = to.actInv(tool_pose(robot, found))
         assert np.linalg.norm(off.translation) <= allowed[0]

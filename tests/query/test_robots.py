@@ -29,13 +29,13 @@ def arm(tmp_path: Path) -> Path:
     return made
 
 
-def robot(folder: Path, base: str | None = None) -> Robot:
+def robot(folder: Path, base: tuple[float, ...] | None = None) -> Robot:
     return robot_of(WorldRequest(str(folder / "robot.yaml"), base=base), Scene("empty"), None)
 
 
 def test_it_is_the_same_object_for_the_same_request(arm: Path) -> None:
     assert robot(arm) is robot(arm)
-    based = robot(arm, base="0.1,0,0,0,0,0")
+    based = robot(arm, base=(0.1, 0, 0, 0, 0, 0))
     assert based is not robot(arm)
     assert based.base[0, 3] == 0.1
     assert open_world(WorldRequest(str(arm / "robot.yaml"), Scene("empty"))).robot is robot(arm)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -56,8 +55,8 @@ def request_of_files(tmp_path: Path) -> SweepRequest:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     request, roadmap = tmp_path / "request.yaml", tmp_path / "roadmap.npz"
-    return SweepRequest(
-        str(tmp_path / "robot"), str(tmp_path / "scene.yaml"), motion_plan_request=request, roadmap=roadmap
+    return SweepRequest.from_options(
+        robot=str(tmp_path / "robot"), scene=str(tmp_path / "scene.yaml"), motion_plan_request=request, roadmap=roadmap
     )
 
 
@@ -76,7 +75,7 @@ def test_every_file_that_is_read_counts(name: str, request_of_files: SweepReques
 
 
 def test_another_srdf_counts_in_place_of_the_robots_own(request_of_files: SweepRequest, tmp_path: Path) -> None:
-    given = replace(request_of_files, srdf=tmp_path / "other.srdf")
+    given = request_of_files.with_options(srdf=tmp_path / "other.srdf")
     before = sources_hash(given)
     assert before != sources_hash(request_of_files)
     (tmp_path / "robot/arm.srdf").write_text("")
@@ -96,9 +95,13 @@ def test_what_is_not_touched_is_read_once(request_of_files: SweepRequest, tmp_pa
 
 
 def test_robots_and_scenes_of_the_package_count_too_and_what_is_not_there_is_told_by_the_plan() -> None:
-    found = {sources_hash(SweepRequest(robot, scene)) for robot in ("panda", "ur5") for scene in ("shelf", "table")}
+    found = {
+        sources_hash(SweepRequest.from_options(robot=robot, scene=scene))
+        for robot in ("panda", "ur5")
+        for scene in ("shelf", "table")
+    }
     assert len(found) == 4
-    assert sources_hash(SweepRequest("nobody", "nowhere.yaml"))
-    names = {path.name for path in sources._sources(SweepRequest("panda", "shelf"))}
+    assert sources_hash(SweepRequest.from_options(robot="nobody", scene="nowhere.yaml"))
+    names = {path.name for path in sources._sources(SweepRequest.from_options(robot="panda", scene="shelf"))}
     assert {"robot.yaml", "panda.urdf", "panda.srdf", "shelf.yaml"} < names
     assert any(name.endswith((".stl", ".obj", ".dae")) for name in names)

@@ -44,7 +44,7 @@ def test_refined_paths_make_better_paths() -> None:
     """The integrated cost on a roadmap with refined paths: at neither end of beta worse, at 0 better."""
     ratios = []
     for beta in (0.0, 1.0):
-        request = PlanRequest(nodes=150, beta=beta, charge="edges")
+        request = PlanRequest.from_options(nodes=150, beta=beta, charge="edges")
         found = plan(request)
         without = build_roadmap(
             found.robot,

@@ -39,7 +39,7 @@ def test_the_path_is_proven_subdivided_and_joins_its_ends() -> None:
 @pytest.mark.parametrize(("scene", "seed"), [("shelf", 2), ("table", 0), ("table", 1), ("window", 0)])
 def test_joints_that_turn_freely(scene: str, seed: int) -> None:
     """They were shortened to motions the other way round, through the table, and ends lost their last bit."""
-    query = make_query(PlanRequest("kinova", scene=scene))
+    query = make_query(PlanRequest.from_options(robot="kinova", scene=scene).what)
     prover, robot = EdgeProver(query.checker), query.robot
     searched = FirstPathSearch(Motions(prover), JoinSettings(0.4, 56_000, 16), np.random.default_rng(seed))
     found = searched.join(query.starts, query.goals)
@@ -67,7 +67,7 @@ def test_shortcuts_make_it_shorter() -> None:
 
 def test_a_narrow_passage_takes_few_motions() -> None:
     """Through the window, where OMPL's RRTConnect checks several times as many."""
-    query = make_query(PlanRequest("iiwa14", scene="window"))
+    query = make_query(PlanRequest.from_options(robot="iiwa14", scene="window").what)
     motions, settings = Motions(EdgeProver(query.checker)), JoinSettings(range=0.8, motions=20_000, shortcuts=0)
     few = many = 0
     for seed in range(5):

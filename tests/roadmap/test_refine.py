@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -20,7 +19,7 @@ from tests.worlds import checker_of, load, small_plan
 
 @lru_cache
 def unrefined() -> Plan:
-    return plan(replace(small_plan().request, effort=0))
+    return plan(small_plan().request.with_options(effort=0))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import FileError
-from planner.problem.request import WorldRequest
+from planner.problem.request import PlanRequest, WorldRequest
 from planner.query.query import open_world
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
@@ -24,7 +24,7 @@ def of_window(margin: float = 0.01) -> Roadmap:
 def test_a_plans_world_is_the_one_that_its_roadmap_was_proven_in(tmp_path: Path) -> None:
     roadmap, file = of_window(), tmp_path / "roadmap.npz"
     save_roadmap(roadmap, file)
-    config = WorldRequest("planar_2r", "window", margin=0.01).to_dict()
+    config = PlanRequest.from_options(robot="planar_2r", scene="window", margin=0.01).config()
     assert same_world(roadmap, reopen_plan(config, file))
     for other in ({"scene": "empty"}, {"margin": 0.02}, {"base": "0,0,1"}):
         with pytest.raises(FileError, match=r"was proven for another robot or scene than its plan\.json names"):

@@ -57,7 +57,7 @@ def test_a_robot_that_nothing_can_touch_is_refused(urdf_file: Callable[..., str]
     with pytest.raises(RobotError, match="no collision geometry at all"):
         open_world(WorldRequest(path, "empty"))
     with pytest.raises(RobotError, match="no collision geometry at all"):
-        make_query(RoadmapRequest(path, "empty", start="q:0", goal="q:1"))
+        make_query(RoadmapRequest.from_options(robot=path, scene="empty", start="q:0", goal="q:1").what)
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_degrees_are_asked_about_and_never_widened_for() -> None:
         check_limits(robot, np.array([0, 90, 0, -45, 0, 30, 0.0]), "start")
     assert "--widen-limits" not in str(caught.value)
     with pytest.raises(StateError, match=r"bring it inside, or widen them with --widen-limits\.$"):
-        make_query(RoadmapRequest(start="q:0,2.5,0,-1,0,1,0"))
-    request = RoadmapRequest(start="q:0,90,0,-45,0,30,0", widen_limits=True)
+        make_query(RoadmapRequest.from_options(start="q:0,2.5,0,-1,0,1,0").what)
+    request = RoadmapRequest.from_options(start="q:0,90,0,-45,0,30,0", widen_limits=True)
     with pytest.raises(StateError, match="degrees"):
-        make_query(request)
+        make_query(request.what)

@@ -109,7 +109,7 @@ def test_a_scene_file_says_what_moves(tmp_path: Path) -> None:
     still = Scene("same", scene.obstacles)
     assert still.identity == scene.identity  # roadmaps are of the world that stands still
     with pytest.raises(SceneError, match="plan_in_time"):
-        make_query(RoadmapRequest(robot="planar_2r", scene=str(path), start="q:0,0", goal="q:1,0"))
+        make_query(RoadmapRequest.from_options(robot="planar_2r", scene=str(path), start="q:0,0", goal="q:1,0").what)
 
 
 @pytest.mark.parametrize(

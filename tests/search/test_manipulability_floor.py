@@ -125,7 +125,7 @@ def test_without_a_floor_the_course_is_the_roadmap() -> None:
 @pytest.mark.parametrize("charge", ["nodes", "edges"])
 def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> None:
     floor = 0.05  # start and goal of the paper's scenario lie below
-    found = plan(PlanRequest(nodes=150, min_manipulability=floor, charge=charge))  # type: ignore[arg-type]
+    found = plan(PlanRequest.from_options(nodes=150, min_manipulability=floor, charge=charge))  # type: ignore[arg-type]
     assert found.outcome is Outcome.SOLVED
     w = manipulability(found.robot, dense_path(found.path, 1e-3))
     assert w[0] < floor
@@ -143,12 +143,15 @@ def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> No
 
 def test_a_floor_that_no_path_keeps_is_an_outcome_of_its_own(tmp_path: Path) -> None:
     """With q2 above 0 at the start and below 0 at the goal every path passes w = 0."""
-    request = PlanRequest("planar_2r", "empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60)
+    request = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60)
     free = plan(request)
     assert free.outcome is Outcome.SOLVED
     kept = tmp_path / "roadmap.npz"
     save_roadmap(free.roadmap, kept)
-    for held in (replace(request, min_manipulability=0.05, roadmap=kept), replace(request, min_manipulability=0.05)):
+    for held in (
+        request.with_options(min_manipulability=0.05, roadmap=kept),
+        request.with_options(min_manipulability=0.05),
+    ):
         found = plan(held)
         assert found.outcome is Outcome.TOO_SINGULAR
         assert found.outcome.exit_code == 4

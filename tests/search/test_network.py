@@ -13,7 +13,7 @@ from planner.base.errors import KeywordError, OptionError
 from planner.cost.scale import CAP_QUANTILE, COSTS, ZETA, CostScale, manipulability_cost, measure_scale
 from planner.kinematics.manipulability import manipulability
 from planner.problem.objective import Charge, Metric, Objective
-from planner.problem.request import ManipulabilityCost
+from planner.problem.options import ManipulabilityCost
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
 from planner.search.network import build_network, distance_cost
@@ -159,7 +159,7 @@ def test_refused():
     with pytest.raises(OptionError, match=r"manipulability cost 'cubic' not found; costs are inverse, log, linear\."):
         manipulability_cost(np.ones(3), SCALE, anything)  # pyright: ignore[reportArgumentType]
     for beta in (-0.01, 1.01, float("nan")):
-        with pytest.raises(OptionError, match=r"beta .* is outside \[0, 1\]"):
+        with pytest.raises(OptionError, match="beta must be"):
             build_network(roadmap, beta)
 
 

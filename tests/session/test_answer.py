@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.problem.request import IkSolutions, PlanRequest, WorldRequest
+from planner.problem.request import PlanRequest, WorldRequest
 from planner.problem.targets import Joints
 from planner.query.query import Query, resolve_query
 from planner.roadmap.growth_settings import GrowthSettings
@@ -15,7 +15,7 @@ from planner.session.answer import Moment, Planning, answered
 from planner.session.live_world import LiveWorld
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
-PLANNING = Planning(PlanRequest(nodes=60, effort=0), gabf.SingularityFree(), GrowthSettings())
+PLANNING = Planning(PlanRequest.from_options(nodes=60, effort=0), gabf.SingularityFree(), GrowthSettings())
 
 
 def bare(scene: Scene | None = None) -> LiveWorld:
@@ -23,7 +23,7 @@ def bare(scene: Scene | None = None) -> LiveWorld:
 
 
 def query(live: LiveWorld, start: np.ndarray = POST_START, goal: np.ndarray = POST_GOAL) -> Query:
-    return resolve_query(live.checker, Joints(tuple(start)), [("there", Joints(tuple(goal)))], IkSolutions(1))
+    return resolve_query(live.checker, Joints(tuple(start)), [Joints(tuple(goal))], 1, (1e-6, 1e-4))
 
 
 def test_the_first_query_grows_the_roadmap_that_a_plan_would() -> None:

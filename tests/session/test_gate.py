@@ -124,7 +124,7 @@ def test_limits_are_judged_by_exact_extrema_and_may_be_left_out(kind: str, order
     robot = load("planar_2r")
     plain, zeros = MotionLimits.of(robot), np.zeros((3, 2))
     chunk = {"times": TIMES, "state": (*STATE, np.zeros(2))}
-    wide = replace(plain, **{name: 1e3 * getattr(plain, name) for name in ("velocity", "acceleration", "jerk")})
+    wide = plain.with_options(**{name: 1e3 * getattr(plain, name) for name in ("velocity", "acceleration", "jerk")})
     for one in motion_of_quintics():
         peak = one.largest(order).max() if one.begin == 0.0 else None
         if peak is None:

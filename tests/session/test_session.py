@@ -330,7 +330,7 @@ def test_a_session_refines_as_a_plan_does_where_it_is_given_an_effort() -> None:
     assert first.cost is not None
     assert best.cost is not None
     assert best.cost.total < 0.99 * first.cost.total
-    assert (first.request.rounds, best.request.rounds) == (0, 3)
+    assert (first.request.quality.rounds, best.request.quality.rounds) == (0, 3)
     assert first.curve == ()
     assert best.to_dict()["quality"]["effort"] == 3
     assert best.curve[-1][1] == pytest.approx(best.cost.total, rel=1e-6)
@@ -386,4 +386,4 @@ def test_a_session_takes_the_options_of_a_plan_and_no_others() -> None:
         Session("planar_2r", "empty", objective=planner.Objective(), metric="joint")
     made = Session("planar_2r", "empty", nodes=10, objective=planner.Objective(0.2, "inverse"))
     found = made.plan([-1.0, 0.8], [1.0, -0.8])
-    assert (found.request.beta, found.request.manipulability_cost) == (0.2, "inverse")
+    assert (found.request.quality.beta, found.request.quality.manipulability_cost) == (0.2, "inverse")

@@ -28,7 +28,7 @@ from tests.documents import ROOT
 from tests.tool_paths.judge import line_of, outside, passes_by, pose_of, raster
 from tests.worlds import load, planar_trap
 
-REQUEST = FollowRequest(robot="panda", scene="empty")
+REQUEST = FollowRequest.from_options(robot="panda", scene="empty")
 RASTER = raster(2, 10, 0.01, [0.45, -0.05, 0.4])
 
 
@@ -76,7 +76,7 @@ def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch
 
 
 def test_beta_trades_off_on_one_ladder(follower: Follower) -> None:
-    singular, short = (follower.plan(replace(REQUEST, beta=beta)) for beta in (0.0, 1.0))
+    singular, short = (follower.plan(REQUEST.with_options(beta=beta)) for beta in (0.0, 1.0))
     assert singular.cost.manipulability <= short.cost.manipulability  # type: ignore[union-attr]
     assert short.cost.distance <= singular.cost.distance  # type: ignore[union-attr]
     assert singular.cost.manipulability < short.cost.manipulability or singular.path.tolist() == short.path.tolist()  # type: ignore[union-attr]
@@ -84,10 +84,10 @@ def test_beta_trades_off_on_one_ladder(follower: Follower) -> None:
 
 
 def test_motions_that_passed_a_second_look_are_not_looked_at_again(follower: Follower) -> None:
-    one = follower.plan(replace(REQUEST, beta=0.3))
+    one = follower.plan(REQUEST.with_options(beta=0.3))
     queries = follower.checker.queries
     assert queries > 0
-    two = follower.plan(replace(REQUEST, beta=0.3))
+    two = follower.plan(REQUEST.with_options(beta=0.3))
     assert follower.checker.queries == queries
     assert one.path.tobytes() == two.path.tobytes()
 
@@ -99,7 +99,7 @@ def test_the_same_request_gives_the_same_bits() -> None:
 
 
 def test_a_floor_is_kept(follower: Follower) -> None:
-    free = follower.plan(replace(REQUEST, beta=1.0))
+    free = follower.plan(REQUEST.with_options(beta=1.0))
     floor = 1.02 * free.measures.w_min
     found = follow(RASTER, REQUEST, min_manipulability=floor)
     assert found.outcome is Outcome.SOLVED
@@ -152,7 +152,7 @@ def test_why_it_ends_is_asked_once_whatever_the_beta(monkeypatch: pytest.MonkeyP
     first = follower.plan(REQUEST).reason
     assert isinstance(first, CannotFollow)
     monkeypatch.delattr("planner.planning.follow.why_not")
-    assert follower.plan(replace(REQUEST, beta=0.1)).reason == first
+    assert follower.plan(REQUEST.with_options(beta=0.1)).reason == first
 
 
 def test_what_is_out_of_reach_says_by_how_much() -> None:
@@ -288,19 +288,20 @@ def test_the_example_is_followed_by_arcs_and_cones() -> None:
 def test_options_that_make_no_sense_are_refused() -> None:
     for bad in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(OptionError, match="tool speed"):
-            FollowRequest(tool_speed=bad)
-    with pytest.raises(OptionError, match="leave --goal out"):
-        FollowRequest(goal="home")
+            FollowRequest.from_options(tool_speed=bad)
     of_free_motions = (("path_only", True), ("nodes", 50), ("effort", 3), ("room", 0.02))
-    for name, value in (("ik_solutions", 3), ("widen_limits", True), *of_free_motions):
-        with pytest.raises(OptionError, match=f"--{name.replace('_', '-')} says nothing to a tool path"):
-            FollowRequest(**{name: value})  # pyright: ignore[reportArgumentType]
-    FollowRequest(start="home", path_only=True)
-    FollowRequest(start="home", nodes=50, effort=3, room=0.02)
+    for name in ("goal", "ik_solutions", "widen_limits", "approach"):
+        with pytest.raises(OptionError, match=f"no option '{name}'"):
+            FollowRequest.from_options(**{name: 3})
+    for name, value in of_free_motions:
+        with pytest.raises(OptionError, match=f"{name.replace('_', '-')} needs a start"):
+            FollowRequest.from_options(**{name: value})
+    FollowRequest.from_options(start="home", path_only=True)
+    FollowRequest.from_options(start="home", nodes=50, effort=3, room=0.02)
     with pytest.raises(OptionError, match="--extra-cost says nothing to a tool path"):
         follow(RASTER, REQUEST, timing=TimingRequest(extra_cost=0.5))
     with pytest.raises(OptionError, match="ladder density 0"):
-        FollowRequest(ladder_density=0)
+        FollowRequest.from_options(ladder_density=0)
     with pytest.raises(RobotError, match="not found"):
         follow(RASTER, REQUEST, tool="nowhere")
     with pytest.raises(KeywordError, match="follow knows no option"):

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
-from planner.problem.request import SweepRequest
+from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.sweep import Tradeoff, sweep
 from tests.tradeoff.posts import asked
@@ -18,8 +16,8 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
 
 
 @pytest.fixture(scope="session")
-def again(swept: Tradeoff, tmp_path_factory: pytest.TempPathFactory) -> SweepRequest:
+def again(swept: Tradeoff, tmp_path_factory: pytest.TempPathFactory) -> SweepRequest | PlanRequest:
     """The same request on its roadmap as a file, so that nothing is grown."""
     path = tmp_path_factory.mktemp("roadmap") / "roadmap.npz"
     save_roadmap(swept.roadmap, path)
-    return replace(swept.request, roadmap=path)
+    return swept.request.with_options(roadmap=path)

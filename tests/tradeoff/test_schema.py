@@ -13,6 +13,6 @@ from tests.planning.records import SMALL, as_written, spoilt
 
 @pytest.mark.parametrize("validator", ["sweep"], indirect=True)
 def test_sweeps_are_as_the_schema_says(validator: jsonschema.Draft202012Validator) -> None:
-    record = as_written(sweep_record(sweep(SweepRequest(**SMALL))))
+    record = as_written(sweep_record(sweep(SweepRequest.from_options(**SMALL))))
     validator.validate(record)
     assert not any(validator.is_valid(each) for each in spoilt(record))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +31,7 @@ from tests.random_shapes import QUICK
 def least(tradeoff: Tradeoff, beta: float) -> float:
     """The least cost from a start by the oracle."""
     request, roadmap = tradeoff.request, tradeoff.roadmap
-    network = build_network(roadmap, request.objective_at(beta))
+    network = build_network(roadmap, request.quality.objective_at(beta))
     return float(gabf.oracle(network)[roadmap.starts].min())
 
 
@@ -97,26 +96,26 @@ def test_no_beta_of_a_thousand_finds_a_cheaper_path(swept: Tradeoff) -> None:
 
 def test_nor_on_the_papers_scenario(solved: Plan, tmp_path: Path) -> None:
     save_roadmap(solved.roadmap, tmp_path / "r.npz")
-    found = sweep(SweepRequest(roadmap=tmp_path / "r.npz"))
+    found = sweep(SweepRequest.from_options(roadmap=tmp_path / "r.npz"))
     assert_covers(found)
     assert_optimal_on_a_grid(found)
 
 
 @pytest.mark.parametrize("law", ["nominal", "prescribed-time", "fixed-time"])
 def test_every_law_finds_the_same(swept: Tradeoff, again: SweepRequest, law: Any) -> None:
-    assert outline(sweep(replace(again, law=law))) == outline(swept)
+    assert outline(sweep(again.with_options(law=law))) == outline(swept)
 
 
 def test_a_plan_at_any_beta_takes_the_path_of_its_interval(swept: Tradeoff, again: SweepRequest) -> None:
     for interval in swept.intervals[::2]:
         beta = 0.5 * (interval.beta_min + interval.beta_max)
-        alone = plan(PlanRequest(**vars(again), beta=beta))
+        alone = plan(PlanRequest.from_options(**again.values(), beta=beta))
         np.testing.assert_array_equal(alone.path, interval.path)
 
 
 @pytest.mark.parametrize("option", [{"metric": "workspace"}, {"manipulability_cost": "inverse"}])
 def test_other_costs_have_other_intervals(swept: Tradeoff, again: SweepRequest, option: dict[str, Any]) -> None:
-    other = sweep(replace(again, **option))
+    other = sweep(again.with_options(**option))
     assert_covers(other)
     assert outline(other) != outline(swept)
     assert cost(other.intervals[1], other.intervals[1].beta_max) == pytest.approx(
@@ -160,7 +159,7 @@ def test_an_edge_that_fails_is_removed_and_the_sweep_starts_over(
     assert all(bad not in edges_of(interval.path_nodes) for interval in found.intervals)
     assert len({frozenset(edge) for edge in seen}) == len(seen), "no edge is looked at twice"
     save_roadmap(found.roadmap, tmp_path / "smaller.npz")
-    assert outline(sweep(replace(again, roadmap=tmp_path / "smaller.npz"))) == outline(found)
+    assert outline(sweep(again.with_options(roadmap=tmp_path / "smaller.npz"))) == outline(found)
 
 
 def test_when_every_way_fails_there_is_no_path(

@@ -12,7 +12,8 @@ import pytest
 
 from planner.base.errors import PlannerError
 from planner.collision import make_checker
-from planner.problem.request import LimitsRequest, TimeLaw
+from planner.problem.options import TimeLaw
+from planner.problem.request import LimitsRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.trajectory.check import check_trajectory

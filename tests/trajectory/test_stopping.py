@@ -12,7 +12,8 @@ from planner.base.errors import PlannerError
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.planning.result import Plan
-from planner.problem.request import LimitsRequest, TimeLaw
+from planner.problem.options import TimeLaw
+from planner.problem.request import LimitsRequest
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.scene import Scene

@@ -13,7 +13,8 @@ from planner.kinematics.manipulability import manipulability
 from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.request import PlanRequest, TimeLaw, TimingRequest
+from planner.problem.options import TimeLaw
+from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.trajectory.check import sampled_contact
@@ -89,7 +90,9 @@ def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
 def test_the_tool_goes_no_farther_where_its_path_is_the_cost() -> None:
     """What an edge costs at least is no measure of its parts, of which many move the tool by less."""
     start, goal = [0.1, 2.4, -1.9, 2.4, -1.0, -0.4], [1.8, -0.5, 0.3, -2.6, 1.4, 0.2]
-    request = PlanRequest("ur5", "empty", start=start, goal=goal, beta=1.0, metric="workspace", nodes=100, effort=1)
+    request = PlanRequest.from_options(
+        robot="ur5", scene="empty", start=start, goal=goal, beta=1.0, metric="workspace", nodes=100, effort=1
+    )
     found = plan(request, timing=TimingRequest())
     motion = found.trajectory
     assert motion is not None

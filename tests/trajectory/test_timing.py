@@ -15,7 +15,8 @@ from planner.collision import make_checker, second_checker
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
-from planner.problem.request import LimitsRequest, TimeLaw
+from planner.problem.options import TimeLaw
+from planner.problem.request import LimitsRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
 from planner.trajectory.check import sampled_contact

@@ -13,7 +13,7 @@ from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.sweep import Tradeoff, sweep
 
-TASK = PlanRequest(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
+TASK = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
 
 
 @pytest.fixture(scope="session")

@@ -35,7 +35,7 @@ from tests.linkages import random_linkage
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap, random_q
 
 STAGE = (slice(0, 525), slice(345, None))  # of a picture: neither panel nor player
-ARM = PlanRequest(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
+ARM = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
 
 
 @pytest.fixture(scope="module")

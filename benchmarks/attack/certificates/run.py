@@ -40,7 +40,7 @@ _SAMPLES = 3  # configurations of each piece that an accepted certificate is jud
 def certify(robot: str, scene: str, seed: int) -> dict[str, Any]:
     """Seconds of computing of a plan, of saving it with a certificate and of checking that; its size and verdict."""
     began = time.process_time()
-    found = plan(PlanRequest(robot=robot, scene=scene, seed=seed), timing=TimingRequest())
+    found = plan(PlanRequest.from_options(robot=robot, scene=scene, seed=seed), timing=TimingRequest())
     plan_s = time.process_time() - began
     if not found.solved:
         return {"verdict": found.message}

@@ -133,7 +133,7 @@ class LivePage:
         """The goal that is reached, or the first one, in numbers."""
         answer, robot = self.answers[-1], self._session.robot
         known = {HOME: joints_text(robot.home), **states_of(robot, self._session.scene)}
-        return follow(answer.plan.goal or parse_targets(answer.question.goal)[0][0], known)[0]
+        return follow(answer.plan.goal or parse_targets(answer.question.goal)[0].text, known)[0]
 
     def _start(self) -> Floats:
         """(dof,) the first configuration of the path, or of the roadmap's starts without one."""

@@ -10,7 +10,7 @@ from reproduce.manipulator.case import SeedStudy, query_of, study_seed
 from reproduce.manipulator.run import run_manipulator
 from reproduce.report import Report
 
-SMALL = SweepRequest(nodes=80, seed=1)
+SMALL = SweepRequest.from_options(nodes=80, seed=1)
 
 
 @pytest.fixture(scope="session")
@@ -27,4 +27,4 @@ def case() -> SeedStudy:
 
 @pytest.fixture(scope="session")
 def small() -> Report:
-    return run_manipulator(2, SMALL.nodes, seed=1)
+    return run_manipulator(2, SMALL.quality.nodes, seed=1)

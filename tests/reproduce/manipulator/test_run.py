@@ -55,11 +55,11 @@ def test_a_seed_does_not_depend_on_how_many_are_asked_for(small: Report, case: S
 def test_a_stop_keeps_whole_seeds_or_leaves_an_empty_report(tmp_path: Path) -> None:
     heard: list[int] = []
     progress = Progress(lambda _, done, total: heard.append(done), lambda: len(heard) > 1)
-    report = run_manipulator(5, SMALL.nodes, progress=progress)
+    report = run_manipulator(5, SMALL.quality.nodes, progress=progress)
     assert not report.complete
     assert heard == [0, 1]
     assert len(report.more["roadmaps"]) == 1
-    nothing = run_manipulator(1, SMALL.nodes, progress=Progress(stop=lambda: True))
+    nothing = run_manipulator(1, SMALL.quality.nodes, progress=Progress(stop=lambda: True))
     assert (nothing.complete, nothing.table, nothing.figures) == (False, (), {})
     write_report(nothing, tmp_path)
 

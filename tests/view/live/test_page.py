@@ -168,6 +168,6 @@ def test_a_saved_scene_is_planned_to_the_same_ends(page: LivePage, tmp_path: Pat
     assert f"Written: {tmp_path / 'saved.yaml'}" in page.outcome.value
     again = Scene.load(str(tmp_path / "saved.yaml"))
     np.testing.assert_allclose(again.obstacles[1].placement, page._session.scene.obstacles[1].placement)
-    found = plan(PlanRequest("planar_2r", str(tmp_path / "saved.yaml"), nodes=80))
+    found = plan(PlanRequest.from_options(robot="planar_2r", scene=str(tmp_path / "saved.yaml"), nodes=80))
     np.testing.assert_allclose(found.path[0], [-1.0, 0.8])
     np.testing.assert_allclose(tool_positions(load("planar_2r"), found.path)[-1, :2], [0.3, 0.6], atol=1e-5)
