@@ -11,10 +11,10 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
+from planner.collision.looks import first_seen
 from planner.roadmap.first_path import FIRST_PATH
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
-from planner.trajectory.check import sampled_contact
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.measure import path_contact
 from planner.trajectory.trajectory import Trajectory
@@ -34,14 +34,17 @@ def path_contacts(checker: CollisionChecker, path: Floats) -> list[str]:
     for k, (a, b) in enumerate(segments):
         contact = path_contact(checker, np.array([a, b]))
         if contact is not None:
-            found.append(f"segment {k} at {contact.share:.4f}: {contact.contact}")
+            found.append(f"segment {k} at {contact.s:.4f}: {contact.contact}")
     return found
 
 
 def motion_contact(motion: Trajectory, judge: CollisionChecker) -> str:
     """The first contact at 0.1 mm of motion, empty where there is none."""
-    contact = sampled_contact(motion, judge, STEP)
-    return "" if contact is None else f"{contact.contact} at {contact.begin:.4f} s"
+    seen = first_seen(judge, motion.coefficients, STEP)
+    if seen is None:
+        return ""
+    t = motion.times[seen.piece] + seen.s * motion.seconds[seen.piece]
+    return f"{seen.contact} at {t:.4f} s"
 
 
 def largest_share(trajectory: Trajectory, limits: MotionLimits, kinds: Sequence[str] = KINDS) -> float:

@@ -9,9 +9,11 @@ import contextlib
 import io
 import os
 import re
+from importlib import import_module
 from typing import Any
 from unittest import mock
 
+import pydantic
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
@@ -29,6 +31,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """Called by Sphinx."""
     app.add_directive("public-names", PublicNames)
     app.add_directive("command-help", CommandHelp)
+    app.add_directive("record-keys", RecordKeys)
     app.add_html_math_renderer("mathml", (_inline_math, None), (_display_math, None))
     app.connect("autodoc-process-docstring", _process_docstring)
     return {"parallel_read_safe": True}
@@ -127,6 +130,44 @@ def _subcommands(*words: str, program: str) -> list[str]:
     usage, _, rest = help_text(*words, program=program).partition("\n\n")
     found = None if "positional arguments" in rest else re.search(r"\{([\w,\s-]+)\}(?!\|)", usage)
     return re.split(r",\s*", found.group(1)) if found else []
+
+
+# files
+
+
+class RecordKeys(SphinxDirective):
+    """``record-keys`` CLASS: a table of the keys of the file that a record is, from its docstrings."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        module, _, name = self.arguments[0].rpartition(".")
+        schema = pydantic.TypeAdapter(getattr(import_module(module), name)).json_schema()
+        rows = ["| key | what it holds |", "|---|---|", *(f"| `{key}` | {text} |" for key, text in record_keys(schema))]
+        return self.parse_text_to_nodes("\n".join(rows) + "\n")
+
+
+def record_keys(schema: dict[str, Any], part: dict[str, Any] | None = None, before: str = "") -> list[tuple[str, str]]:
+    """Every key of a JSON schema with its description, those of inner objects behind a dot, ``[]`` for lists."""
+    rows: list[tuple[str, str]] = []
+    for key, value in (schema if part is None else part).get("properties", {}).items():
+        where, text, kinds = f"{before}{key}", value.get("description", ""), [value, *value.get("anyOf", [])]
+        kinds += [kind for each in kinds for kind in each.get("oneOf", [])]
+        items = [kind["items"] for kind in kinds if "items" in kind]
+        refs = [kind["$ref"].rpartition("/")[2] for kind in (*kinds, *items) if "$ref" in kind]
+        inner = [schema["$defs"][ref] for ref in refs]
+        if len(inner) == 1:
+            text = text or inner[0].get("description", "").partition("\n\n")[0].rstrip(".")
+        null = "null" if {"type": "null"} in kinds and "null" not in text else ""
+        parts = [text.replace("``", "`").replace("|", "\\|").replace("\n", " "), null and "or `null`"]
+        rows.append((where, "; ".join(filter(None, parts))))
+        for other in inner:
+            kind = other["properties"].get("kind", {}).get("const")
+            inside = f"{where}{'[]' if items else ''}."
+            if kind:
+                rows.append((f'{inside}kind = "{kind}"', other.get("description", "").partition("\n\n")[0]))
+            rows += [row for row in record_keys(schema, other, inside) if row[0] != f"{inside}kind"]
+    return rows
 
 
 # formulas

@@ -58,13 +58,12 @@ DOORS = {
     "umsgpack": {"planner.view.canvas"},
     "viser": {"planner.view.live.picture", "planner.view.live.page"},
     "websockets": {"planner.serve.server", "planner.serve.connection", "planner.view.live.picture"},
-    "msgpack": {"planner.serve.connection"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.view.figures")} | {"reproduce.figures"},
     "ctypes": {"planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
     "joblib": {"planner.batch.parallel"},
     "distributed": {"planner.batch.parallel"},
-    "robot_descriptions": {"planner.robot.files.descriptions"},
+    "robot_descriptions": {"planner.robot.files.robot_files"},
     "trimesh": {"planner.robot.files.meshes"},
     "mujoco": {"planner.robot.files.mjcf"},
     "xacro": {"planner.robot.files.xacro"},
@@ -125,8 +124,6 @@ def test_foreign_libraries_have_one_door(module: str) -> None:
 # methods of a result that hand it to functions over it, which read best as methods: imported when they are called
 FACADES = {
     ("planner.trajectory.trajectory", "planner.trajectory.stopping"),
-    ("planner.tradeoff.sweep", "planner.tradeoff.page"),
-    ("planner.tradeoff.sweep", "planner.tradeoff.record"),
 }
 
 

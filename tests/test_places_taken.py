@@ -14,7 +14,7 @@ import numpy as np
 
 import planner
 from planner import gabf
-from planner.robot.files.scene_writer import write_scene
+from planner.robot.scene import write_scene
 from planner.trajectory.file import load_trajectory, save_trajectory
 from tests.worlds import load, post_roadmap
 

@@ -12,14 +12,12 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 import planner.planning.plan as module_planning
-import planner.search.healing as module
 from planner import gabf
 from planner.base.errors import OptionError, SceneError, StateError
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import is_free
-from planner.collision.looks import Seen, recheck, states_along
-from planner.collision.world import Contact
+from planner.collision.looks import recheck, states_along
 from planner.cost.scale import COSTS
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
@@ -37,6 +35,7 @@ from planner.tradeoff.alternatives import with_alternatives
 from planner.trajectory.file import load_trajectory
 from planner.trajectory.measure import dense_path, path_manipulability, tool_path_length
 from tests.coal_judge import CoalWorld
+from tests.search.failing import collide
 from tests.worlds import load, post_roadmap, random_q
 
 RECORD = pydantic.TypeAdapter(PlanRecord)
@@ -244,35 +243,18 @@ def test_walls_are_named_whatever_floor_was_asked(scenes):
 # an edge that fails the second look
 
 
-def collide(monkeypatch, edges):
-    """The second look finds a contact on these edges, given by the configurations of their ends."""
-    real, seen = module.second_look, []
-
-    def look(checker, pieces):
-        for row, (start, delta) in enumerate(pieces):
-            for a, b in edges:
-                for p, q in ((a, b), (b, a)):
-                    if np.allclose(start, p, atol=1e-12) and np.allclose(start + delta, q, atol=1e-9):
-                        seen.append((p, q))
-                        return Seen(row, 0.0, start, Contact("link_2", "post"))
-        return real(checker, pieces)
-
-    monkeypatch.setattr(module, "second_look", look)
-    return seen
-
-
 def bad_edges(found, count: int):
-    return [(found.roadmap.nodes[i], found.roadmap.nodes[j]) for i, j in itertools.pairwise(found.path_nodes)][:count]
+    return np.array(list(itertools.pairwise(found.path_nodes))[:count])
 
 
 @pytest.mark.parametrize("law", ["singularity-free", "nominal", "fixed-time"])
 def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, law):
     before = plan(small)
     i, j = before.path_nodes[1:3]
-    collide(monkeypatch, [(before.roadmap.nodes[i], before.roadmap.nodes[j])])
+    collide(monkeypatch, before.roadmap, np.array([[i, j]]))
     starts = []
-    real = gabf.solve
-    monkeypatch.setattr(gabf, "solve", lambda net, **more: starts.append(more["x0"]) or real(net, **more))
+    real = gabf.heal
+    monkeypatch.setattr(gabf, "heal", lambda net, x, law: starts.append(gabf.raised_start(net, x)) or real(net, x, law))
     after = plan(replace(small, law=law))
     assert after.edges_removed == 1
     assert_sound(after)
@@ -284,9 +266,8 @@ def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, l
     assert len(after.network.arcs_between(int(i), int(j))) == len(after.network.arcs_between(int(j), int(i))) == 0
     # the second solve starts from the x of the first one, raised where a path went over the edge that is gone
     assert before.cost_to_go is not None
-    assert starts[0] is None
-    raised = starts[1] != before.cost_to_go.x
-    assert np.all(starts[1] >= before.cost_to_go.x)
+    raised = starts[0] != before.cost_to_go.x
+    assert np.all(starts[0] >= before.cost_to_go.x)
     assert raised[int(i)]
     assert 0 < raised.sum() < 0.5 * len(raised)
     # and heals to what a fresh solve of the smaller network finds
@@ -300,7 +281,7 @@ def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, l
 
 def test_healing_under_the_prescribed_time_law(small, monkeypatch):
     before = plan(small)
-    collide(monkeypatch, bad_edges(before, 1))
+    collide(monkeypatch, before.roadmap, bad_edges(before, 1))
     after = plan(replace(small, law="prescribed-time"))
     assert after.edges_removed == 1
     assert_sound(after)
@@ -308,7 +289,7 @@ def test_healing_under_the_prescribed_time_law(small, monkeypatch):
 
 def test_removals_are_counted(small, monkeypatch):
     before = plan(small)
-    seen = collide(monkeypatch, bad_edges(before, 3))
+    seen = collide(monkeypatch, before.roadmap, bad_edges(before, 3))
     after = plan(small)
     assert_sound(after)
     assert after.edges_removed == len(seen) >= 1
@@ -318,7 +299,7 @@ def test_removals_are_counted(small, monkeypatch):
 def test_when_every_way_fails_there_is_no_path(small, monkeypatch):
     before = plan(small)
     around = before.roadmap.edges[np.isin(before.roadmap.edges, before.roadmap.goals).any(axis=1)]
-    collide(monkeypatch, [(before.roadmap.nodes[i], before.roadmap.nodes[j]) for i, j in around])
+    collide(monkeypatch, before.roadmap, around)
     after = plan(small)
     assert after.outcome is Outcome.NO_PATH
     beside = np.asarray(~np.isin(before.roadmap.edges, before.roadmap.goals).any(axis=1), dtype=bool)

@@ -96,7 +96,7 @@ def stops_of(chunk: Chunk, verdict: Verdict) -> list[Spline] | None:
     """The stops that the verdict has from every target on; None where it has none for one."""
     found: list[Spline] = []
     for k, t in enumerate(chunk.times[1:].tolist(), 1):
-        stop = verdict._judged.stop(k)
+        stop = verdict._stop_after(k)
         if stop is None:
             return None
         ends = np.stack(stop.columns, axis=1)
@@ -107,7 +107,7 @@ def stops_of(chunk: Chunk, verdict: Verdict) -> list[Spline] | None:
 
 def possible_stops(verdict: Verdict) -> list[Spline] | None:
     """The stops that limits allow from every target on, proven or not; None where one has none."""
-    pieces, seconds, _ = verdict._judged.stops_from(verdict._judged.chunk.knots[1:])
+    pieces, seconds, _ = verdict._guard.stops_from(verdict._run().knots[1:])
     if not seconds[:, 1].all():
         return None
     return [

@@ -21,7 +21,7 @@ from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision.edge_prover import EdgeProver
 from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan
-from planner.planning.result import Plan, plan_record
+from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.query.query import make_query
@@ -66,7 +66,7 @@ def _ours(request: PlanRequest, limits: LimitsRequest, python: str | None, state
 
 
 def _of_record(found: Plan) -> Columns:
-    record = plan_record(found)
+    record = found.to_dict()
     roadmap, timings = record["roadmap"], record["timings_s"]
     columns: Columns = {"nodes": roadmap["nodes"], "edges": roadmap["edges"], "certified": roadmap["edges_certified"]}
     columns |= {"outcome": record["outcome"], "message": record["message"]}

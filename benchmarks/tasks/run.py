@@ -94,8 +94,12 @@ def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
     task, begun = seeded_task(row.kind, row.number, row.seed), time.process_time()
     planner = TaskPlanner.of(task, nodes=row.nodes, seed=row.seed)
     found = planner.plan()
-    tried, net = planner.options.tried, planner.network
-    columns: dict[str, Any] = {"outcome": found.outcome.key, "message": found.message, "rounds": found.rounds}
+    tried, net = planner.candidates.rejected, planner.network
+    columns: dict[str, Any] = {
+        "outcome": found.outcome.key,
+        "message": found.message,
+        "rounds": 0 if found.modes is None else found.modes.rounds,
+    }
     columns |= {"grasps": tried[0].of, "pairs": tried[1].of, "first_s": time.process_time() - begun}
     columns |= {} if net is None else {"modes": len(net.modes), "nodes_all": net.nodes}
     if progress.stopped:
@@ -114,7 +118,7 @@ def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
         "greedy_cost": cost,
         "stuck": cost is None,
         "proven": timed.trajectory.proven,
-        "segments_bad": sum(not report.ok for report in timed.check(STEP)),
+        "segments_bad": sum(not part.ok for part in timed.check(STEP).parts),
         "duration": timed.trajectory.duration,
         "again_s": again,
     }
@@ -128,9 +132,9 @@ def greedy_cost(planner: TaskPlanner, beta: float = 0.5) -> float | None:
     network, total, start = planner.network, 0.0, planner.network and planner.network.start
     assert network is not None and start is not None  # noqa: PT018
     for step in range(len(planner.task.steps)):
-        ends = [way.last for way in network.ways if way.step == step]
+        ends = [way.last for way in network.transitions if way.step == step]
         part = replace(network, start=start, goals=np.array(ends, dtype=np.int64))
-        found = LazySearch(planner.options.modes, part, gabf.named_law("singularity-free", 4.0)).path(beta)
+        found = LazySearch(planner.candidates.modes, part, gabf.named_law("singularity-free", 4.0)).path(beta)
         if not len(found.arcs):
             return None
         total += float(network.costs[found.arcs].sum(axis=0) @ [1 - beta, beta])

@@ -7,18 +7,18 @@ import numpy as np
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Cylinder, Obstacle, Shape
-from planner.tasks.file import Move, Pick, Place, Region, Task
+from planner.tasks.task import Move, Pick, Place, Task
 
 KINDS = ("table", "bin", "shelf")
 _TABLE = Obstacle("table", Box((0.9, 1.6, 0.04)), pose((0.6, 0.0, -0.02)))
 _TARGET = Obstacle("target", Box((0.3, 0.3, 0.1)), pose((0.45, 0.45, 0.05)))
-_REGION = Region("target", ((0.3, 0.3), (0.6, 0.6)))
+_REGION = (0.3, 0.3), (0.6, 0.6)
 
 
 def seeded_task(kind: str, number: int, seed: int) -> Task:
     """The Panda takes the thing of a seeded scene, puts it on the board and goes home."""
     scene = seeded_scene(kind, number, seed)
-    return Task("panda", scene, (Pick("thing"), Place("thing", _REGION), Move("home")), name=scene.name)
+    return Task("panda", scene, (Pick("thing"), Place("thing", "target", _REGION), Move("home")), name=scene.name)
 
 
 def seeded_scene(kind: str, number: int, seed: int) -> Scene:

@@ -29,6 +29,11 @@ class Reason:
         """The links and obstacles that it blames: a page draws them red."""
         return frozenset()
 
+    @property
+    def sentence(self) -> str:
+        """The reason and a remedy; empty where the error that carries the reason says both."""
+        return ""
+
 
 class PlannerError(Exception):
     """Anything that needs the robot, the scene or the disk to judge, and was judged unusable.

@@ -19,7 +19,7 @@ import yaml
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.words import number
 
-Model = TypeVar("Model", bound=pydantic.BaseModel)
+Model = TypeVar("Model")
 
 _LARGEST = 256 << 20  # bytes: text that people or robots exchange is far smaller
 FARTHEST = (
@@ -144,17 +144,17 @@ _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")  # of a model, of 
 def validate(model: type[Model], data: Any, where: str, error_type: type[PlannerError] = FileError) -> Model:
     """``data`` as a ``model``, or one sentence naming the first key that is wrong."""
     if not isinstance(data, dict):
-        keys = [field.alias or name for name, field in model.model_fields.items()]
+        keys = [getattr(field, "alias", None) or name for name, field in _fields(model).items()]
         raise error_type(f"{where} holds no mapping of keys to values: give its keys, out of {choices(keys)}.")
     try:
-        return model.model_validate(data)
+        return pydantic.TypeAdapter(model).validate_python(data)
     except pydantic.ValidationError as error:
         errors = error.errors(include_url=False)  # a key that is misspelt is missing too: of the two say the former
         first = next((each for each in errors if each["type"] in _UNKNOWN), errors[0])
         raise error_type(f"{where}: {_sentence(first, model)}") from None
 
 
-def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
+def _sentence(error: Any, model: type) -> str:
     key = shown(".".join(map(str, error["loc"])))
     more = f" (got {shown(error['input'])})" if not isinstance(error["input"], dict | list) else ""
     if error["type"] in _UNKNOWN:
@@ -203,7 +203,7 @@ def nearest(name: str, known: Iterable[str], alike: float = 0.7) -> str:
     return f" (did you mean {shown(near[0])}?)" if near else ""
 
 
-def _keys_at(model: type[pydantic.BaseModel], place: Iterable[Any]) -> list[str]:
+def _keys_at(model: type, place: Iterable[Any]) -> list[str]:
     """The keys of the models that may stand at ``place``, as pydantic says where something is."""
     here = [_fields(model)]
     for step in place:

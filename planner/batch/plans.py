@@ -18,7 +18,7 @@ import pydantic
 from planner.base.errors import FileError, PlannerError
 from planner.base.yamlfile import Strict, parse_yaml, read_text, repeated, validate
 from planner.problem.request import PlanRequest
-from planner.query.sources import sources_hash
+from planner.query.robots import sources_hash
 
 _FILES = ("robot", "scene", "srdf", "motion_plan_request", "roadmap")  # options that may be the path of a file
 _SWITCHES = ("widen_limits", "path_only")

@@ -21,7 +21,6 @@ from planner.batch.outcomes import CRASHED, REFUSED, SOLVED, TIMED_OUT
 from planner.batch.parallel import measured_cases
 from planner.batch.plans import Task, read_plans
 from planner.planning.plan import plan
-from planner.planning.result import save_plan, save_plan_without_page
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.tradeoff.alternatives import with_alternatives
 
@@ -95,7 +94,7 @@ def report_of(rows: Sequence[Row], asked: int, out: Path) -> str:
 
 
 def _asked_columns(task: Task) -> Row:
-    asked = {name: value for name, value in task.request.values().items() if name in _ASKED}
+    asked = {name: value for name, value in task.request.config().items() if name in _ASKED}
     return {"name": task.name, "asked": task.asked, "software": software(), **asked}
 
 
@@ -147,15 +146,23 @@ def _plan(request: PlanRequest, progress: Progress, folder: Path, pages: bool) -
         found = plan(request, progress)
         if progress.stopped:
             return {}
-        record = save_plan(with_alternatives(found), folder) if pages else save_plan_without_page(found, folder)
+        if pages:
+            found = with_alternatives(found)
+            found.save(folder)
+        else:
+            found.save_without_page(folder)
     except PlannerError as error:
         return {"outcome": REFUSED, "message": str(error)}
     except Exception as error:
         return {"message": f"{type(error).__name__}: {error}"}
-    length, w, cost, roadmap = (record[key] or {} for key in ("path_length", "manipulability", "cost", "roadmap"))
-    values = (
-        *(record["goal"], len(record["path"]) or None, cost.get("total")),
-        *(w.get("min"), w.get("mean"), length.get("joint"), length.get("workspace")),
-        *(roadmap[name] for name in ("nodes", "edges", "edges_certified", "sha256")),
-    )
-    return {key: record[key] for key in ("outcome", "message")} | dict(zip(_RESULTS, values, strict=True))
+    record, values = found.record, dict[str, Any].fromkeys(_RESULTS)
+    values |= {"goal_reached": record.goal, "waypoints": len(record.path) or None}
+    if record.cost is not None:
+        values["cost"] = record.cost.total
+    if record.manipulability is not None:
+        values |= {"w_min": record.manipulability.min, "w_mean": record.manipulability.mean}
+    if record.path_length is not None:
+        values |= {"length_rad": record.path_length.joint, "length_m": record.path_length.workspace}
+    roadmap = record.roadmap
+    values |= {"nodes": roadmap.nodes, "edges": roadmap.edges, "edges_certified": roadmap.edges_certified}
+    return {"outcome": record.outcome, "message": record.message, **values, "roadmap_sha256": roadmap.sha256}

@@ -56,7 +56,7 @@ def command_clock() -> Stopwatch:
 def record_of_plan(folder: Path) -> dict[str, Any]:
     """The content of the plan.json in ``folder``; :class:`PlannerError` where it has no config."""
     from planner.base.yamlfile import read_text
-    from planner.planning.result import JSON_NAME
+    from planner.planning.run import JSON_NAME
     from planner.trajectory.path_file import parse
 
     where = folder / JSON_NAME
@@ -68,7 +68,7 @@ def record_of_plan(folder: Path) -> dict[str, Any]:
 
 def world_of_plan(folder: Path) -> CollisionChecker:
     """A checker in the world of the plan in ``folder``; :class:`PlannerError` where there is none."""
-    from planner.planning.result import ROADMAP_NAME
+    from planner.planning.run import ROADMAP_NAME
     from planner.roadmap.world_of import reopen_plan
 
     return reopen_plan(record_of_plan(folder)["config"], folder / ROADMAP_NAME)

@@ -30,11 +30,11 @@ def export(
 ) -> int:
     """Write a trajectory as a controller or another program takes it.
 
-    TRAJECTORY is a trajectory.json, or the folder that 'planner plan' wrote it into. ros-json is a
-    trajectory_msgs/JointTrajectory, which YAML reads too, csv holds t, q, qd and qdd, mcap is a bag of ROS 2 with one
-    JointTrajectory (it needs the Python package mcap). The points are the knots of the
-    polynomials that were proven, with positions, velocities and accelerations: between them a ROS 2 joint trajectory
-    controller runs these same polynomials. Examples:
+    TRAJECTORY is a trajectory.json, or the folder of a plan or a task. ros-json is a trajectory_msgs/JointTrajectory,
+    which YAML reads too, with send_trajectory.py next to it, which sends it as a FollowJointTrajectory goal; csv holds
+    t, q, qd and qdd; mcap is a bag of ROS 2 with one JointTrajectory (it needs the Python package mcap). The points are
+    the knots of the polynomials that were proven: a ROS 2 joint trajectory controller runs these same polynomials
+    between them. A message names the events of a task, which stand in trajectory.json only. Examples:
 
     planner export out
 
@@ -42,13 +42,10 @@ def export(
 
     planner export out --skip-first-point
 
-    The events of a task (attach, detach, gripper) stand in trajectory.json only; a message lists them.
-
     With --rate the points are rows on an exact grid, for a controller that takes one a cycle. The motion is averaged
-    over two periods for that, so that it keeps the same limits, and its end is held to a row: what it takes longer and
-    how far it leaves the planned curve is told. It is proven anew in the world of the plan.json beside it.
-
-    Beside ros-json stands send_trajectory.py, which sends the file as a FollowJointTrajectory goal.
+    over two periods for that, so that it keeps the same limits, and its end is held to a row. The command prints how
+    much longer it takes and how far it leaves the planned curve, and proves it in the world of the plan.json next to
+    it.
 
     Exit code 0: written; 2: a wrong option; 3: an unusable file, or a grid too coarse for its motion to be proven.
 
@@ -56,88 +53,76 @@ def export(
         format: What to write.
         rate: Rows at every k/rate s (Hz), to the nanosecond, in place of the knots.
         skip_first_point: Leave out the point at time 0, where the robot stands already.
-        out: File to write; beside the trajectory where left out.
+        out: File to write; next to the trajectory where left out.
     """
     from planner.base.files import require_writable_file, write_whole
     from planner.trajectory import export as formats
     from planner.trajectory.file import load_trajectory
-    from planner.trajectory.grid import require_rate
 
     if rate is not None:
-        require_rate(rate)
+        formats.require_rate(rate)
     folder = trajectory if os.path.isdir(trajectory) else trajectory.parent
     place = out or folder / f"trajectory-{format}.{formats.SUFFIX[format]}"
-    made, said = load_trajectory(trajectory), ""
-    events = [f"{event['kind']} '{event['object']}' at {event['t']:.3f} s" for event in made.events]
+    motion = load_trajectory(trajectory)
+    notes = []
+    if rate is None and not motion.proven:
+        notes.append("the trajectory is not proven as a whole: see 'proof' in its file, or 'planner check'.")
+    if events := [f"{event['kind']} '{event['object']}' at {event['t']:.3f} s" for event in motion.events]:
+        notes.append(f"{format} has no place for the events of a task, which trajectory.json holds: {choices(events)}.")
+    if len(motion.columns) > 1 and motion.columns[1][-1].any():
+        notes.append("the motion does not end at rest, which a ROS 2 joint trajectory controller refuses by default.")
+    result = ""
     if rate is not None:
-        made, said = _on_grid(made, rate, folder)
-    content = formats.export(made, format, skip_first_point)
+        motion, result = _on_grid(motion, rate, folder)
+    content = formats.export(motion, format, skip_first_point)
     require_writable_file(place)
     write_whole(place, content)
-    if events:
-        complain(f"{format} has no place for the events of a task, which trajectory.json holds: {choices(events)}.")
-    if len(made.columns) > 1 and made.columns[1][-1].any():
-        complain(
-            "the motion does not end at rest, which a ROS 2 joint trajectory controller refuses unless it is told."
-        )
-    if not said and not made.proven:
-        complain("the trajectory is not proven as a whole: see 'proof' in its file, or 'planner check'.")
+    for note in notes:
+        complain(note)
     if format == "ros-json":
         sender = place.with_name(formats.SENDER_NAME)
         write_whole(sender, formats.SENDER.encode())
         say(f"To run it, with ROS 2: python3 {shlex.quote(str(sender))} {shlex.quote(str(place))}")
-    if said:
-        say(said)
-    say(f"{made.duration:.3f} s. Written: {place}")
+    say(f"{result}{motion.duration:.3f} s. Written: {place}")
     return 0
 
 
-def _on_grid(found: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, str]:
-    """The trajectory on a grid, proven in the world of the plan in ``folder``, and what is to be said of it.
+def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, str]:
+    """The trajectory on a grid, proven in the world of the plan in ``folder``, and what the grid changes in words.
 
-    Raises :class:`FileError` where it is not proven any more.
+    Raises :class:`FileError` where the proof of a proven trajectory is lost.
     """
-    from planner.trajectory.grid import on_grid
+    from planner.trajectory.export import off_the_curve, on_grid, period_of
 
+    checker, unknown = None, ""
     try:
-        checker, unknown = _world(folder, found), ""
+        checker = _world(folder, given)
     except PlannerError as error:
-        checker, unknown = None, str(error)
-    made = on_grid(found, rate, checker)
-    if checker is not None and found.proven and not made.proven:
-        left = made.proof["pieces"] - made.proof["pieces_free"]
+        unknown = f"its world is not known ({str(error).rstrip('.')})"
+    motion, period = on_grid(given, rate, checker), period_of(rate)
+    if checker is not None and given.proven and not motion.proven:
+        left = motion.proof["pieces"] - motion.proof["pieces_free"]
         raise FileError(
-            f"on a grid of {rate:g} Hz the motion is not proven as a whole any more ({left} of {made.proof['pieces']} "
-            "pieces between rows are not proven free): give a higher rate."
+            f"on a grid of {rate:g} Hz the motion is not proven as a whole any more ({left} of "
+            f"{motion.proof['pieces']} pieces between rows are not proven free): give a higher rate."
         )
-    told = _told(found, made, rate)
-    if made.proven:
-        return made, f"{told}; proven free and within limits."
-    why = "nor was the trajectory itself" if checker else f"its world is not known ({unknown.rstrip('.')})"
-    complain(f"the motion on the grid is not proven: {why}; try 'planner check'.")
-    return made, f"{told}; NOT proven."
+    if not motion.proven:
+        complain(f"the motion on the grid is not proven: {unknown or 'nor was the trajectory'}; try 'planner check'.")
+    exact = f"{float(period) / 1e6:.9g} ms exactly" if period.denominator == 1 else f"1/{rate:g} s, to the nanosecond"
+    longer = f"{1e3 * (motion.duration - given.duration):.3g} ms longer than by its knots"
+    off = f"{off_the_curve(motion, given):.1e} rad (m) off that curve at most"
+    rows = f"On a grid: {len(motion.times)} rows, one every {exact}; the end held to a row, {longer}; {off}"
+    return motion, f"{rows}; {'proven free and within limits' if motion.proven else 'NOT proven'}.\n"
 
 
-def _told(found: Trajectory, made: Trajectory, rate: float) -> str:
-    """What became of a trajectory on a grid, as the beginning of a sentence."""
-    from planner.trajectory.grid import off_the_curve, period_of
-
-    period = period_of(rate)
-    whole = period.denominator == 1
-    apart = f"{float(period) / 1e6:.9g} ms exactly" if whole else f"1/{rate:g} s, rounded to the nanosecond"
-    longer = f"{1e3 * (made.duration - found.duration):.3g} ms longer than by its knots"
-    off = f"{off_the_curve(made, found):.1e} rad (m) off that curve at most"
-    return f"On a grid: {len(made.times)} rows, one every {apart}; the end held to a row, {longer}; {off}"
-
-
-def _world(folder: Path, found: Trajectory) -> CollisionChecker:
+def _world(folder: Path, motion: Trajectory) -> CollisionChecker:
     """The world of the plan in ``folder``; :class:`PlannerError` where there is none, or it is another robot's."""
     from planner.cli.common import world_of_plan
     from planner.trajectory.limits import require_of_robot
+    from planner.trajectory.proof import require_joints
 
     checker = world_of_plan(folder)
-    if checker.robot.joints != found.joints:
-        raise FileError(f"{folder / 'plan.json'} is of other joints than the trajectory: plan again.")
-    if found.limits is not None:
-        require_of_robot(checker.robot, found.limits)
+    require_joints(motion.joints, checker)
+    if motion.limits is not None:
+        require_of_robot(checker.robot, motion.limits)
     return checker

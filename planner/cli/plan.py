@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from planner.base.interrupts import leaving_on_interrupt
 from planner.cli.common import Debug, Flag, Motion, Out, command_clock, timing_of
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from planner.base.progress import Progress
+    from planner.planning.record import PlanRecord
     from planner.planning.result import Plan
 
 
@@ -89,7 +90,7 @@ def written_and_told(
     """Write what is found into the folder ``out``, tell of it, show it where that is asked; the exit code."""
     from planner.certificate.certificate import PROOF_NAME
     from planner.cli.interrupted import folder_for_interrupted, kept
-    from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_plan_page, save_plan_without_page
+    from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME
     from planner.problem.outcome import Outcome
     from planner.tradeoff.alternatives import with_alternatives
     from planner.trajectory.file import TRAJECTORY_NAME
@@ -99,12 +100,12 @@ def written_and_told(
         result = with_alternatives(find(progress), progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
-        record = save_plan_without_page(result, place, clock, certificate and not progress.stopped)
+        record = result.save_without_page(place, clock, certificate and not progress.stopped)
         others = "".join(f", {place / name}" for name in (TRAJECTORY_NAME, PROOF_NAME) if (place / name).exists())
         written = f"Written: {place / JSON_NAME}, {place / ROADMAP_NAME}{others}"
         with leaving_on_interrupt(f"stopping without the page. {result.message} {written}"):
             if not progress.stopped:
-                record = save_plan_page(result, place, record, clock)
+                record = result.save_page(place, record, clock)
                 written = f"Written: {place / JSON_NAME}, {place / PAGE_NAME}, {place / ROADMAP_NAME}{others}"
     tell = complain if json else say
     if json:
@@ -121,8 +122,6 @@ def written_and_told(
     return result.outcome.exit_code
 
 
-def _plan_table(record: dict[str, Any]) -> Table:
-    from planner.planning.summary import summary_rows
-
-    seconds = ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items())
-    return facts(f"{record['robot']} in {record['scene']}", [*summary_rows(record), ("seconds", seconds)])
+def _plan_table(record: PlanRecord) -> Table:
+    seconds = ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items())
+    return facts(f"{record.robot} in {record.scene}", [*record.rows, ("seconds", seconds)])

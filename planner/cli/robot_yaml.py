@@ -52,7 +52,7 @@ def robot_yaml(
     from planner.collision.self_pairs import generate_disabled_pairs
     from planner.collision.world import World
     from planner.query.robot_yaml import robot_yaml as text_of
-    from planner.query.self_test import try_robot, with_free_home
+    from planner.query.robot_yaml import self_test, with_free_home
     from planner.robot.files.robot_files import JointChoice, read_robot
     from planner.robot.model_checks import require_bodies
     from planner.robot.robot import assemble
@@ -72,7 +72,7 @@ def robot_yaml(
     if (home != arm.home).any():
         values = ",".join(f"{value:g}" for value in home.tolist())
         say(f"No file says where home is, and links touch with the joints at zero: home is q:{values} instead.")
-    for sentence in try_robot(checker):
+    for sentence in self_test(checker):
         say(sentence)
     say(f"Written: {out}, with {len(never_apart)} pairs of links that need no check. Plan with --robot {out}")
     return 0

@@ -42,11 +42,11 @@ def _model(file: Literal["plan", "sweep", "scene", "robot"]) -> Any:
     match file:
         case "plan":
             from planner.planning.record import PlanRecord
-            from planner.tasks.record import TaskPlanRecord
+            from planner.tasks.result import TaskPlanRecord
 
             return PlanRecord | TaskPlanRecord
         case "sweep":
-            from planner.tradeoff.record import SweepRecord
+            from planner.tradeoff.result import SweepRecord
 
             return SweepRecord
         case "scene":

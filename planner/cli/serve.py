@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from planner.base.errors import InstallationError
 from planner.cli.common import Debug
 from planner.cli.terminal import say
 
@@ -17,9 +18,8 @@ def serve(
 ) -> int:
     """Serve the gate and the planner to programs in other languages, over a websocket, until Ctrl-C.
 
-    Text frames are JSON, binary ones msgpack: load a robot and a scene, check chunks of joint targets, change the
-    world, plan with progress and cancel, subscribe to what happens. 'planner schema serve' says what can be asked;
-    docs/howto/serve.md has clients. Examples:
+    Messages are JSON: load a robot and a scene, check chunks of joint targets, change the world, plan with progress
+    and cancel. 'planner schema serve' describes them; docs/howto/serve.md has clients. Examples:
 
     planner serve --port 8765
 
@@ -31,7 +31,13 @@ def serve(
         token_file: File with the token that clients send; a random one is written where there is no such file.
         allow_xacro: Expand robots that are written as xacro, whose expressions run on this machine.
     """
-    from planner.serve.server import serve as run
-
+    try:
+        from planner.serve.server import serve as run
+    except ModuleNotFoundError as error:
+        if error.name != "websockets":
+            raise
+        raise InstallationError(
+            "serving needs the Python package websockets: run pip install 'gabf-planner[serve]'."
+        ) from None
     run(host, port, token_file, allow_xacro, say)
     return 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from planner.base.interrupts import leaving_on_interrupt
 from planner.cli.common import Debug, Out, Problem, command_clock
@@ -11,7 +11,7 @@ from planner.cli.terminal import report_table, say, show, working
 from planner.problem.request import SweepQuality, SweepRequest
 
 if TYPE_CHECKING:
-    from planner.tradeoff.sweep import Tradeoff
+    from planner.tradeoff.result import SweepRecord, Tradeoff
 
 
 def sweep(
@@ -39,33 +39,30 @@ def sweep(
     require_writable_folder(out)
     from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.problem.outcome import Outcome
-    from planner.tradeoff.record import NAMES, PAGE_NAME, save_sweep_page, save_sweep_without_page
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
     clock = command_clock()
     with working() as progress:
         result = find_tradeoff(SweepRequest(what, quality), progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
-        place = folder_for_interrupted(out, NAMES) if interrupted else out
-        record = save_sweep_without_page(result, place, clock)
-        written = [str(place / name) for name in NAMES if name != PAGE_NAME]
+        place = folder_for_interrupted(out, result.FILES) if interrupted else out
+        record = result.save_without_page(place, clock)
+        written = [str(place / name) for name in result.FILES if name != result.PAGE]
         said = f"{_ending(result)} Written: {', '.join(written)}"
         with leaving_on_interrupt(f"stopping without the page. {said}"):
             if not progress.stopped:
-                record = save_sweep_page(result, place, record, clock)
-                said = f"{_ending(result)} Written: {', '.join(str(place / name) for name in NAMES)}"
+                record = result.save_page(place, record, clock)
+                said = f"{_ending(result)} Written: {', '.join(str(place / name) for name in result.FILES)}"
     _tell(record, said + kept(out, place))
     return Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code
 
 
-def _tell(record: dict[str, Any], said: str) -> None:
-    from planner.tradeoff.record import interval_rows, summary_lines
-
-    if record["intervals"]:
-        show(report_table(interval_rows(record)))
-    for line in summary_lines(record):
+def _tell(record: SweepRecord, said: str) -> None:
+    if record.intervals:
+        show(report_table(record.table))
+    for line in record.lines:
         say(line)
-    say("Seconds: " + ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items()) + ".")
+    say("Seconds: " + ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items()) + ".")
     say(said)
 
 

@@ -46,22 +46,22 @@ def task(
     motion = timing_of(limits, no_timing)
     require_writable_folder(out)
     from planner.cli.interrupted import folder_for_interrupted, kept
-    from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, ROADMAP_NAME
+    from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME
     from planner.problem.outcome import Outcome
     from planner.tasks.plan import task as plan_task
-    from planner.tasks.result import save_task, task_rows
 
     clock = command_clock()
     with working() as progress:
         found = plan_task(file, progress, motion, TaskRequest(what, quality))
         interrupted = found.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
-        record = save_task(found, place, clock)
+        record = found.save_without_page(place, clock)
+        record = found.save_page(place, record, clock)
     tell = complain if json else say
     if json:
         say((place / JSON_NAME).read_text().rstrip())
     else:
-        show(facts(f"{found.task.name}: {record['robot']} in {record['scene']}", task_rows(record)))
-    written = ", ".join(str(place / name) for name in NAMES if (place / name).exists())
+        show(facts(f"{found.task.name}: {record.robot} in {record.scene}", record.rows))
+    written = ", ".join(str(place / name) for name in found.FILES if (place / name).exists())
     tell(f"{found.message} Written: {written}{kept(out, place)}")
     return found.outcome.exit_code

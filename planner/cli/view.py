@@ -132,7 +132,7 @@ def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest
 def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     """A session on the roadmap of the plan in ``folder``, in the plan's world, and the question of the plan."""
     from planner.cli.common import record_of_plan
-    from planner.planning.result import ROADMAP_NAME
+    from planner.planning.run import ROADMAP_NAME
     from planner.problem.targets import joints_text
     from planner.roadmap.world_of import reopen_plan
     from planner.session.session import OPTIONS, Session

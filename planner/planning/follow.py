@@ -15,11 +15,8 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.native.graphs import reached
-from planner.planning.followed import FollowedPath
 from planner.planning.motion import looked_at_again, timed
 from planner.planning.plan import improved, solve_and_heal
-from planner.planning.record import ToolPathRecord
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.outcome import Outcome
@@ -29,9 +26,10 @@ from planner.query.query import Query, open_world, states_of
 from planner.query.resolve import other_turns, resolve
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
-from planner.search.manipulability_floor import rounded_down
+from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
 from planner.tool_paths.file import read_tool_path
+from planner.tool_paths.followed import FollowedPath, ToolPathRecord
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of
 from planner.tool_paths.timing import ToolSpeedRecord, joined_motion, time_tool_path
@@ -109,12 +107,7 @@ class Follower:
         """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
         clock, robot = Stopwatch(self.timings), self.checker.robot
         limits = None if timing is None else MotionLimits.of(robot, timing)
-        begun: dict[str, Any] = {
-            "robot": robot,
-            "scene": self.checker.world.scene,
-            "checker": self.checker,
-            "timings": clock.seconds,
-        }
+        begun: dict[str, Any] = {"checker": self.checker, "timings": clock.seconds}
         if request.what.start is not None:
             states = states_of(robot, self.checker.world.scene)
             begun["end_notes"] = tuple(other_turns(request.what.start, self.checker, states))
@@ -186,16 +179,8 @@ class Follower:
         free, along = lower.roadmap, lower.along
         if free is None or along.max() <= self.found.along.max(initial=0.0) + 1e-9:
             return None
-        ahead = along[free.edges[:, 0]] < along[free.edges[:, 1]]
-        arcs = np.where(ahead[:, None], free.edges, free.edges[:, ::-1])
-        w, begin, end = free.edge_manipulability.min(axis=1), along <= 1e-9, along >= along.max() - 1e-9
-        levels = np.unique(w)
-        low, high = 0, len(levels)
-        while high - low > 1:
-            middle = (low + high) // 2
-            passes = reached(begin, arcs[w >= levels[middle]])[end].any()
-            low, high = (middle, high) if passes else (low, middle)
-        return rounded_down(float(levels[low]))
+        network = _forward(build_network(free, self.request.quality.objective), along)
+        return highest_floor(self.checker.robot, free, network)
 
     def _finished(
         self,

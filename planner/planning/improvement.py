@@ -9,13 +9,13 @@ from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, keeping
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
-from planner.native.graphs import cheapest_nodes, reached
+from planner.native.graphs import reached
 from planner.planning.extra_clearance import with_clearance
 from planner.problem.request import PlanQuality, SweepQuality
 from planner.roadmap.improve import Improvement, improve, without_last_grown
 from planner.roadmap.roadmap import Roadmap, path_waypoints
-from planner.search.manipulability_floor import LayeredNetwork, layered_network
-from planner.search.network import build_network
+from planner.search.manipulability_floor import layered_network
+from planner.search.network import build_network, cheapest_steps
 from planner.trajectory.measure import path_manipulability
 
 _ROUNDS_ABOVE_ENDS = 2  # where nothing but the cost decides
@@ -107,13 +107,5 @@ def of_size_asked(roadmap: Roadmap, grown: int, quality: PlanQuality, clearance:
 def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance: float) -> Ints:
     """The nodes (k,) of the best path at ``beta`` that keeps ``clearance`` (m), and the floor that is asked for."""
     network = build_network(roadmap, quality.objective_at(beta), clearance)
-    return best_nodes(layered_network(roadmap, network, quality.min_manipulability))
-
-
-def best_nodes(layered: LayeredNetwork) -> Ints:
-    """The roadmap's nodes (k,) along the cheapest path; none where no start reaches a goal."""
-    network = layered.network
-    arcs = np.column_stack([network.tails, network.indices])
-    cost = network.arcs(np.zeros(network.n_arcs))
-    steps = cheapest_nodes(network.n_nodes, arcs, cost, layered.starts, network.sources)
-    return layered.roadmap_node[steps]
+    layered = layered_network(roadmap, network, quality.min_manipulability)
+    return layered.roadmap_node[cheapest_steps(layered.network, layered.starts)]

@@ -9,15 +9,14 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.tool_bound import Frame
-from planner.planning.followed import leg_line
 from planner.planning.motion import timed
-from planner.planning.record import LegRecord
 from planner.planning.result import Plan
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.robot.robot import Robot
+from planner.tool_paths.followed import LegRecord, leg_line
 from planner.tool_paths.ladder import ladder_from
 from planner.tool_paths.ladder_roadmap import NEW, Reached, attached, reached_on
 from planner.tool_paths.timing import joined_motion, time_tool_path

@@ -8,11 +8,11 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from planner.collision.checker import CollisionChecker, keeping
+from planner.collision.second_look import second_look
 from planner.cost.motion_cost import MotionCost
 from planner.planning.extra_clearance import clearance_of_path
 from planner.planning.result import Plan
 from planner.problem.request import TimingRequest
-from planner.trajectory.check import looked_at
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.timing import timed_curve
 from planner.trajectory.trajectory import Trajectory
@@ -36,13 +36,12 @@ def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Tr
 
 def looked_at_again(made: Trajectory, checker: CollisionChecker) -> Trajectory:
     """A motion after a second look, which takes the proof from one that is seen to touch."""
-    contact = looked_at(made, checker)
-    if contact is None:
+    seen = second_look(checker, made.coefficients)
+    if seen is None:
         return made
-    _log.warning(
-        "the motion touches at %.3f s (%s), against its proof: it is not to be run", contact.begin, contact.contact
-    )
-    return replace(made, proven=False, proof=made.proof | {"contact": asdict(contact.contact) | {"t": contact.begin}})
+    t = float(made.times[seen.piece] + seen.s * made.seconds[seen.piece])
+    _log.warning("the motion touches at %.3f s (%s), against its proof: it is not to be run", t, seen.contact)
+    return replace(made, proven=False, proof=made.proof | {"contact": asdict(seen.contact) | {"t": t}})
 
 
 def cost_in_motion(found: Plan) -> MotionCost:

@@ -24,8 +24,8 @@ from planner.problem.request import PlanRequest, TimingRequest, with_objective
 from planner.query.query import make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import path_waypoints, roomy_part
-from planner.search.healing import HealingNetwork, warm_start
 from planner.search.network import build_network, path_cost
+from planner.search.search import RoadmapPaths, search, second_looks
 from planner.tool_paths.ladder_roadmap import roadmap_of
 from planner.trajectory.limits import MotionLimits
 
@@ -63,8 +63,7 @@ def plan(
         if query.scene.moving:
             _require_earliest(request, timing)
         legs = legs_of(query, request)
-    begun = {"robot": query.robot, "scene": query.scene, "checker": query.checker, "timings": clock.seconds}
-    begun["end_notes"] = query.end_notes
+    begun = {"checker": query.checker, "timings": clock.seconds, "end_notes": query.end_notes}
     if isinstance(legs, CannotFollow):
         nowhere = roadmap_of(query.checker, np.concatenate([query.starts, query.goals]), request.quality.seed)
         return Plan(request, Outcome.NO_PATH, roadmap=nowhere, reason=legs, **begun)
@@ -184,31 +183,24 @@ def improved(draft: Plan, progress: Progress) -> Plan:
 
 
 def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, seen: set[bytes] | None = None) -> Plan:
-    """The field and its path from the cheapest start; what fails a second check is removed and the field heals.
+    """The plan with its field and the cheapest path; edges that fail a second look are removed from its roadmap.
 
-    ``seen`` as in :class:`HealingNetwork`.
+    ``seen`` as in :func:`second_looks`.
     """
-    request = draft.request
-    law, cost_to_go = gabf.named_law(request.quality.law, request.quality.prescribed_time), None
+    request, robot = draft.request, draft.checker.robot
+    look, floor = second_looks(draft.checker, draft.roadmap, seen), request.quality.min_manipulability
     with clock("path"):
-        healing = HealingNetwork(draft.checker, draft.roadmap, network, request.quality.min_manipulability, seen=seen)
-    while True:
-        layered = healing.layered
-        with clock("gabf"):
-            cost_to_go = gabf.solve(layered.network, law=law, x0=warm_start(layered.network, cost_to_go, law))
-        with clock("path"):
-            steps = gabf.cheapest_path(cost_to_go, layered.starts)
-            if not len(steps) or healing.accepts(steps):
-                break
-    failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
+        paths = RoadmapPaths(draft.roadmap, robot, network, floor, look)
+    found = search(paths, gabf.named_law(request.quality.law, request.quality.prescribed_time), clock=clock)
+    steps, failed = found.steps, Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH
     return replace(
         draft,
         outcome=Outcome.SOLVED if len(steps) else failed,
-        roadmap=healing.roadmap,
-        layered=layered,
-        cost_to_go=cost_to_go,
-        path=healing.waypoints(steps),
-        path_nodes=frozen(layered.roadmap_node[steps], np.int64),
-        cost=path_cost(layered.network, steps) if len(steps) else None,
-        edges_removed=draft.edges_removed + healing.edges_removed,
+        roadmap=paths.roadmap,
+        layered=paths.layered,
+        cost_to_go=found.field,
+        path=paths.waypoints(steps),
+        path_nodes=frozen(paths.layered.roadmap_node[steps], np.int64),
+        cost=path_cost(paths.network, steps) if len(steps) else None,
+        edges_removed=draft.edges_removed + int((~paths.kept).sum()),
     )

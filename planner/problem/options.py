@@ -156,6 +156,11 @@ Placement = Annotated[
     ),
 ]
 Start = Annotated[Target, BeforeValidator(lambda value: target_of(value, "start")), Doc("Where the arm starts.")]
+FreeStart = Annotated[
+    Target | None,
+    BeforeValidator(lambda value: None if value is None else target_of(value, "start")),
+    Doc("Where a free motion to the tool path starts; left out, the plan begins on the path."),
+]
 Goal = Annotated[
     Targets,
     BeforeValidator(goals_of),

@@ -1,6 +1,43 @@
-"""How a run ended, as the sentence that the user reads."""
+"""How a run ended, and the base class of the records that are written of it."""
 
+from __future__ import annotations
+
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import Enum
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
+
+Nodes = list[Annotated[int, Field(ge=0)]]
+Rows = list[tuple[str, str]]
+"""The rows of a table: names and texts."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Record:
+    """Base of all records: a file holds the fields, and the docstrings of the fields are the schema of the file.
+
+    A field is left out of the file where it has its default. Further keys in a file are read over.
+    """
+
+    __pydantic_config__: ClassVar = {"extra": "allow", "allow_inf_nan": False, "use_attribute_docstrings": True}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields in their order, as plain data."""
+        written = {field.name: (getattr(self, field.name), field.default) for field in fields(self)}
+        return {
+            name: _plain(value)
+            for name, (value, default) in written.items()
+            if default is MISSING or value is not default
+        }
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Record):
+        return value.to_dict()
+    if is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 class Outcome(Enum):
@@ -29,11 +66,5 @@ class Outcome(Enum):
 
     @property
     def exit_code(self) -> int:
-        """What a command that ends so exits with."""
-        return {
-            Outcome.SOLVED: 0,
-            Outcome.NO_PATH: 4,
-            Outcome.TOO_SINGULAR: 4,
-            Outcome.PARTLY_FOLLOWED: 4,
-            Outcome.INTERRUPTED: 130,
-        }[self]
+        """The exit code of a command that ends so."""
+        return {Outcome.SOLVED: 0, Outcome.INTERRUPTED: 130}.get(self, 4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
@@ -9,9 +10,13 @@ from pydantic import Field
 
 from planner.base.errors import Reason, choices
 from planner.problem.conditions import parse_condition
-from planner.problem.run_schema import Record
+from planner.problem.outcome import Record
 
 _Names = Annotated[tuple[str, ...], Field(min_length=1)]
+
+
+def _quoted(names: Iterable[str]) -> str:
+    return choices(f"'{name}'" for name in names)
 
 
 @dataclass(frozen=True)
@@ -96,8 +101,7 @@ class Separated(Reason):
 
     @property
     def sentence(self) -> str:
-        named = choices(f"'{name}'" for name in self.obstacles)
-        one = len(self.obstacles) == 1
+        named, one = _quoted(self.obstacles), len(self.obstacles) == 1
         return (
             f"Start and goal were not connected within the budget: the search found that {named} "
             f"{'separates' if one else 'together separate'} them (without {'it' if one else 'them'} they are joined), "
@@ -157,10 +161,9 @@ class KeptTooNarrow(Reason):
 
     @property
     def sentence(self) -> str:
-        kept = choices(f"'{text}'" for text in self.conditions)
         return (
-            f"No path that keeps {kept} was found within the budget; without that start and goal are joined, and with "
-            f"it {self.gap.sentence}: leave more tolerance, raise --nodes, or try another --seed."
+            f"No path that keeps {_quoted(self.conditions)} was found within the budget; without that start and goal "
+            f"are joined, and with it {self.gap.sentence}: leave more tolerance, raise --nodes, or try another --seed."
         )
 
 
@@ -179,7 +182,7 @@ class BlockedInTime(Reason):
 
     @property
     def sentence(self) -> str:
-        named, head = choices(f"'{name}'" for name in self.obstacles), "Start and goal are joined, but not in time: "
+        named, head = _quoted(self.obstacles), "Start and goal are joined, but not in time: "
         if self.place == "start":
             return head + f"at time 0 {named} cannot be proven clear of the arm at the start: choose another start."
         if self.place == "goal":
@@ -214,16 +217,6 @@ class CannotFollow(Reason):
     """rad: the narrowest about the tool's axis with which it was found to go on; 0: a free turn about it will do"""
 
     @property
-    def _remedy(self) -> str:
-        """What to do where the tool cannot be there, or so."""
-        if self.leg:
-            return f"shorten it, or choose another {'goal' if self.leg == 'approach' else 'start'}"
-        ways = []
-        if self.cone is not None:
-            ways += [f"give a cone of {self.cone:g} rad about its axis" if self.cone else "let it turn about its axis"]
-        return " or ".join(ways) or "move the path or the robot's base"
-
-    @property
     def names(self) -> frozenset[str]:
         return frozenset(self.between if self.cause == "touching" else ())
 
@@ -232,34 +225,35 @@ class CannotFollow(Reason):
         head = f"The tool path can be followed over {100 * self.followed:.1f} %, not to point {self.point}: "
         if self.leg:
             head = f"The {self.leg} goes over {100 * self.followed:.1f} % of its length, seen from its end: "
+        return f"{head}{self._cause}."
+
+    @property
+    def _cause(self) -> str:
+        """The cause and a remedy."""
+        remedy = "move the path or the robot's base"
+        if self.cone is not None:
+            remedy = f"give a cone of {self.cone:g} rad about its axis" if self.cone else "let it turn about its axis"
+        if self.leg:
+            remedy = f"shorten it, or choose another {'goal' if self.leg == 'approach' else 'start'}"
         match self.cause:
             case "out_of_reach":
-                return head + f"the tool comes no nearer than {self.distance:.3g} m; {self._remedy}."
+                return f"the tool comes no nearer than {self.distance:.3g} m; {remedy}"
             case "turned":
-                return head + f"the tool stays turned away by {self.distance:.3g} rad; {self._remedy}."
+                return f"the tool stays turned away by {self.distance:.3g} rad; {remedy}"
             case "beyond_limit":
-                return head + f"the arm would have to leave the limits of {choices(self.between)}; {self._remedy}."
+                return f"the arm would have to leave the limits of {choices(self.between)}; {remedy}"
             case "touching":
-                first, second = (f"'{name}'" for name in self.between)
-                return (
-                    head + f"{first} and {second} come too near in all solutions found; move the path or what is near."
-                )
+                pair = " and ".join(f"'{name}'" for name in self.between)
+                return f"{pair} come too near in all solutions found; move the path or what is near"
             case "strays":
-                unit = parse_condition(self.between[0]).unit
-                return (
-                    head + f"'{self.between[0]}', which is to be kept, would be broken by {self.distance:.3g} {unit}; "
-                    "move the path, or keep less."
-                )
+                broken = f"{self.distance:.3g} {parse_condition(self.between[0]).unit}"
+                return f"'{self.between[0]}' is kept, and would be broken by {broken}; move the path, or keep less"
             case "below_floor":
-                return (
-                    head
-                    + f"the floor is too high, the highest found that it keeps to is {self.reachable:g}; take that."
-                )
-        return head + (
-            f"what was reached and the solutions there are {self.distance:.3g} rad apart, on other branches or with "
-            "something between; free the tool's axis, widen the tube, "
-            "or split the path there."
-        )
+                return f"the floor is too high, the highest found that it keeps to is {self.reachable:g}; take that"
+            case "jump":
+                apart = f"{self.distance:.3g} rad apart, on other branches or with something between"
+                remedy = "free the tool's axis, widen the tube, or split the path there"
+                return f"what was reached and the solutions there are {apart}; {remedy}"
 
 
 NoWay = Separated | BudgetSpent | KeptTooNarrow

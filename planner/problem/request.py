@@ -28,23 +28,32 @@ _SPELT = {"motion_plan_request": "request"}  # in files and on the command line
 
 
 @options
-class WorldRequest:
-    """A robot in a scene, and the backend that finds contacts."""
+class PartialWorld:
+    """A robot in a scene, and the backend that finds contacts; a plan.json says what is left out."""
 
-    robot: of.Robot = "iiwa14"
-    scene: of.Scene = "paper"
+    robot: of.Robot | None = None
+    scene: of.Scene | None = None
     tool: of.Tool = None
     srdf: of.Srdf = None
     group: of.Group = None
     joints: of.Joints = None
     base: of.Placement = None
     collision: of.Collision = "fcl"
-    margin: of.Margin = 0.0
+    margin: of.Margin | None = None
     keep: of.Keep = ()
 
     def __post_init__(self) -> None:
         if self.group is not None and self.joints is not None:
             raise OptionError("--group and --joints both say which joints are planned: give one of them.")
+
+
+@options
+class WorldRequest(PartialWorld):
+    """A robot in a scene, and the backend that finds contacts."""
+
+    robot: of.Robot = "iiwa14"
+    scene: of.Scene = "paper"
+    margin: of.Margin = 0.0
 
 
 @options
@@ -71,7 +80,7 @@ class MotionRequest(ProblemRequest):
 class FollowedRequest(WorldRequest):
     """The world of a tool path, and the start of a free motion to it; without a start the plan begins on the path."""
 
-    start: of.Start | None = None
+    start: of.FreeStart = None
     ik_tolerance: of.IkTolerance = (1e-6, 1e-4)
     tool_speed: of.ToolSpeed = None
     ladder_density: of.LadderDensity = 1

@@ -22,7 +22,7 @@ from planner.problem.targets import HOME, Joints, Target, joints_text
 from planner.query.resolve import check_limits, joint_values, other_turns, resolve
 from planner.query.robots import robot_of, widened_for
 from planner.robot import model_checks
-from planner.robot.moveit.message import goals_of, in_request, joints_of, kept_of, unasked, with_path_limits
+from planner.robot.moveit.requests import goals_of, in_request, joints_of, kept_of, unasked, with_path_limits
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 

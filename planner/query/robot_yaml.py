@@ -1,16 +1,30 @@
-"""The text of a robot.yaml for a robot, with the reasons for its disabled pairs as comments."""
+"""The text of a robot.yaml for a robot, and a self-test of the robot: home, tool positions, links that touch."""
 
 from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, frozen
+from planner.base.errors import StateError
+from planner.collision.checker import APART, CollisionChecker
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs
+from planner.kinematics.forward import joint_placements, tool_positions
+from planner.problem.targets import Position
+from planner.query.resolve import resolve
 from planner.robot.files.packages import example_robot_data
 from planner.robot.files.robot_files import RobotFiles, Source
 from planner.robot.robot import Robot
+
+_SAMPLES, _TARGETS = 200, 8
+_STEPS = 17  # configurations on the way from home
+_OFTEN = 0.5  # share of random configurations from which on a pair that touches is named
 
 
 def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset[str]], folder: Path) -> str:
@@ -22,23 +36,22 @@ def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset
     values = {
         "name": robot.name,
         "description": f"{robot.name}, {robot.dof} axes" if text.startswith("from ") else text,
-        "urdf": _source(files.description.path, folder, own and own.urdf),
-        "srdf": files.srdf and _source(files.srdf.path, folder, own and own.srdf),
+        "urdf": _source(files.description.path, folder, own.urdf),
+        "srdf": files.srdf and _source(files.srdf.path, folder, own.srdf),
         "joints": robot.joints,
         "tool": robot.tool,
         "home": robot.home.tolist(),
         "manipulability": robot.manipulability,
         "fixed_joints": dict(robot.fixed_joints),
+        "motion": robot.motion and robot.motion.model_dump(exclude_none=True),
     }
     adjacent = adjacent_pairs(robot) & never_apart
     groups = {
-        "as the robot file has them already": (own and own.disabled_pairs) or [],
+        "as the robot file has them already": own.disabled_pairs or [],
         "joined by one joint": adjacent,
         f"touch in at least {100 * ALWAYS:g} % of random configurations": never_apart - adjacent,
     }
-    lines = [f"{key}: {json.dumps(value)}" for key, value in values.items() if value is not None]
-    if robot.motion is not None:
-        lines.append(f"motion: {json.dumps(robot.motion.model_dump(exclude_none=True), ensure_ascii=False)}")
+    lines = [f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in values.items() if value is not None]
     lines.append("# link pairs that need no collision check, besides the SRDF's")
     lines.append("disabled_pairs:" if any(groups.values()) else "disabled_pairs: []")
     for reason, pairs in groups.items():
@@ -47,12 +60,68 @@ def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset
 
 
 def _source(path: Path, folder: Path, own: Source | None) -> dict[str, Any]:
-    """A file as a robot file names it: within the package of robot data, or relative to ``folder``.
-
-    With the arguments of a xacro file that the robot's ``own`` file has.
-    """
+    """A file as a robot file names it, with the arguments that the robot's ``own`` file gives it."""
     path, shipped = path.resolve(), example_robot_data() / "robots"
     if path.is_relative_to(shipped):
         return {"package": "example-robot-data", "file": path.relative_to(shipped).as_posix()}
     arguments = {"args": own.args} if own and own.args and Path(own.file).name == path.name else {}
     return {"file": Path(os.path.relpath(path, folder.resolve())).as_posix(), **arguments}
+
+
+def self_test(checker: CollisionChecker) -> Iterator[str]:
+    """Sentences on how usable the robot of ``checker`` is in its scene, and which pairs of links touch too often."""
+    robot, random = checker.robot, _random(checker.robot)
+    at_home, touching = _touching(checker, robot.home[None])[0], _touching(checker, random)
+    reached = sum(_is_reached(checker, xyz) for xyz in tool_positions(robot, random[:_TARGETS]).tolist())
+    yield (
+        f"Tried without obstacles: home is {'in collision' if at_home.any() else 'free'}, {reached} of {_TARGETS} tool "
+        f"positions are reached, {100 * (~touching.any(axis=1)).mean():.0f} % of random configurations are free."
+    )
+    shares, wheres = touching.mean(axis=0), dict[tuple[str, str], str]()
+    for pair in np.flatnonzero(at_home | (shares >= _OFTEN)).tolist():
+        contact = checker.world.contact(pair)
+        often = f"in {100 * shares[pair]:.0f} % of random configurations" if shares[pair] >= _OFTEN else ""
+        where = " and ".join(filter(None, ("at home" if at_home[pair] else "", often)))
+        wheres[min(contact.first, contact.second), max(contact.first, contact.second)] = where
+    for (first, second), where in sorted(wheres.items()):
+        yield (
+            f"'{first}' and '{second}' touch {where}: if the real ones do not, give the URDF simpler collision "
+            f'geometry there, or add ["{first}", "{second}"] to disabled_pairs of the file.'
+        )
+
+
+def with_free_home(checker: CollisionChecker) -> CollisionChecker:
+    """The same checker of its robot with a home near the given one in which nothing touches, if one is found.
+
+    It lies on the way to the middle of the limits, else it is the nearest of random free configurations.
+    """
+    robot = checker.robot
+    way = robot.home + np.linspace(0.0, 1.0, _STEPS)[:, None] * (0.5 * (robot.lower + robot.upper) - robot.home)
+    q = np.clip(np.round(np.vstack([robot.home, way, _random(robot)]), 3), robot.lower, robot.upper)  # people read it
+    free = np.flatnonzero(~_touching(checker, q).any(axis=1))
+    if not len(free) or free[0] == 0:
+        return checker
+    away = np.abs(q[free] - robot.home).sum(axis=1)
+    home = q[free[0] if free[0] <= _STEPS else free[away.argmin()]]
+    return type(checker)(replace(checker.world, robot=replace(robot, home=frozen(home))), checker)
+
+
+def _random(robot: Robot) -> Floats:
+    return np.random.default_rng(0).uniform(robot.lower, robot.upper, size=(_SAMPLES, robot.dof))
+
+
+def _touching(checker: CollisionChecker, q: Floats) -> Bools:
+    """(n, pairs) which pairs are not proven apart in which configurations."""
+    rotation, position = joint_placements(checker.chain, q)
+    touching = checker.bound.coarse(rotation, position) <= 0
+    rows, pairs = np.nonzero(touching)
+    touching[rows, pairs] = checker.bound.close(rotation, position, rows, pairs, APART) <= 0
+    return touching
+
+
+def _is_reached(checker: CollisionChecker, xyz: tuple[float, float, float]) -> bool:
+    try:
+        resolve(Position(tuple(xyz)), checker, {}, "goal")
+    except StateError:
+        return False
+    return True

@@ -1,31 +1,36 @@
-"""The robot of a request: a URDF is read once a process while its files stand as they are, the same object each time.
+"""The robot of a request, and every file that a request reads.
 
-What is worked out of a robot, its reaches, hulls and pairs, is kept by the object: so a new scene costs its obstacles.
+A robot is read once a process while its files stand as they are, and is the same object each time: its reaches, hulls
+and pairs are cached by the object.
 """
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import logging
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from planner.base.errors import OptionError
+from planner.base.errors import OptionError, PlannerError
 from planner.base.files import StrPath
 from planner.base.notes import Note
-from planner.problem.request import WorldRequest
+from planner.base.resources import scene_file
+from planner.base.yamlfile import parse_yaml, read_text
+from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
 from planner.problem.targets import Joints, Target
 from planner.query.resolve import looks_like_degrees
-from planner.query.sources import Stamp, stamp_of
 from planner.robot.files.packages import PATHS
-from planner.robot.files.robot_files import JointChoice, RobotFiles, read_robot, robot_file
+from planner.robot.files.robot_files import JointChoice, RobotFiles, find_robot, read_robot, robot_file
+from planner.robot.files.urdf import Description, read_description
 from planner.robot.files.urdf_geometry import mesh_files
-from planner.robot.moveit.message import choice_of, notes_on, start_of
+from planner.robot.moveit.requests import choice_of, notes_on, start_of
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
 from planner.robot.scene import Scene
@@ -35,14 +40,18 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_KEPT = 16  # robots
+_Stamp: TypeAlias = tuple[str, int, int]  # a path, when its file was last changed (ns), its size (bytes)
+_known: dict[tuple[object, ...], tuple[RobotFiles, list[_Stamp | None]]] = {}
 
 
 def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
     """The robot as the scene and the request set it up; one that is given as such stands as it is."""
     if isinstance(request.robot, Robot):
-        _require_as_it_is(request)
-        return _asked_of(_carrying(with_tool(request.robot, request.tool), scene), message, JointChoice())
+        for option in ("srdf", "group", "joints", "base"):
+            if getattr(request, option) is not None:
+                text = f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
+                raise OptionError(text)
+        return _set_up(with_tool(request.robot, request.tool), scene, message, JointChoice())
     files = files_of(str(request.robot), request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
@@ -54,33 +63,27 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
         held = {name: start[name] for name in free if files.description.mimic(name).leader not in planned}
         _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
         fixed |= held
-    base = (
-        placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or (0.0, 0.0, 0.0))
-    )
+    base = placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or None)
     robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
-    return _asked_of(_carrying(robot, scene), message, choice)
+    return _set_up(robot, scene, message, choice)
+
+
+def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choice: JointChoice) -> Robot:
+    """The robot carrying what the scene says, with the limit scales of a MoveIt request and notes on it."""
+    robot = with_carried(robot, scene.carried) if scene.carried else robot
+    if message is None:
+        return robot
+    return replace(robot, shares=message.shares, notes=(*robot.notes, *notes_on(message, robot, choice)))
 
 
 def widened_for(robot: Robot, targets: list[Target]) -> Robot:
     """Limits widened to what is asked for in joints, unless that looks like degrees; its notes say which."""
     wanted = [np.array(t.values) for t in targets if isinstance(t, Joints) and len(t.values) == robot.dof]
     wanted = [q for q in wanted if np.isfinite(q).all() and not looks_like_degrees(robot, q)]
-    low, high = robot.lower, robot.upper
-    for q in wanted:
-        low, high = np.minimum(low, q), np.maximum(high, q)
-    beyond = np.flatnonzero((low < robot.lower) | (high > robot.upper))
-    return _widened(robot, tuple(low.tolist()), tuple(high.tolist())) if len(beyond) else robot
-
-
-def _require_as_it_is(request: WorldRequest) -> None:
-    for option in ("srdf", "group", "joints", "base"):
-        if getattr(request, option) is not None:
-            raise OptionError(
-                f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
-            )
-
-
-_read: dict[tuple[object, ...], tuple[RobotFiles, dict[Path, Stamp | None]]] = {}
+    wide = with_widened_limits(robot, np.array(wanted)) if wanted else robot
+    wider = np.flatnonzero((wide.lower < robot.lower) | (wide.upper > robot.upper))
+    texts = [f"limits of {robot.joints[k]} widened to [{wide.lower[k]:.4f}, {wide.upper[k]:.4f}]" for k in wider]
+    return replace(wide, notes=(*robot.notes, *map(Note, texts))) if texts else robot
 
 
 def files_of(name: str, srdf: StrPath | None) -> RobotFiles:
@@ -89,12 +92,11 @@ def files_of(name: str, srdf: StrPath | None) -> RobotFiles:
     A xacro or MJCF file is read each time, as it may include files that no list names.
     """
     key = name, srdf, *map(os.environ.get, PATHS)
-    files, stamps = _read.get(key, (None, {}))
-    if files is None or any(stamp_of(path) != stamp for path, stamp in stamps.items()):
+    files, stamps = _known.get(key, (None, []))
+    if files is None or [_stamp(path) for path in _paths_of(files)] != stamps:
         files = read_robot(name, srdf)
-        stamps = {path: stamp_of(path) for path in _paths_of(files)}
-        if not any(path.suffix.lower() in (".xacro", ".xml") for path in stamps):
-            _read[key] = files, stamps
+        if files.description.path.suffix.lower() not in (".xacro", ".xml"):
+            _known[key] = files, [_stamp(path) for path in _paths_of(files)]
     return files
 
 
@@ -106,7 +108,7 @@ def _paths_of(files: RobotFiles) -> Iterator[Path]:
     yield from mesh_files(files.description)
 
 
-@lru_cache(_KEPT)
+@lru_cache(maxsize=16)
 def _assembled(
     files: RobotFiles,
     tool: str | None,
@@ -117,26 +119,63 @@ def _assembled(
     return assemble(files, tool, choice, dict(fixed), np.reshape(base, (4, 4)))
 
 
-def _carrying(robot: Robot, scene: Scene) -> Robot:
-    return with_carried(robot, scene.carried) if scene.carried else robot
+def _stamp(path: Path) -> _Stamp | None:
+    """The stamp of a file, None where there is none; programs can set back mtime, but not ctime."""
+    try:
+        stat = path.stat()
+    except (OSError, ValueError):
+        return None
+    return str(path), stat.st_ctime_ns, stat.st_size
 
 
-def _asked_of(robot: Robot, message: MotionPlanRequest | None, choice: JointChoice) -> Robot:
-    """The robot with the shares of its limits that a request asks for, and notes of what it cannot make use of."""
-    if message is None:
-        return robot
-    return _with_shares(robot, tuple(message.shares.items()), tuple(notes_on(message, robot, choice)))
+def sources_hash(request: SweepRequest | PlanRequest) -> str:
+    """SHA-256 (hex) over the files of a request: robot.yaml, URDF, SRDF, scene, the meshes of both, request, roadmap.
+
+    Files that are missing or damaged are hashed as far as they are there: the plan refuses them.
+    """
+    digest = hashlib.sha256()
+    what = request.what
+    more = (path for path in (what.motion_plan_request, request.quality.roadmap) if path is not None)
+    for path in (*robot_sources(str(what.robot), what.srdf), *scene_sources(str(what.scene)), *more):
+        stamp = _stamp(path)
+        digest.update(b"missing" if stamp is None else _content(stamp))
+    return digest.hexdigest()
 
 
-@lru_cache(_KEPT)
-def _with_shares(robot: Robot, shares: tuple[tuple[str, float], ...], notes: tuple[Note, ...]) -> Robot:
-    known: Mapping[str, float] = dict(shares)
-    return replace(robot, shares=known, notes=(*robot.notes, *notes)) if known != robot.shares or notes else robot
+def robot_sources(name: str, srdf: StrPath | None = None) -> Iterator[Path]:
+    """robot.yaml or URDF, then files that they name: URDF, SRDF, meshes; each before it is read, if it can be."""
+    yield robot_file(name)
+    with contextlib.suppress(PlannerError):
+        folder, file = find_robot(name)
+        found, own = file.urdf.path(folder), file.srdf.path(folder) if file.srdf else None
+        yield from (Path(path) for path in (found, srdf or own) if path is not None)
+        if found.suffix.lower() == ".xacro":  # it may name any of these
+            yield from (path for kind in ("*.xacro", "*.yaml") for path in sorted(found.parent.parent.rglob(kind)))
+        stamp = _stamp(found)
+        if stamp is not None:
+            yield from mesh_files(_description(stamp, tuple(sorted(file.urdf.args.items()))))
 
 
-@lru_cache(_KEPT)
-def _widened(robot: Robot, low: tuple[float, ...], high: tuple[float, ...]) -> Robot:
-    wide = with_widened_limits(robot, np.array([low, high]))
-    wider = np.flatnonzero((wide.lower < robot.lower) | (wide.upper > robot.upper))
-    told = (f"limits of {robot.joints[k]} widened to [{low[k]:.4f}, {high[k]:.4f}]" for k in wider)
-    return replace(wide, notes=(*robot.notes, *map(Note, told)))
+def scene_sources(name: str) -> Iterator[Path]:
+    """The scene's file before it is read, and its meshes."""
+    path = scene_file(name) or Path(name)
+    yield path
+    if path.suffix.lower() in (".yaml", ".yml") and path.is_file():
+        with contextlib.suppress(PlannerError):
+            data = parse_yaml(read_text(path, "scene file"), "scene file")
+            things = [data.get(key) for key in ("obstacles", "carried")] if isinstance(data, dict) else []
+            items = [item for each in things if isinstance(each, list) for item in each if isinstance(item, dict)]
+            yield from (path.parent / item["file"] for item in items if isinstance(item.get("file"), str))
+
+
+@lru_cache(maxsize=4096)
+def _content(stamp: _Stamp) -> bytes:
+    try:
+        return hashlib.sha256(Path(stamp[0]).read_bytes()).digest()
+    except OSError:
+        return b"unreadable"
+
+
+@lru_cache(maxsize=64)
+def _description(stamp: _Stamp, arguments: tuple[tuple[str, str], ...]) -> Description:
+    return read_description(Path(stamp[0]), dict(arguments))

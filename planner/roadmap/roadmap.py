@@ -21,7 +21,7 @@ from planner.collision.world import World
 from planner.constraints.keeps import Keeps
 from planner.cost.scale import COSTS, CostScale
 from planner.kinematics.forward import Chain
-from planner.roadmap.record_text import RoadmapRecord, roadmap_text
+from planner.problem.outcome import Record
 from planner.robot.robot import Robot
 from planner.robot.shapes import Body
 
@@ -82,6 +82,35 @@ def _body_hash(body: Body) -> str:
     return content_hash([body.joint, body.placement, *body.shape.content()])
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RoadmapRecord(Record):
+    """Size, proofs and hash of the roadmap."""
+
+    nodes: int
+    nodes_checked: dict[str, int]
+    """how many nodes each collision library has found free"""
+    edges: int
+    """counted undirected"""
+    components: int
+    edges_certified: int
+    """edges that are proven free"""
+    edges_removed: int
+    """edges that failed the second check"""
+    sha256: str
+    scale: CostScale
+
+    @property
+    def text(self) -> str:
+        """The record as a line of a table."""
+        counts = {name: count for name, count in self.nodes_checked.items() if count}
+        parts = [f"{'each' if count == self.nodes else count} checked by {name}" for name, count in counts.items()]
+        return (
+            f"{self.nodes} nodes ({', '.join(parts) or 'checked by no library'}), "
+            f"{self.edges} edges, {self.edges_certified} of them proven free, "
+            f"{self.components} component{'s' if self.components != 1 else ''}"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class Roadmap:
     """Configurations and the proven straight motions between them.
@@ -121,7 +150,7 @@ class Roadmap:
         w, length, origin = self.manipulability, self.joint_length, self.origin
         edges = f"mean {length.mean():.3f} rad, longest {length.max():.3f} rad" if len(length) else "none"
         rows = [
-            ("size", roadmap_text(self.record().to_dict())),
+            ("size", self.record().text),
             ("starts, goals", f"{len(self.starts)}, {len(self.goals)}"),
             ("manipulability w", f"{w.min():.3g} to {w.max():.3g} at its nodes"),
             ("edges", edges),

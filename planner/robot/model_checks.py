@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -17,7 +17,6 @@ from planner.robot.solids import is_watertight
 
 _TOO_LARGE = 50  # times the arm's length: a part in millimetres that was read as metres is 1000 times too large
 _TOO_SMALL = 1e-4  # of the arm's length
-_SHOWN = 3  # pairs of links in a note
 _OCTOMAP = "<octomap>"  # as MoveIt's matrices name one that is not there
 _SHORTEST = 1e-3  # m: of an arm without length nothing can be said
 _SHORT = 0.5  # m: a shorter arm, as a hand is, may well stand in a hall
@@ -36,16 +35,10 @@ def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
     """What is doubtful about a robot and a scene, and what of their files was passed over."""
     arm = _length(robot)
     models = (*_of_robot(robot), *_of_obstacles(scene, arm), *_far_away(robot, scene, arm))
-    return (*models, *robot.notes, *scene.notes, *_strangers(robot, scene), *_permissions(robot, scene))
+    return (*models, *robot.notes, *scene.notes, *_names(robot, scene))
 
 
-@lru_cache(maxsize=16)
-def _of_robot(robot: Robot) -> tuple[Note, ...]:
-    """Kept, as every scene asks for the same robot's."""
-    return tuple(_of_links(robot))
-
-
-def _of_links(robot: Robot) -> Iterator[Note]:
+def _of_robot(robot: Robot) -> Iterator[Note]:
     """Links that are seen and that nothing can touch; meshes that are thinned, or not closed."""
     if bare := sorted(robot.source.bare):
         yield Note(
@@ -94,52 +87,35 @@ def _far_away(robot: Robot, scene: Scene, arm: float) -> Iterator[Note]:
         yield Note(f"{text}numbers are in millimetres, give metres, and scale meshes by 0.001.")
 
 
-def _strangers(robot: Robot, scene: Scene) -> Iterator[Note]:
-    """A scene that was made for another robot, or sets up others only, or speaks of names that nobody has."""
-    message = scene.message
+def _names(robot: Robot, scene: Scene) -> Iterator[Note]:
+    """Names of a scene that fit another robot or nothing, and permissions that only the robot's SRDF can give."""
+    message, where = scene.message, f"scene '{scene.name}'"
     if message is not None and message.robot not in ("", robot.name, robot.source.name):
-        yield Note(f"scene '{scene.name}' was made for robot '{message.robot}', and this one is '{robot.name}'.")
+        yield Note(f"{where} was made for robot '{message.robot}', and this one is '{robot.name}'.")
     if scene.robots and robot.name not in scene.robots:
-        text = f"scene '{scene.name}' sets up {choices(scene.robots)}, not '{robot.name}', which stands as it is."
-        yield Note(text, grave=False)
-    both = {item.object for item in scene.obstacles} & robot.source.links & {*itertools.chain(*scene.allowed)}
-    if both:
+        yield Note(f"{where} sets up {choices(scene.robots)}, not '{robot.name}', which stands as it is.", grave=False)
+    links, standing = robot.source.links, {item.object for item in scene.obstacles}
+    held = {item.name: item.object for item in scene.carried}
+    allowed = {*itertools.chain(*scene.allowed)}
+    if both := standing & links & allowed:
         text = "name obstacles and links of the robot alike: what is allowed of the one is allowed of the other"
-        yield Note(f"scene '{scene.name}': {choices(sorted(both))} {text}; rename the obstacles.")
-    known = {*robot.source.links, *(item.object for item in scene.obstacles), *(body.link for body in robot.bodies)}
-    known |= {item.name for item in (*scene.obstacles, *scene.moving)} | {item.object for item in scene.carried}
-    named = [*itertools.chain(*scene.allowed), *(link for item in scene.carried for link in item.touch_links)]
-    if unknown := sorted({*named} - known - {_OCTOMAP}):
-        text = f"scene '{scene.name}' allows contacts of {choices(unknown)}, which neither it nor the robot has."
+        yield Note(f"{where}: {choices(sorted(both))} {text}; rename the obstacles.")
+    known = {*links, *standing, *held.values(), *(body.link for body in robot.bodies), _OCTOMAP}
+    known |= {item.name for item in (*scene.obstacles, *scene.moving)}
+    if unknown := sorted({*allowed, *(link for item in scene.carried for link in item.touch_links)} - known):
+        text = f"{where} allows contacts of {choices(unknown)}, which neither it nor the robot has."
         yield Note(text, grave=message is None)  # MoveIt's matrices name what came and went
-
-
-def _permissions(robot: Robot, scene: Scene) -> Iterator[Note]:
-    """A scene cannot say whether two links of the robot may touch: only the robot's own SRDF can."""
-    objects = {item.name: item.object for item in scene.carried}
-    links = {objects.get(body.link, body.link) for body in robot.bodies}
+    parts = {held.get(body.link, body.link) for body in robot.bodies}
+    touching = {frozenset(held.get(name, name) for name in pair) for pair in robot.touching}
     own = robot.disabled_pairs or frozenset()
-    touching = frozenset(frozenset(objects.get(name, name) for name in pair) for pair in robot.touching)
-    if ignored := [pair for pair in scene.allowed if pair <= links and pair not in own | touching]:
-        text = "allows links of the robot to touch, which are checked all the same, as the SRDF does not"
-        yield Note(f"scene '{scene.name}' {text}: {_pairs(ignored)}.", grave=False)
-    standing = {item.name for item in (*scene.obstacles, *scene.moving)} | {item.object for item in scene.obstacles}
-    if ignored := [pair for pair in scene.allowed if pair <= standing - links]:
-        text = "allows obstacles to touch each other, which nothing asks about"
-        yield Note(f"scene '{scene.name}' {text}: {_pairs(ignored)}.", grave=False)
-    if scene.message is not None and (ignored := scene.message.checked & own):
-        text = "allows no contact of links of the robot that are not checked all the same, as its SRDF leaves them out"
-        yield Note(f"scene '{scene.name}' {text}: {_pairs(ignored)}.", grave=False)
+    other = {pair for pair in scene.allowed if pair <= parts and pair not in own | touching}
+    other |= message.checked & own if message is not None else set()
+    if other:
+        pairs = choices(" and ".join(sorted(pair)) for pair in sorted(other, key=sorted))
+        text = "says which links of the robot may touch, and is not followed, as the SRDF says otherwise"
+        yield Note(f"{where} {text}: {pairs}.", grave=False)
 
 
-def _pairs(pairs: Iterable[frozenset[str]]) -> str:
-    """Pairs of names, some of many."""
-    listed = sorted(" and ".join(sorted(pair)) for pair in pairs)
-    more = f" and {len(listed) - _SHOWN} more pairs" if len(listed) > _SHOWN else ""
-    return "; ".join(listed[:_SHOWN]) + more
-
-
-@lru_cache(maxsize=16)
 def _length(robot: Robot) -> float:
     """How long the arm is (m) from its first planned joint to its tool, along the chain."""
     model = robot.model

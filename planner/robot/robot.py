@@ -19,7 +19,7 @@ from planner.base.notes import Note
 from planner.base.yamlfile import FARTHEST
 from planner.problem.targets import TURN
 from planner.robot.files import urdf
-from planner.robot.files.collada import collada_notes
+from planner.robot.files.meshes import collada_notes
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, Rows, read_robot
 from planner.robot.files.srdf import states_of_joints
 from planner.robot.files.urdf_geometry import bodies, mesh_files, read_geometry
@@ -115,7 +115,22 @@ class Robot:
     @cached_property
     def identity(self) -> str:
         """A hash of everything that decides where a configuration puts which geometry, and what is checked."""
-        return _identity(self)
+        model, tool = self.model, self.model.frames[self.tool_id]
+        disabled = None if self.disabled_pairs is None else sorted(sorted(pair) for pair in self.disabled_pairs)
+        values: list[Any] = [self.joints, self.lower, self.upper, self.continuous, self.manipulability, disabled]
+        values += [sorted(sorted(pair) for pair in self.touching)]
+        values += [int(tool.parentJoint), np.array(tool.placement.homogeneous)]
+        for joint in range(1, model.njoints):
+            values += [int(model.parents[joint]), model.joints[joint].shortname()]
+            values += [np.array(model.jointPlacements[joint].homogeneous)]
+        # axes that are no coordinate axes show in where the joints are once all have moved
+        data = model.createData()
+        pin.forwardKinematics(model, data, np.full(model.nq, 0.5))
+        values += [np.round(data.oMi[joint].homogeneous, 9) + 0.0 for joint in range(1, model.njoints)]
+        values += [[item.joint, item.leader, item.multiplier, item.offset] for item in self.followers]
+        for body in self.bodies:
+            values += [body.link, body.joint, body.placement, *body.shape.content()]
+        return content_hash(values)
 
     def difference(self, a: Floats, b: Floats) -> Floats:
         """The joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
@@ -262,7 +277,7 @@ def assemble(
     file, description = files.file, files.description
     tool, planned = files.tool(tool, choice), files.planned_joints(tool, choice, fixed or {})
     _check_joints(files, planned, tool)
-    fixed = {**(file.fixed_joints if file else {}), **(fixed or {})}
+    fixed = {**file.fixed_joints, **(fixed or {})}
     # joints that are neither planned nor fixed are held, unless at zero, as home says; those that mimic follow
     free = {*planned, *fixed, *(item.joint for item in description.mimics)}
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
@@ -278,7 +293,7 @@ def assemble(
     home = [files.home.get(name, at) for name, at in zip(planned, np.clip(0.0, lower, upper), strict=True)]
     return Robot(
         name=files.name,
-        description=(file.description if file else "") or f"from {files.origin}",
+        description=file.description or f"from {files.origin}",
         joints=tuple(planned),
         lower=lower,
         upper=upper,
@@ -286,7 +301,7 @@ def assemble(
         continuous=frozen([joint in endless for joint in planned], np.bool_),
         tool=tool,
         home=frozen(home),
-        manipulability=(file.manipulability if file else None) or ("pose" if len(planned) >= 6 else "translation"),
+        manipulability=file.manipulability or ("pose" if len(planned) >= 6 else "translation"),
         disabled_pairs=files.disabled_pairs,
         base=frozen(base),
         source=description,
@@ -311,24 +326,17 @@ def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:
     if not between:
         raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another tool frame.")
     if not set(planned) & set(between):
-        raise RobotError(
-            f"no joint that moves frame '{tool}' is planned: plan one of {choices(between)}, or choose another tool "
-            "frame."
-        )
+        text = f"no joint that moves frame '{tool}' is planned: plan one of {choices(between)}, or choose another tool"
+        raise RobotError(f"{text} frame.")
 
 
 def _held_beyond_limits(model: pin.Model, held: Mapping[str, float]) -> Iterator[Note]:
-    """Joints that stand where the arm cannot bring them: its bodies are looked at there all the same."""
     for name, value in held.items():
-        joint = model.joints[model.getJointId(name)]
-        if joint.nq != 1:  # it turns without end
-            continue
-        low, high = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
+        row = model.joints[model.getJointId(name)].idx_q
+        low, high = model.lowerPositionLimit[row], model.upperPositionLimit[row]
         if not low - _ROUNDED <= value <= high + _ROUNDED:
-            yield Note(
-                f"joint '{name}' is held at {value:g}, beyond its limits [{low:g}, {high:g}]: hold it within them in "
-                "fixed_joints of the robot or scene file."
-            )
+            text = f"joint '{name}' is held at {value:g}, beyond its limits [{low:g}, {high:g}]: hold it within them in"
+            yield Note(f"{text} fixed_joints of the robot or scene file.")
 
 
 def _check_limits(model: pin.Model) -> None:
@@ -346,22 +354,3 @@ def _check_limits(model: pin.Model) -> None:
             )
         if farthest > FARTHEST:
             raise RobotError(f"joint '{name}' has limits [{low:g}, {high:g}] in metres: give it real ones in the URDF.")
-
-
-def _identity(robot: Robot) -> str:
-    model, tool = robot.model, robot.model.frames[robot.tool_id]
-    disabled = None if robot.disabled_pairs is None else sorted(sorted(pair) for pair in robot.disabled_pairs)
-    values: list[Any] = [robot.joints, robot.lower, robot.upper, robot.continuous, robot.manipulability, disabled]
-    values += [sorted(sorted(pair) for pair in robot.touching)]
-    values += [int(tool.parentJoint), np.array(tool.placement.homogeneous)]
-    for joint in range(1, model.njoints):
-        values += [int(model.parents[joint]), model.joints[joint].shortname()]
-        values += [np.array(model.jointPlacements[joint].homogeneous)]
-    # axes that are no coordinate axes show in where the joints are once all have moved
-    data = model.createData()
-    pin.forwardKinematics(model, data, np.full(model.nq, 0.5))
-    values += [np.round(data.oMi[joint].homogeneous, 9) + 0.0 for joint in range(1, model.njoints)]
-    values += [[item.joint, item.leader, item.multiplier, item.offset] for item in robot.followers]
-    for body in robot.bodies:
-        values += [body.link, body.joint, body.placement, *body.shape.content()]
-    return content_hash(values)

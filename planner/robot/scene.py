@@ -1,9 +1,10 @@
-"""The obstacles around the robot, with named starts and goals: our own small YAML format."""
+"""The obstacles around the robot, with named starts and goals, and the YAML files that hold them."""
 
 from __future__ import annotations
 
+import itertools
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import reduce
 from operator import or_
@@ -14,7 +15,7 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError, SceneError, choices
-from planner.base.files import StrPath
+from planner.base.files import StrPath, make_folder, write_whole
 from planner.base.hashing import content_hash
 from planner.base.notes import Note
 from planner.base.resources import published_scene_names, scene_file, scene_names
@@ -29,17 +30,19 @@ from planner.base.yamlfile import (
     repeated,
     shown,
     validate,
+    yaml_text,
 )
-from planner.problem.conditions import keeps_text
+from planner.problem.conditions import AND, keeps_text
 from planner.problem.targets import TURN
-from planner.robot.files.collada import collada_notes
-from planner.robot.files.meshes import read_mesh
+from planner.robot.files.meshes import collada_notes, read_mesh
 from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
-from planner.robot.poses import pose
-from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
+from planner.robot.poses import pose, quaternion_of
+from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
 
 if TYPE_CHECKING:
     from planner.robot.moveit.scenes import PlanningScene
+
+_OF_MOVEIT = {"world", "robot_model_name", "allowed_collision_matrix"}  # keys of a PlanningScene message
 
 Triple = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -64,37 +67,33 @@ class PoseFile(Strict):
         return pose(self.position, self.rpy, self.quaternion)
 
 
-class _Named(PoseFile):
-    name: Name = pydantic.Field(min_length=1)
-
-
 class TimedPoseFile(PoseFile):
     """Where an obstacle that moves is at ``t`` s."""
 
     t: Annotated[Number, pydantic.Field(ge=0, le=LONGEST)]
 
 
-class _Standing(_Named):
+class _Standing(PoseFile):
     """An obstacle: it stands, or goes along a ``motion``, or may go anywhere within its ``speed_limit`` (m/s)."""
 
+    name: Name = pydantic.Field(min_length=1)
     motion: tuple[TimedPoseFile, ...] = ()
     speed_limit: Annotated[Number, pydantic.Field(ge=0, le=FARTHEST)] = 0.0
 
     @pydantic.model_validator(mode="after")
     def _one_place(self) -> _Standing:
-        placed = {"position", "rpy", "quaternion"} & self.model_fields_set
+        placed = {"position", "rpy", "quaternion", "speed_limit"} & self.model_fields_set
         if self.motion and placed:
-            raise ValueError(f"give a motion or a {min(placed)}, not both: the motion's poses are where it is")
-        if self.motion and self.speed_limit:
-            raise ValueError("give a motion, which is known, or a speed_limit of one that is not, not both")
+            raise ValueError(f"give a motion or a {min(placed)}, not both: the motion says where it is")
         if "motion" in self.model_fields_set and (why := wrong_times([pose.t for pose in self.motion])):
             raise ValueError(f"the times of a motion {why}")
         return self
 
 
-class _Held(_Named):
+class _Held(PoseFile):
     """What is carried: placed in the frame of a link of the robot, which it may touch, as it may ``touch_links``."""
 
+    name: Name = pydantic.Field(min_length=1)
     link: Name = pydantic.Field(min_length=1)
     touch_links: tuple[Name, ...] = ()
 
@@ -108,8 +107,8 @@ class _MeshFile:
 _SHAPES = {"box": Box, "sphere": Sphere, "cylinder": Cylinder, "capsule": Capsule, "mesh": _MeshFile}
 
 
-def _with_shapes(thing: type[_Named], name: str) -> Any:
-    """The file models of a ``thing``, one per shape, which has the keys of both; ``type`` selects the model."""
+def _with_shapes(thing: type[PoseFile], name: str) -> Any:
+    """The file models of a ``thing``: its keys, with those of the shape's class that ``type`` names."""
     models = []
     for kind, shape in _SHAPES.items():
         hints = get_type_hints(shape, include_extras=True)
@@ -202,17 +201,15 @@ class Scene:
         if not known and "/" not in name and not os.path.isfile(path):
             there = choices([*scene_names(), *published_scene_names()])
             raise SceneError(f"scene '{name}' not found; scenes are {there}, or give the path of a scene file.")
-        where = f"scene file {path}"
-        text = read_text(path, "scene file")
-        if path.suffix.lower() == ".scene":
-            from planner.robot.moveit.scene_text import scene_text
+        where, text = f"scene file {path}", read_text(path, "scene file")
+        is_text = path.suffix.lower() == ".scene"
+        data = None if is_text else parse_yaml(text, where)
+        if is_text or (isinstance(data, dict) and _OF_MOVEIT & set(data)):
+            from planner.robot.moveit.scenes import planning_scene, scene_text
 
-            return _from_moveit(scene_text(text, path))
-        data = parse_yaml(text, where)
-        if _is_planning_scene(data):
-            from planner.robot.moveit.scenes import planning_scene
-
-            return _from_moveit(planning_scene(data, path))
+            found = scene_text(text, path) if is_text else planning_scene(data, path)
+            more = {"carried": found.carried, "allowed": found.allowed, "message": found, "notes": found.notes}
+            return Scene(found.name, found.obstacles, "from MoveIt", **more)
         return _build(validate(SceneFile, data, where, SceneError), path)
 
     def placement(self, robot: str) -> PlacementFile:
@@ -237,16 +234,6 @@ class Scene:
         return content_hash([solid, allowed, owners])
 
 
-def _is_planning_scene(data: Any) -> bool:
-    """Whether plain data is MoveIt's PlanningScene message rather than one of our own scene files."""
-    return isinstance(data, dict) and bool({"world", "robot_model_name", "allowed_collision_matrix"} & set(data))
-
-
-def _from_moveit(scene: PlanningScene) -> Scene:
-    said = {"carried": scene.carried, "allowed": scene.allowed, "message": scene, "notes": scene.notes}
-    return Scene(scene.name, scene.obstacles, "from MoveIt", **said)
-
-
 def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
     """The shape that a file describes; a mesh is read from its own file in ``folder``."""
     if item.type == "mesh":
@@ -267,31 +254,98 @@ def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path(
     return tuple(collada_notes(folder / item.file for item in items if item.type == "mesh"))
 
 
+def _moving(item: ObstacleFile, folder: Path) -> MovingObstacle:
+    motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])
+    return MovingObstacle(item.name, _shape(item, folder), motion)
+
+
+def _carried(item: CarriedFile, folder: Path) -> Carried:
+    return Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links)
+
+
 def _build(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
-    obstacles = tuple(obstacle_of(item, folder) for item in file.obstacles if not item.motion)
-    moving = tuple(
-        MovingObstacle(
-            item.name,
-            _shape(item, folder),
-            KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion]),
-        )
-        for item in file.obstacles
-        if item.motion
-    )
-    carried = tuple(
-        Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links) for item in file.carried
-    )
-    allowed = frozenset(frozenset(pair) for pair in file.allowed)
     return Scene(
         file.name or path.stem,
-        obstacles,
+        tuple(obstacle_of(item, folder) for item in file.obstacles if not item.motion),
         file.description,
         file.states,
         file.robots,
-        moving,
-        carried,
-        allowed,
+        tuple(_moving(item, folder) for item in file.obstacles if item.motion),
+        tuple(_carried(item, folder) for item in file.carried),
+        frozenset(frozenset(pair) for pair in file.allowed),
         notes=mesh_notes((*file.obstacles, *file.carried), folder),
         keep=keeps_text(file.keep),
     )
+
+
+def write_scene(scene: Scene, path: StrPath) -> list[Path]:
+    """Write ``scene`` to ``path``, and every mesh as an OBJ file beside it; returns what was written.
+
+    :meth:`Scene.load` reads the same scene from it, to rounding. Permissions are written shape by shape.
+    Raises :class:`FileError` where that cannot be done, :class:`SceneError` for what such a file has no words for: an
+    object that is placed in a frame of its own, a mesh with a radius.
+    """
+    path = Path(path)
+    for item in (*scene.obstacles, *scene.carried):
+        if item.frame:
+            raise SceneError(
+                f"'{item.name}' is placed in frame '{item.frame}', which no scene file says: place it in the world."
+            )
+    meshes: dict[Path, Mesh] = {}
+    for item in (*scene.obstacles, *scene.moving, *scene.carried):
+        if isinstance(item.shape, Mesh):
+            meshes[path.with_name(f"{path.stem}-{len(meshes)}.obj")] = item.shape
+            if item.shape.radius:
+                raise SceneError(f"the mesh of '{item.name}' has a radius, which no scene file says: leave that out.")
+    files = iter(meshes)
+    content = {
+        "name": scene.name,
+        "description": scene.description,
+        "obstacles": [_thing(item, files) for item in (*scene.obstacles, *scene.moving)],
+        "carried": [_thing(item, files) for item in scene.carried],
+        "states": {robot: dict(named) for robot, named in scene.states.items()},
+        "robots": {name: item.model_dump(exclude_defaults=True) for name, item in scene.robots.items()},
+        "allowed": sorted(_permissions(scene)),
+        "keep": scene.keep.split(AND) if scene.keep else [],
+    }
+    text = yaml_text({key: value for key, value in content.items() if value or key == "name"})
+    make_folder(path.parent)
+    for file, mesh in meshes.items():
+        write_whole(file, _obj(mesh).encode())
+    write_whole(path, text.encode())
+    return [path, *meshes]
+
+
+def _thing(item: Obstacle | MovingObstacle | Carried, files: Iterator[Path]) -> dict[str, Any]:
+    """A thing under the keys of a scene file; a mesh is in the next of the ``files``."""
+    shape = {"file": next(files).name} if isinstance(item.shape, Mesh) else vars(item.shape)
+    data = {"name": item.name, "type": type(item.shape).__name__.lower(), **shape}
+    match item:
+        case MovingObstacle(motion=motion):
+            poses = zip(motion.times.tolist(), motion.poses, strict=True)
+            return {**data, "motion": [{"t": t, **_pose(placement)} for t, placement in poses]}
+        case Carried():
+            return {**data, **_pose(item.placement), "link": item.link, "touch_links": list(item.touch_links)}
+    limit = {"speed_limit": float(item.speed_limit)} if item.speed_limit > 0 else {}
+    return {**data, **_pose(item.placement), **limit}
+
+
+def _pose(placement: Floats) -> dict[str, Any]:
+    return {"position": placement[:3, 3].tolist(), "quaternion": quaternion_of(placement[:3, :3])}
+
+
+def _permissions(scene: Scene) -> Iterator[list[str]]:
+    """Pairs of names that may touch, where a name is that of a shape or a link."""
+    shapes: dict[str, list[str]] = {}
+    for item in (*scene.obstacles, *scene.carried):
+        shapes.setdefault(item.object, []).append(item.name)
+    for pair in scene.allowed:
+        first, second = (tuple(pair) * 2)[:2]
+        for a, b in itertools.product(shapes.get(first, [first]), shapes.get(second, [second])):
+            yield sorted((a, b))
+
+
+def _obj(mesh: Mesh) -> str:
+    vertices = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist())
+    return vertices + "".join(f"f {i + 1} {j + 1} {k + 1}\n" for i, j, k in mesh.triangles.tolist())

@@ -66,7 +66,7 @@ class Mesh:
     """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices, at least one.
 
     With a ``radius`` (m) it stands for a surface of more triangles no point of which is farther than that from it
-    (:mod:`planner.robot.files.thinned`): what comes as near as that counts as a contact.
+    (:func:`planner.robot.files.meshes.thinned`): what comes as near as that counts as a contact.
     """
 
     vertices: Floats

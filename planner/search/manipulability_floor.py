@@ -16,7 +16,6 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass, replace
-from enum import Enum, auto
 
 import numpy as np
 
@@ -24,11 +23,16 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints, as_frozen
 from planner.base.resolutions import W_AGAINST_FLOOR
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.roadmap import Roadmap
+from planner.native.graphs import cheapest_nodes
+from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.robot import Robot
-from planner.trajectory.measure import dense_segments
+from planner.search.network import cheapest_steps, edge_rows
+from planner.trajectory.measure import dense_path, dense_segments
 
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
+_LOWER = 0.95  # from one floor that is tried to the next
+_LEAST = 0.01  # of the first floor: lower ones are not tried
+_MOST_PATHS = 100  # whose edges are sampled anew in search of the highest floor
 _FINER, _ZOOMS = 8, 7  # around a low sample so many times finer, so often: to 5e-10 rad
 
 
@@ -53,10 +57,12 @@ class LayeredNetwork:
         np.minimum.at(least, self.roadmap_node, x)
         return least
 
-    def without_edge(self, i: int, j: int) -> LayeredNetwork:
-        """The layered network without every arc between two roadmap nodes, whichever layer it is in."""
+    def without_edges(self, edges: Ints) -> LayeredNetwork:
+        """The layered network without every arc along the roadmap's ``edges`` (k, 2), whichever layer it is in."""
+        n = int(self.roadmap_node.max(initial=0)) + 1
         tails, heads = self.roadmap_node[self.network.tails], self.roadmap_node[self.network.indices]
-        gone = ((tails == i) & (heads == j)) | ((tails == j) & (heads == i))
+        of_arc = np.minimum(tails, heads) * n + np.maximum(tails, heads)
+        gone = np.isin(of_arc, edges.min(axis=1) * n + edges.max(axis=1))
         return replace(self, network=self.network.without_arcs(np.flatnonzero(gone)))
 
     def without_arcs_between(self, i: int, j: int) -> LayeredNetwork:
@@ -72,28 +78,65 @@ def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0)
     """
     if floor <= 0:
         return LayeredNetwork(network, np.arange(network.n_nodes), roadmap.starts)
-    layers, arcs_by_kind = _Layers(roadmap, floor), _Arcs(roadmap, network, floor)
-    parts = [(arcs_by_kind.arcs(_Kind.ABOVE, 0.0), layers.roadmap, layers.roadmap)]
-    for layer in layers.layers_below:
-        parts.append((arcs_by_kind.arcs(_Kind.BELOW, layer.least), layer.copy, layer.copy))
-        if layer.up:
-            parts.append((arcs_by_kind.arcs(_Kind.UP, layer.least), layer.copy, layers.roadmap))
-        else:
-            parts.append((arcs_by_kind.arcs(_Kind.DOWN, layer.least), layers.roadmap, layer.copy))
-    arcs = np.concatenate([part[0] for part in parts])
-    tails = np.concatenate([tail[network.tails[rows]] for rows, tail, _ in parts])
-    heads = np.concatenate([head[network.indices[rows]] for rows, _, head in parts])
+    n, w = len(roadmap.nodes), roadmap.manipulability
+    nodes, below, arcs = np.arange(n), np.flatnonzero(w < floor), _ArcsAtFloor(roadmap, network, floor)
+    parts, layers = [(arcs.above, nodes, nodes)], []  # of arcs, with the number of each roadmap node at both their ends
+    for ends, up in ((roadmap.starts, True), (roadmap.goals, False)):
+        for least in np.unique(w[ends][w[ends] < floor]).tolist():
+            copy = np.full(n, -1, dtype=np.int64)
+            copy[below] = n + len(layers) * len(below) + np.arange(len(below))
+            layers.append(_Layer(least, up, copy))
+            enough = arcs.least >= (1.0 - _ROUNDING) * least
+            parts.append((arcs.below & enough, copy, copy))
+            parts.append((arcs.up & enough, copy, nodes) if up else (arcs.down & enough, nodes, copy))
+    chosen = np.concatenate([np.flatnonzero(kept) for kept, _, _ in parts])
+    roadmap_node = np.concatenate([nodes, np.tile(below, len(layers))])
     graph = gabf.Network.from_arcs(
-        tails,
-        heads,
-        network.weight[arcs],
-        sources=layers.ends(roadmap.goals, up=False),
-        n_nodes=len(layers.roadmap_node),
-        node_cost=None if network.node_cost is None else network.node_cost[layers.roadmap_node],
-        arc_cost=None if network.arc_cost is None else network.arc_cost[arcs],
+        np.concatenate([tail[network.tails[kept]] for kept, tail, _ in parts]),
+        np.concatenate([head[network.indices[kept]] for kept, _, head in parts]),
+        network.weight[chosen],
+        sources=_ends(roadmap.goals, w, floor, layers, up=False),
+        n_nodes=len(roadmap_node),
+        node_cost=None if network.node_cost is None else network.node_cost[roadmap_node],
+        arc_cost=None if network.arc_cost is None else network.arc_cost[chosen],
         kernel=network.kernel,
     )
-    return LayeredNetwork(graph, layers.roadmap_node, layers.ends(roadmap.starts, up=True))
+    return LayeredNetwork(graph, roadmap_node, _ends(roadmap.starts, w, floor, layers, up=True))
+
+
+class _ArcsAtFloor:
+    """The least w on each arc, and which arcs lie above the floor, below it, or cross it once, up or down."""
+
+    def __init__(self, roadmap: Roadmap, network: gabf.Network, floor: float) -> None:
+        w = roadmap.edge_manipulability[edge_rows(roadmap, network.tails, network.indices)]
+        above = np.where((network.tails > network.indices)[:, None], w[:, ::-1], w) >= floor
+        steps, first, last = np.diff(above.astype(np.int8), axis=1), above[:, 0], above[:, -1]
+        self.least = w.min(axis=1)
+        self.above, self.below = above.all(axis=1), ~above.any(axis=1)
+        self.up = (steps >= 0).all(axis=1) & ~first & last
+        self.down = (steps <= 0).all(axis=1) & first & ~last
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """A copy of the nodes below the floor for paths up to it, or down from it, whose end has the w ``least``."""
+
+    least: float
+    up: bool
+    copy: Ints  # (n,) the copy's number of each roadmap node, -1 for those above the floor
+
+
+def _ends(ends: Ints, w: Floats, floor: float, layers: list[_Layer], up: bool) -> Ints:
+    """The nodes of the layered network at which paths may start (``up``) or end.
+
+    An end above the floor is its own node. An end below it is its copy in its own layer, and also its copies in the
+    layers of the other direction, for paths that never reach the floor: such a path stays in one layer, that of its
+    start or that of its goal.
+    """
+    numbers = [[node] for node in ends[w[ends] >= floor]]
+    for node in ends[w[ends] < floor]:
+        numbers.append([layer.copy[node] for layer in layers if layer.up != up or layer.least == w[node]])
+    return np.array(list(itertools.chain(*numbers)), dtype=np.int64)
 
 
 def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
@@ -114,6 +157,60 @@ def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
         between = slice(above[0] + 1, above[-1] + 1)
         bad[between] |= dips[between] < floor
     return int(segment[np.argmax(bad)]) if bad.any() else None
+
+
+def highest_floor(robot: Robot, roadmap: Roadmap, network: gabf.Network, asked: float | None = None) -> float:
+    """The highest floor found that a path of ``network`` keeps to, rounded down to two digits; 0 for none.
+
+    That is the highest w above which all of a path lies. Where a floor was ``asked`` for and is too high, floors below
+    it are tried too, from above, as paths to them may begin and end lower: a lower floor may forbid a path that a
+    higher one allows. Floors above all w on the roadmap allow the same paths: the highest w is tried first.
+    """
+    all_above = rounded_down(_highest_bottleneck(robot, roadmap, network))
+    if asked is None:
+        return all_above
+    floor = top = rounded_down(_LOWER * min(asked, roadmap.edge_manipulability.max(initial=0.0)))
+    while floor > max(all_above, _LEAST * top):
+        layered = layered_network(roadmap, network, floor)
+        path = path_waypoints(roadmap, robot, layered.roadmap_node[cheapest_steps(layered.network, layered.starts)])
+        if len(path) and first_violation(robot, path, floor) is None:
+            return floor
+        floor = rounded_down(_LOWER * floor)
+    return min(all_above, top) if all_above > _LEAST * top else 0.0
+
+
+def _highest_bottleneck(robot: Robot, roadmap: Roadmap, network: gabf.Network) -> float:
+    """The largest w below which some path never falls; 0 where no path is.
+
+    Edges are first taken by the states that are kept of them; those on a best path are sampled anew, as w may dip in
+    between, until all edges of a best path have been.
+    """
+    rows, arcs = edge_rows(roadmap, network.tails, network.indices), np.stack([network.tails, network.indices], axis=1)
+    least, sampled = roadmap.edge_manipulability.min(axis=1, initial=np.inf), np.zeros(len(roadmap.edges), dtype=bool)
+
+    def path(bar: float) -> Ints:
+        kept = arcs[least[rows] >= bar]
+        return cheapest_nodes(len(roadmap.nodes), kept, np.ones(len(kept)), roadmap.starts, network.sources)
+
+    found = 0.0
+    for _ in range(_MOST_PATHS):
+        bars = np.unique(np.append(least, 0.0))
+        low, high = 0, len(bars)  # paths lead over arcs from bars[low] up, none over those from bars[high] up
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if len(path(bars[middle])) else (low, middle)
+        nodes = path(bars[low])
+        if len(nodes) < 2:  # no path, or a start that is a goal
+            return float(roadmap.manipulability[nodes].min(initial=np.inf)) if len(nodes) else 0.0
+        passed = edge_rows(roadmap, nodes[:-1], nodes[1:])
+        for row in passed[~sampled[passed]]:
+            q = dense_path(path_waypoints(roadmap, robot, roadmap.edges[row]), W_AGAINST_FLOOR)
+            least[row] = _dips(robot, q, manipulability(robot, q)).min()
+        sampled[passed] = True
+        found = max(found, float(least[passed].min()))
+        if found >= bars[low]:
+            break
+    return found
 
 
 def _dips(robot: Robot, q: Floats, w: Floats) -> Floats:
@@ -137,83 +234,6 @@ def _dips(robot: Robot, q: Floats, w: Floats) -> Floats:
         before, after = np.where(inside, -side, before / _FINER), np.where(inside, side, after / _FINER)
         at = states[best, rows]
     return dips
-
-
-class _Kind(Enum):
-    """Where an arc lies relative to the floor."""
-
-    ABOVE = auto()
-    BELOW = auto()
-    UP = auto()  # crosses it once
-    DOWN = auto()
-
-
-class _Arcs:
-    """The arcs of a network by where they lie relative to the floor, with the least w on each."""
-
-    def __init__(self, roadmap: Roadmap, network: gabf.Network, floor: float) -> None:
-        tails, heads, n = network.tails, network.indices, len(roadmap.nodes)
-        keys = roadmap.edges[:, 0] * n + roadmap.edges[:, 1]
-        edge = np.searchsorted(keys, np.minimum(tails, heads) * n + np.maximum(tails, heads))
-        w = roadmap.edge_manipulability[edge]
-        w = np.where((tails > heads)[:, None], w[:, ::-1], w)
-        above = w >= floor
-        rises = (np.diff(above.astype(np.int8), axis=1) >= 0).all(axis=1)
-        falls = (np.diff(above.astype(np.int8), axis=1) <= 0).all(axis=1)
-        first, last = above[:, 0], above[:, -1]
-        self._least = w.min(axis=1)
-        self._of = {
-            _Kind.ABOVE: above.all(axis=1),
-            _Kind.BELOW: ~above.any(axis=1),
-            _Kind.UP: rises & ~first & last,
-            _Kind.DOWN: falls & first & ~last,
-        }
-
-    def arcs(self, kind: _Kind, least: float) -> Ints:
-        """The arcs (k,) of a kind on which w is at least ``least``."""
-        return np.flatnonzero(self._of[kind] & (self._least >= (1.0 - _ROUNDING) * least))
-
-
-@dataclass(frozen=True, eq=False)
-class _Layer:
-    """A copy of the nodes below the floor for paths up to it, or down from it, whose end has the w ``least``."""
-
-    least: float
-    up: bool
-    copy: Ints  # (n,) the copy's number of each roadmap node, -1 for those above the floor
-
-
-class _Layers:
-    """The roadmap's nodes, then their copies, layer by layer."""
-
-    def __init__(self, roadmap: Roadmap, floor: float) -> None:
-        n, self._w = len(roadmap.nodes), roadmap.manipulability
-        self._floor = floor
-        self.roadmap = np.arange(n)
-        below = np.flatnonzero(self._w < floor)
-        bars = [(w, up) for ends, up in ((roadmap.starts, True), (roadmap.goals, False)) for w in self._bars(ends)]
-        self.roadmap_node = np.concatenate([self.roadmap, np.tile(below, len(bars))])
-        layers_below = []
-        for k, (least, up) in enumerate(bars):
-            copy = np.full(n, -1, dtype=np.int64)
-            copy[below] = n + k * len(below) + np.arange(len(below))
-            layers_below.append(_Layer(least, up, copy))
-        self.layers_below = tuple(layers_below)
-
-    def _bars(self, ends: Ints) -> list[float]:
-        return np.unique(self._w[ends][self._w[ends] < self._floor]).tolist()
-
-    def ends(self, nodes: Ints, up: bool) -> Ints:
-        """The nodes of the layered network at which paths may start (``up``) or end.
-
-        An end above the floor is its own node. An end below it is its copy in its own layer, and also its copies in
-        the layers of the other direction, for paths that never reach the floor: such a path stays in one layer, that
-        of its start or that of its goal.
-        """
-        numbers = [[node] for node in nodes[self._w[nodes] >= self._floor]]
-        for node in nodes[self._w[nodes] < self._floor]:
-            numbers.append([t.copy[node] for t in self.layers_below if t.up != up or t.least == self._w[node]])
-        return np.array(list(itertools.chain(*numbers)), dtype=np.int64)
 
 
 def rounded_down(w: float) -> float:

@@ -11,6 +11,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import AssumptionError, KeywordError, OptionError
 from planner.base.shares import traded_off
 from planner.cost.scale import cost_number, length_cost, manipulability_cost
+from planner.native.graphs import cheapest_nodes
 from planner.problem.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective
 from planner.roadmap.roadmap import Roadmap
 
@@ -102,3 +103,16 @@ def path_cost(network: gabf.Network, nodes: Ints) -> PathCost:
     manipulability, distance = (float(total) for total in steps.sum(axis=0))
     beta: float = network.kernel.beta  # type: ignore[attr-defined]  (arc_costs refused any other kernel)
     return PathCost(traded_off(beta, manipulability, distance), manipulability, distance, beta)
+
+
+def edge_rows(roadmap: Roadmap, tails: Ints, heads: Ints) -> Ints:
+    """The rows (k,) of the roadmap's edges between ``tails`` and ``heads`` (k,), in either direction."""
+    n, edges = len(roadmap.nodes), roadmap.edges
+    low, high = np.minimum(tails, heads), np.maximum(tails, heads)
+    return np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+
+
+def cheapest_steps(network: gabf.Network, starts: Ints) -> Ints:
+    """The nodes (k,) of the cheapest path from ``starts`` to a source, by Dijkstra's algorithm; none without one."""
+    arcs = np.column_stack([network.tails, network.indices])
+    return cheapest_nodes(network.n_nodes, arcs, network.arcs(np.zeros(network.n_arcs)), starts, network.sources)

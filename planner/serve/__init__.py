@@ -1,1 +1,1 @@
-"""Gate and planner for programs in other languages: one process, messages in JSON or msgpack over a websocket."""
+"""Gate and planner for programs in other languages: one process, JSON messages over a websocket."""

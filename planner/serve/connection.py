@@ -1,259 +1,262 @@
-"""One client: its requests are read one after the other, long work is done beside them, and all of it ends with it."""
+"""One client and its world: quick requests are answered in order, loading and planning happen in a second thread."""
 
 from __future__ import annotations
 
 import json
 import logging
-import queue
+import os
+import re
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
-import msgpack
+import pydantic
 import pydantic_core
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.connection import Connection as Socket
 
 from planner.base.errors import OptionError, PlannerError
-from planner.base.progress import Progress
-from planner.base.yamlfile import object_of, validate
+from planner.base.notes import Note
+from planner.base.progress import QUIET, Progress
+from planner.planning.motion import timed
+from planner.problem.options import conditions_of
+from planner.problem.request import TimingRequest, WorldRequest
+from planner.query.robots import robot_sources, scene_sources
+from planner.robot.model_checks import notes
+from planner.robot.scene import mesh_notes, obstacle_of
 from planner.serve import messages as ask
-from planner.serve.worlds import World, Worlds
+from planner.session.gate import Gate
+from planner.session.live_world import LiveWorld
+from planner.session.session import Session
+from planner.trajectory.file import trajectory_record
+from planner.trajectory.trajectory import Trajectory
 
 _log = logging.getLogger(__name__)
-_MOST_JOBS, _MOST_EVENTS = 16, 1000  # of one client: under way, not yet sent
-_REPORT_EVERY = 0.05  # s between two messages on progress
-
-Work = Callable[[Progress], dict[str, Any]]
-
-
-def hang_up(on: Socket) -> None:
-    """End a connection at once, also while a thread waits in ``send``, for which its own ``close`` would wait too."""
-    with suppress(OSError):
-        on.socket.shutdown(socket.SHUT_RDWR)
-
-
-@dataclass(frozen=True)
-class _To:
-    """Whom a message is for: the request's id, and whether its frame was msgpack."""
-
-    id: Any
-    packed: bool
-
-
-class _Job:
-    """Work that is under way: ended by a cancel, by its time, or with its client."""
-
-    def __init__(self, timeout: float | None) -> None:
-        self._until = None if timeout is None else time.monotonic() + timeout
-        self.cancelled, self.answered = threading.Event(), False
-
-    def over(self) -> bool:
-        """Whether it is to end."""
-        return self.cancelled.is_set() or (self._until is not None and time.monotonic() >= self._until)
+_ID = pydantic.TypeAdapter[str | int](ask.Id)
+_MOST_JOBS = 16  # of one client, under way or waiting
+_REPORT_EVERY = 0.05  # s between two events
+_KEYS = b"urdf|obstacles|carried|states|robots|keep|world|robot_model_name|allowed_collision_matrix|joint_limits"
+_MODEL = re.compile(rb"<(robot|mujoco)[\s>]|^[\"']?(" + _KEYS + rb")[\"']?:(\s|$)|\A[^\n]*\n(\* \w|\.\s)", re.MULTILINE)
+_MESHES = (".stl", ".obj", ".ply", ".dae", ".glb")
 
 
 class Connection:
-    """What a client asks of the ``worlds``, and the answers; :meth:`take` each of its frames, and :meth:`close`."""
+    """A gate and a session on the live world of one client; :meth:`take` its frames, then :meth:`close`."""
 
-    def __init__(self, socket: Socket, worlds: Worlds) -> None:
-        self._socket, self._worlds = socket, worlds
-        self._jobs: dict[str | int, _Job] = {}
-        self._threads: set[threading.Thread] = set()
-        self._alone, self._in_order = threading.Lock(), threading.Lock()
-        self._events: queue.Queue[tuple[_To, dict[str, Any], _Job | None] | None] = queue.Queue(_MOST_EVENTS)
-        self._teller = threading.Thread(target=self._tell_all, name="events")
-        self._teller.start()
+    def __init__(self, client: Socket, allow_xacro: bool) -> None:
+        self._socket, self._allow_xacro = client, allow_xacro
+        self._world: tuple[Gate, Session] | None = None
+        self._jobs: dict[Any, threading.Event] = {}  # by the ids of requests; a job ends once its event is set
+        self._worker = ThreadPoolExecutor(1, "work")
 
     def take(self, frame: str | bytes) -> None:
-        """Answer one frame, or begin the work that will; never raises for what a frame may hold."""
-        to = _To(None, isinstance(frame, bytes))
+        """Answer a frame, or begin the work that will; never raises for what a frame may hold."""
+        name = None
         try:
             data = _decoded(frame)
-            to = replace(to, id=_id_in(data))
-            request = validate(ask.Request, data, "the request", OptionError)
-            self._answer(replace(to, id=request.id), request)
+            name = _id_in(data)
+            request = ask.read_request(data)
+            if isinstance(request.params, ask.Load | ask.Plan | ask.Replan):
+                self._begin(request)
+            else:
+                self._answer(name, lambda: self._do(request.params, QUIET))
         except PlannerError as error:
-            self._refuse(to, error)
+            self._send(name, _refusal(error))
 
     def close(self) -> None:
-        """End all that is under way for this client, and wait for it."""
-        with self._alone:
-            for job in self._jobs.values():
-                job.cancelled.set()
-        self._worlds.forget(self)
-        for thread in list(self._threads):
-            thread.join()
-        while True:
-            try:
-                self._events.put(None, timeout=0.05)
-                break
-            except queue.Full:  # nobody reads them
-                self._events.queue.clear()
-        self._teller.join()
+        """End all work, and wait for it."""
+        for cancelled in list(self._jobs.values()):
+            cancelled.set()
+        self._worker.shutdown()
 
-    def _answer(self, to: _To, request: ask.Request) -> None:
-        model = ask.METHODS.get(request.method)
-        if model is None:
-            raise OptionError(f"method '{request.method[:100]}' not found; methods are {', '.join(ask.METHODS)}.")
-        asked = validate(model, request.params, f"params of '{request.method}'", OptionError)
-        match asked:
-            case ask.Check():
-                self._done(to, lambda: self._worlds[asked.world].check(asked))
-            case ask.Change():
-                self._done(to, lambda: self._worlds[asked.world].change(asked))
-            case ask.Cancel():
-                self._done(to, lambda: self._cancel(asked))
-            case ask.Subscribe():
-                self._done(to, lambda: self._subscribe(to, self._worlds[asked.world]))
-            case ask.Unsubscribe():
-                self._done(to, lambda: self._unsubscribe(self._worlds[asked.world]))
-            case ask.Worlds():
-                self._done(to, lambda: {"worlds": [world.record() for world in self._worlds.all()]})
-            case ask.Load():
-                self._begin(to, request.timeout, lambda progress: self._worlds.load(asked, progress).record())
-            case ask.Plan() | ask.Replan():
-                world = self._worlds[asked.world]
-                self._begin(to, request.timeout, lambda progress: _planned(world, asked, progress))
+    def hang_up(self) -> None:
+        """End the connection at once, also while a thread waits in ``send``; then its work ends too."""
+        with suppress(OSError):
+            self._socket.socket.shutdown(socket.SHUT_RDWR)
 
-    def _begin(self, to: _To, timeout: float | None, work: Work) -> None:
-        """Work that takes its time, in a thread of its own."""
-        job = _Job(timeout)
-        with self._alone:
-            if to.id in self._jobs:
-                raise OptionError(f"request {to.id!r} is under way already: give each an id of its own.")
-            if len(self._jobs) >= _MOST_JOBS:
-                raise OptionError(f"{_MOST_JOBS} requests are under way already: wait for one, or cancel it.")
-            self._jobs[to.id] = job
-        progress = Progress(self._reporter(to, job), job.over)
-
-        def run() -> None:
-            try:
-                self._done(to, lambda: work(progress), job)
-            finally:
-                self._threads.discard(threading.current_thread())
-
-        thread = threading.Thread(target=run, name="work")
-        self._threads.add(thread)
-        thread.start()
-
-    def _done(self, to: _To, work: Callable[[], dict[str, Any]], job: _Job | None = None) -> None:
-        """Work, and its answer: a client that has it may ask under the same name again."""
-        failure: PlannerError | None = None
-        result: dict[str, Any] = {}
-        try:
-            result = work()
-        except PlannerError as error:
-            failure = error
-        except Exception:  # a fault of ours: the client is told, and the server lives
-            _log.exception("a request failed")
-            failure = PlannerError("the planner failed on this request: its log says where.")
-        if job is not None:
-            with self._alone:
-                del self._jobs[to.id]
-            with self._in_order:
-                job.answered = True
-        if failure is not None:
-            self._refuse(to, failure)
-        else:
-            self._send(to, {"result": result})
-
-    def _cancel(self, asked: ask.Cancel) -> dict[str, Any]:
-        with self._alone:
-            job = self._jobs.get(asked.id)
-        if job is None:
-            raise OptionError(f"no request {asked.id!r} is under way: it is answered already, or never came.")
-        job.cancelled.set()
-        return {"cancelled": asked.id}
-
-    def _subscribe(self, to: _To, world: World) -> dict[str, Any]:
-        world.listeners[self] = lambda event: self._tell(to, event)
-        return world.record()
-
-    def _unsubscribe(self, world: World) -> dict[str, Any]:
-        return {"subscribed": world.listeners.pop(self, None) is not None}
-
-    def _reporter(self, to: _To, job: _Job) -> Callable[[str, int, int], None]:
-        last = 0.0
+    def _begin(self, request: ask.Request) -> None:
+        """Load or plan in the second thread, with events on progress."""
+        name, last = request.id, 0.0
+        if name in self._jobs:
+            raise OptionError(f"request {name!r} is under way already: give each an id of its own.")
+        if len(self._jobs) >= _MOST_JOBS:
+            raise OptionError(f"{_MOST_JOBS} requests are under way already: wait for one, or cancel it.")
+        cancelled = self._jobs[name] = threading.Event()
+        until = time.monotonic() + (request.timeout or threading.TIMEOUT_MAX)
 
         def report(stage: str, done: int, total: int) -> None:
-            """Tell the client, but not too often."""
             nonlocal last
-            now = time.monotonic()
-            if now - last >= _REPORT_EVERY:
-                last = now
-                self._tell(to, {"event": "progress", "stage": stage, "done": done, "total": total}, job)
+            if time.monotonic() - last >= _REPORT_EVERY:
+                last = time.monotonic()
+                self._send(name, {"event": "progress", "stage": stage, "done": done, "total": total})
 
-        return report
+        def is_over() -> bool:
+            return cancelled.is_set() or time.monotonic() >= until
 
-    def _refuse(self, to: _To, error: PlannerError) -> None:
-        reason = {} if error.reason is None else {"reason": error.reason.to_dict()}
-        self._send(to, {"error": {"kind": type(error).__name__, "message": str(error), **reason}})
+        def work() -> dict[str, Any]:
+            try:
+                return self._do(request.params, Progress(report, is_over))
+            except PlannerError as error:
+                if type(error) is PlannerError:  # not of bad input
+                    _go_on(is_over())
+                raise
+            finally:
+                del self._jobs[name]  # a client that has the answer may use the id again
 
-    def _tell(self, to: _To, event: dict[str, Any], job: _Job | None = None) -> None:
-        """Send an event when there is time for it, that of a ``job`` until its answer: whoever tells does not wait.
+        self._worker.submit(self._answer, name, work)
 
-        Who never reads is hung up on.
-        """
+    def _do(self, asked: Any, progress: Progress) -> dict[str, Any]:
+        """The result of a message."""
+        if isinstance(asked, ask.Load):
+            return self._load(asked, progress)
+        if isinstance(asked, ask.Cancel):
+            cancelled = self._jobs.get(asked.id)
+            if cancelled is None:
+                raise OptionError(f"request {asked.id!r} is not under way: it is answered already, or never came.")
+            cancelled.set()
+            return {"cancelled": asked.id}
+        if self._world is None:
+            raise OptionError("there is no world yet: load one first.")
+        gate, session = self._world
+        if isinstance(asked, ask.Check):
+            return _check(gate, asked)
+        if isinstance(asked, ask.Change):
+            return _change(gate, asked)
+        _go_on(progress.stopped)
+        again = isinstance(asked, ask.Replan)
+        plan = session.replan(progress) if again else session.plan(asked.start, asked.goal, asked.beta, progress)
+        has_motion = asked.motion and plan.solved and len(plan.path) > 1
+        motion = timed(plan, TimingRequest(), gate.limits) if has_motion else None
+        _go_on(progress.stopped)
+        return {
+            "outcome": plan.outcome.key,
+            "message": plan.message,
+            "joints": list(plan.robot.joints),
+            "path": plan.path.tolist(),
+            "cost": None if plan.cost is None else plan.cost.total,
+            "reason": None if plan.reason is None else plan.reason.to_dict(),
+            "motion": _record(motion, gate),
+            "notes": list(plan.end_notes),
+        }
+
+    def _load(self, asked: ask.Load, progress: Progress) -> dict[str, Any]:
+        limits = asked.limits.limits
+        for paths in (robot_sources(asked.robot), scene_sources(asked.scene), [limits] if limits else []):
+            _require_models(paths, self._allow_xacro)
+        keep, floor = conditions_of(asked.keep), asked.min_manipulability
+        world = LiveWorld(WorldRequest(asked.robot, asked.scene, asked.tool, margin=asked.margin, keep=keep))
+        gate = Gate(world, limits=asked.limits, judged=asked.judged, min_manipulability=floor)
+        _go_on(progress.stopped)
+        self._world = gate, Session(world, nodes=asked.nodes, seed=asked.seed, min_manipulability=floor)
+        return {
+            "robot": world.robot.name,
+            "scene": world.scene.name,
+            "joints": list(world.robot.joints),
+            **gate.to_dict(),
+            "obstacles": [item.name for item in world.scene.obstacles],
+            "carried": [item.name for item in world.scene.carried],
+            "notes": _texts(notes(world.robot, world.scene)),
+        }
+
+    def _answer(self, name: Any, work: Callable[[], dict[str, Any]]) -> None:
         try:
-            self._events.put_nowait((to, event, job))
-        except queue.Full:
-            hang_up(self._socket)
+            answer = {"result": work()}
+        except PlannerError as error:
+            answer = _refusal(error)
+        except Exception:  # a fault of ours: the server lives
+            _log.exception("a request failed")
+            answer = _refusal(PlannerError("the planner failed on this request: its log says where."))
+        self._send(name, answer)
 
-    def _tell_all(self) -> None:
-        while (told := self._events.get()) is not None:
-            to, event, job = told
-            with self._in_order:
-                if job is None or not job.answered:
-                    self._send(to, event)
-
-    def _send(self, to: _To, message: dict[str, Any]) -> None:
-        message = {"id": to.id, **message}
-        try:
-            self._socket.send(_packed(message) if to.packed else json.dumps(message, ensure_ascii=False))
-        except (OSError, EOFError, ConnectionClosed):  # it is gone: its requests are ended elsewhere
-            _log.debug("a client was gone before its answer")
+    def _send(self, name: Any, message: dict[str, Any]) -> None:
+        with suppress(OSError, EOFError, ConnectionClosed):  # the client is gone, and its work ends with it
+            self._socket.send(json.dumps({"id": name, **message}, ensure_ascii=False))
 
 
-def _planned(world: World, asked: ask.Plan | ask.Replan, progress: Progress) -> dict[str, Any]:
-    if isinstance(asked, ask.Replan):
-        return world.plan(lambda session, told: session.replan(told), asked.motion, progress)
-    beta = world.beta if asked.beta is None else asked.beta
-    return world.plan(lambda session, told: session.plan(asked.start, asked.goal, beta, told), asked.motion, progress)
+def _refusal(error: PlannerError) -> dict[str, Any]:
+    reason = {} if error.reason is None else {"reason": error.reason.to_dict()}
+    return {"error": {"kind": type(error).__name__, "message": str(error), **reason}}
+
+
+def _go_on(stopped: bool) -> None:
+    if stopped:
+        raise PlannerError("stopped before it was done: it was cancelled, or its time is over.")
+
+
+def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
+    said: list[Note] = []
+    for each in asked.changes:
+        if isinstance(each, ask.Move):
+            gate.move(each.name, each.matrix())
+        elif isinstance(each, ask.Add):
+            if each.obstacle.type == "mesh":
+                _require_models([Path(each.obstacle.file)])
+            gate.add(obstacle_of(each.obstacle))
+            said += mesh_notes([each.obstacle])
+        else:
+            getattr(gate, each.do)(**each.model_dump(exclude={"do"}))
+    if any(isinstance(each, ask.Add) for each in asked.changes):
+        said += notes(gate.robot, gate.scene)
+    return {"changes": len(asked.changes), "revision": gate.world.now[1], "notes": _texts(said)}
+
+
+def _check(gate: Gate, asked: ask.Check) -> dict[str, Any]:
+    now = asked.state
+    state = None if now is None else [row for row in (now.q, now.qd, now.qdd) if row is not None]
+    columns = asked.positions, asked.velocities, asked.accelerations
+    verdict = gate.check(*columns, times=asked.times, state=state, stop=asked.stop)
+    found = verdict.to_dict()
+    if "stop" in asked.want:
+        found["stop"] = _record(verdict.stop, gate)
+    if "clearance" in asked.want:
+        found["clearance"] = verdict.clearance
+    return found
+
+
+def _texts(said: Iterable[Note]) -> list[str]:
+    return list(dict.fromkeys(note.text for note in said))
+
+
+def _record(trajectory: Trajectory | None, gate: Gate) -> dict[str, Any] | None:
+    return None if trajectory is None else trajectory_record(trajectory, gate.robot.name, gate.scene.name)
 
 
 def _decoded(frame: str | bytes) -> Any:
-    """The data of a frame; :class:`OptionError` for what is none."""
+    """The data of a frame; :class:`OptionError` for a frame that is not JSON."""
     try:
         if isinstance(frame, bytes):
-            return msgpack.unpackb(frame, object_pairs_hook=object_of)
-        data = pydantic_core.from_json(frame)  # a quarter of the time of json's own, which tells what stands twice
-        return data if frame.count(":") == _keys_in(data) else json.loads(frame, object_pairs_hook=object_of)
-    except (ValueError, RecursionError, msgpack.UnpackException) as error:
-        what = "msgpack" if isinstance(frame, bytes) else "JSON"
-        raise OptionError(
-            f"the frame is no {what} ({str(error)[:100] or type(error).__name__}): send text as JSON, bytes as msgpack."
-        ) from None
-
-
-def _keys_in(data: Any) -> int:
-    """How many keys the objects of ``data`` have, or fewer: lists whose first item is none are not gone through."""
-    if isinstance(data, dict):
-        return len(data) + sum(map(_keys_in, data.values()))
-    return sum(map(_keys_in, data)) if isinstance(data, list) and data and isinstance(data[0], (dict, list)) else 0
+            raise ValueError("it is binary")
+        return pydantic_core.from_json(frame)
+    except ValueError as error:
+        raise OptionError(f"a frame must be JSON ({str(error)[:100]}): send it as text.") from None
 
 
 def _id_in(data: Any) -> str | int | None:
-    """The id of what may be a request, where an answer in any format can say it."""
-    named = data.get("id") if isinstance(data, dict) else None
-    return named if isinstance(named, str) or (isinstance(named, int) and abs(named) < ask.LARGEST_ID) else None
+    """The id of a message that may be no request."""
+    try:
+        return _ID.validate_python(data["id"])
+    except (TypeError, LookupError, ValueError):
+        return None
 
 
-def _packed(message: dict[str, Any]) -> bytes:
-    packed = msgpack.packb(message)
-    assert packed is not None  # no packer of its own was given
-    return packed
+def _require_models(paths: Iterable[Path], allow_xacro: bool = False) -> None:
+    """Raise :class:`OptionError` unless all are regular files, the first one with a model, and none is xacro.
+
+    Errors about a model quote it, and no other file may reach a client so. Missing files are left to the reader.
+    """
+    for k, path in enumerate(paths):
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise OptionError(f"{path} is a folder, a pipe or a device: give the path of a file.")
+        if path.suffix.lower() == ".xacro" and not allow_xacro:
+            raise OptionError(f"{path} is xacro, whose expressions are run: start the server with --allow-xacro.")
+        if k == 0 and path.suffix.lower() not in _MESHES and os.access(path, os.R_OK):
+            with path.open("rb") as file:
+                if not _MODEL.search(file.read(1 << 20)):
+                    raise OptionError(f"{path} holds no robot, scene or joint limits: give the path of one.")
+        if path.suffix.lower() == ".xacro":  # which may name any file
+            return

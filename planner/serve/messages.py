@@ -1,9 +1,7 @@
-"""What a client may ask for, as checked data: ``{"id": ..., "method": ..., "params": {...}, "timeout": s}``.
+"""The messages of a client: ``{"id": ..., "method": ..., "params": {...}, "timeout": s}``, text frames of JSON.
 
-Text frames are JSON, binary ones msgpack, and each is answered in kind. A request ends with one answer,
-``{"id", "result"}`` or ``{"id", "error": {"kind", "message"}}``; before it may come
-``{"id", "event": "progress", ...}``, and after a ``subscribe`` come ``{"id", "event": "world" | "field", ...}``.
-Units are m, rad and s.
+A request ends with one answer, ``{"id", "result"}`` or ``{"id", "error": {"kind", "message"}}``; events
+``{"id", "event": "progress", ...}`` may come before it. Units are m, rad and s.
 """
 
 from __future__ import annotations
@@ -14,52 +12,35 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 import pydantic
 
-from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole
+from planner.base.errors import OptionError, choices
+from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole, validate
+from planner.problem.request import LimitsRequest
 from planner.robot.scene import ObstacleFile, PoseFile
+from planner.session.gate import JUDGED
 
-MAIN = "main"  # the world that is meant where none is named
-_LONGEST = 3600.0  # s
-LARGEST_ID = 1 << 63  # what every client's whole numbers hold
-_Number = Annotated[int, pydantic.Field(strict=True, gt=-LARGEST_ID, lt=LARGEST_ID)]
-Id: TypeAlias = Annotated[str, pydantic.Field(max_length=200)] | _Number
-Joints: TypeAlias = Annotated[list[Coordinate], pydantic.Field(max_length=1000)]
-Rows: TypeAlias = Annotated[list[list[Number]], pydantic.Field(max_length=100_000)]  # judged by the gate
-State: TypeAlias = Annotated[str, pydantic.Field(max_length=100_000)] | Joints
+Id: TypeAlias = str | Annotated[int, pydantic.Field(strict=True, ge=-(1 << 63), lt=1 << 63)]
+Joints: TypeAlias = list[Coordinate]
+Rows: TypeAlias = list[list[Number]]
+State: TypeAlias = str | Joints
 
 
-class _OfWorld(Strict):
-    world: Name = MAIN
-
-
-class Limits(Strict):
-    """What a gate judges and a motion keeps, in place of the robot's own; ``file``: a MoveIt joint_limits.yaml."""
-
-    file: Name | None = None
-    velocity_scale: Number | None = None
-    acceleration_scale: Number | None = None
-    acceleration: Number | None = None
-    jerk: Number | None = None
-
-
-class Load(_OfWorld):
-    """A robot and a scene, by names or files of the server, as a world of that name; ``replace`` one that is there."""
+class Load(Strict):
+    """Load a robot in a scene, by names or files of the server, in place of the world of this connection."""
 
     robot: Name = "iiwa14"
     scene: Name = "paper"
-    replace: bool = False
     margin: Number = 0.0
     tool: Name | None = None
-    keep: list[Name] | None = None
-    limits: Limits = Limits()
-    judged: list[Literal["position", "velocity", "acceleration", "jerk"]] | None = None
+    keep: tuple[Name, ...] = ()
+    limits: LimitsRequest = LimitsRequest()
+    judged: tuple[Literal["position", "velocity", "acceleration", "jerk"], ...] = JUDGED
     min_manipulability: Number = 0.0
-    nodes: Whole | None = None
+    nodes: Whole = 1012
     seed: Whole = 0
-    beta: Annotated[Number, pydantic.Field(ge=0, le=1)] | None = None
 
 
-class Plan(_OfWorld):
-    """A path from start to goal, as the command line writes them or joint values; with ``motion`` in time too."""
+class Plan(Strict):
+    """Plan a path from start to goal, as the command line writes them or joint values; with ``motion`` in time too."""
 
     start: Any = "start"
     goal: Any = "goal"
@@ -67,14 +48,14 @@ class Plan(_OfWorld):
     motion: bool = True
 
 
-class Replan(_OfWorld):
-    """The last question once more, in the world as it is now."""
+class Replan(Strict):
+    """Answer the last question again, in the world as it is now."""
 
     motion: bool = True
 
 
 class Cancel(Strict):
-    """End the work on another request of this connection; that one is answered with an error."""
+    """End the work on another request of this connection, which is answered with an error."""
 
     id: Id
 
@@ -87,8 +68,8 @@ class Now(Strict):
     qdd: list[Number] | None = None
 
 
-class Check(_OfWorld):
-    """Is this chunk of joint targets proven safe? See :class:`planner.Gate`; ``want`` what takes longer to work out."""
+class Check(Strict):
+    """Check a chunk of joint targets, see :class:`planner.Gate`; ``want`` adds results that take longer."""
 
     positions: Rows
     velocities: Rows | None = None
@@ -100,7 +81,7 @@ class Check(_OfWorld):
 
 
 class Move(PoseFile):
-    """Put an obstacle to another pose: what is left out is 0."""
+    """Put an obstacle to another pose, which is given whole."""
 
     do: Literal["move"]
     name: Name
@@ -138,47 +119,34 @@ class Detach(Strict):
     at: Joints
 
 
-Changing: TypeAlias = Annotated[Move | Add | Remove | Attach | Detach, pydantic.Field(discriminator="do")]
+class Change(Strict):
+    """Change the world, step by step; each step is whole or refused. Gate and planner know it with the answer."""
 
-
-class Change(_OfWorld):
-    """Changes of a world, one after the other, each whole or refused; the gate knows them when the answer is there."""
-
-    changes: Annotated[list[Changing], pydantic.Field(min_length=1, max_length=10_000)]
-
-
-class Subscribe(_OfWorld):
-    """Tell this connection of every change of the world, and of the field whenever a plan has settled it."""
-
-
-class Unsubscribe(_OfWorld):
-    """No more of it."""
-
-
-class Worlds(Strict):
-    """Which worlds there are."""
-
-
-METHODS: dict[str, type[Strict]] = {
-    "load": Load,
-    "plan": Plan,
-    "replan": Replan,
-    "cancel": Cancel,
-    "check": Check,
-    "change": Change,
-    "subscribe": Subscribe,
-    "unsubscribe": Unsubscribe,
-    "worlds": Worlds,
-}
+    changes: list[Annotated[Move | Add | Remove | Attach | Detach, pydantic.Field(discriminator="do")]]
 
 
 class Request(Strict):
-    """Every message of a client; ``params`` are those of its method. Work ends when ``timeout`` s are over."""
+    """A message of a client. Work ends when ``timeout`` s are over."""
 
     id: Id
     method: Name
-    params: dict[str, Any] = pydantic.Field(default_factory=dict)
-    timeout: Annotated[Number, pydantic.Field(gt=0, le=_LONGEST)] | None = None
+    params: Any = pydantic.Field(default_factory=dict)
+    timeout: Annotated[Number, pydantic.Field(gt=0, le=3600)] | None = None
+
+
+MESSAGES: dict[str, type[Strict]] = {
+    model.__name__.lower(): model for model in (Load, Plan, Replan, Cancel, Check, Change)
+}
+
+
+def read_request(data: Any) -> Request:
+    """The request with the message of its method as ``params``; :class:`OptionError` for anything else."""
+    request = validate(Request, data, "the request", OptionError)
+    message = MESSAGES.get(request.method)
+    if message is None:
+        raise OptionError(f"method '{request.method[:100]}' not found; methods are {choices(MESSAGES)}.")
+    params = validate(message, request.params, f"params of '{request.method}'", OptionError)
+    return request.model_copy(update={"params": params})
 
 
 def schema() -> dict[str, Any]:
@@ -186,6 +154,6 @@ def schema() -> dict[str, Any]:
     create: Any = pydantic.create_model
     alternatives = [
         create(f"{name.title()}Request", __base__=Request, __doc__=model.__doc__, method=Literal[name], params=model)
-        for name, model in METHODS.items()
+        for name, model in MESSAGES.items()
     ]
     return pydantic.TypeAdapter(functools.reduce(operator.or_, alternatives)).json_schema()

@@ -8,29 +8,35 @@ import secrets
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http import HTTPStatus
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from planner.base.errors import FileError, InstallationError, OptionError, PlannerError
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.sync.server import ServerConnection
+from websockets.sync.server import serve as websocket_server
+
+from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.interrupts import until_signal
 from planner.base.yamlfile import read_text
-from planner.serve.worlds import Worlds
+from planner.serve.connection import Connection
 
 HOST = "127.0.0.1"
 _LARGEST = 1 << 24  # bytes of a message
 _SHORTEST = 16  # characters of a token
 _SWITCH = 5e-4  # s after which a thread that plans lets one that checks go on; Python's own is 5 ms
-_PATIENCE = 2.0  # s in which clients may end their connections when the server does
-_AWAY = "left without waiting for what was being answered."
 
 
 def serve(host: str, port: int, token_file: Path | None, allow_xacro: bool, announce: Callable[[str], None]) -> None:
     """Serve until SIGINT or SIGTERM, then end what is under way; from the main thread only."""
     asked = threading.Event()
-    with until_signal(asked, _AWAY), TemporaryDirectory(prefix="planner-serve-") as folder:
+    with (
+        until_signal(asked, "left without waiting for what was being answered."),
+        TemporaryDirectory(prefix="planner-serve-") as folder,
+    ):
         path = token_file or Path(folder) / "token"
         with running(token_in(path), host, port, allow_xacro) as address:
             announce(f"Serving {address}; token in {path}; Ctrl-C ends it.")
@@ -43,42 +49,32 @@ def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = Fal
     """A server, gone when the block ends: its address.
 
     Only clients that send the ``token``, as ``Authorization: Bearer <token>``, are served; pages in a browser, which
-    send an Origin, are not. Raises :class:`OptionError` for a port that cannot be used,
-    :class:`InstallationError` where the packages are missing.
+    send an Origin, are not. Raises :class:`PlannerError` for a port that cannot be used.
     """
     if not 0 <= port <= 65535:
         raise OptionError(f"port must be from 1 to 65535, or 0 for any free one, got {port}.")
-    Connection, hang_up, websocket_server, closed = _library()
-    worlds, talking = Worlds(allow_xacro), set[Any]()
+    connections: set[Connection] = set()
 
-    def talk(socket: Any) -> None:
+    def talk(client: ServerConnection) -> None:
         """One client from its first frame to its last."""
-        connection = Connection(socket, worlds)
-        talking.add(socket)
-        try:
-            for frame in socket:
+        connection = Connection(client, allow_xacro)
+        connections.add(connection)
+        with suppress(ConnectionClosed):
+            for frame in client:
                 connection.take(frame)
-        except closed:  # without a word: its work ends all the same
-            pass
-        finally:
-            connection.close()
-            talking.discard(socket)
+        connection.close()
+        connections.discard(connection)
 
-    def leave() -> None:
-        """Wait no longer for who does not say goodbye, nor read what it is sent."""
-        for socket in list(talking):
-            hang_up(socket)
-
-    def admit(socket: Any, request: Any) -> Any:
-        """None for who knows the token, else the answer that turns it away."""
+    def admit(client: ServerConnection, request: Request) -> Response | None:
+        """None for a client that knows the token, else the answer that turns it away."""
         given = request.headers.get("Authorization", "")
         if secrets.compare_digest(given.encode(), f"Bearer {token}".encode()):
             return None
-        return socket.respond(HTTPStatus.UNAUTHORIZED, "Send the token, as Authorization: Bearer TOKEN.\n")
+        return client.respond(HTTPStatus.UNAUTHORIZED, "Send the token, as Authorization: Bearer TOKEN.\n")
 
     quiet = logging.getLogger("planner.serve.websockets")
-    quiet.setLevel(logging.CRITICAL)  # who hangs up early is nobody's fault
-    how = {"origins": [None], "process_request": admit, "max_size": _LARGEST, "compression": None, "logger": quiet}
+    quiet.setLevel(logging.CRITICAL)  # clients may hang up early
+    how: Any = {"origins": [None], "process_request": admit, "max_size": _LARGEST, "compression": None, "logger": quiet}
     try:
         server = websocket_server(talk, host, port, **how)
     except OSError as error:
@@ -93,12 +89,9 @@ def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = Fal
         name = f"[{host}]" if ":" in host else host
         yield f"ws://{name}:{server.socket.getsockname()[1]}/"
     finally:
-        worlds.close()
-        patience = threading.Timer(_PATIENCE, leave)
-        patience.start()
+        for connection in list(connections):
+            connection.hang_up()
         server.shutdown()
-        patience.cancel()
-        leave()  # websockets before 17 leaves connections open
         thread.join()
         sys.setswitchinterval(before)
 
@@ -119,19 +112,3 @@ def token_in(path: Path) -> str:
     if len(text) < _SHORTEST or not text.isascii() or not text.isprintable() or " " in text:
         raise FileError(f"token file {path} must hold one word of {_SHORTEST} plain characters or more: remove it.")
     return text
-
-
-def _library() -> tuple[Any, Any, Any, Any]:
-    """The connection, what ends and what serves it, and what is raised when a client is gone."""
-    try:
-        from websockets.exceptions import ConnectionClosed
-        from websockets.sync.server import serve as websocket_server
-
-        from planner.serve.connection import Connection, hang_up
-    except ModuleNotFoundError as error:
-        if error.name not in ("websockets", "msgpack"):
-            raise
-        raise InstallationError(
-            f"serving needs the Python package {error.name}: run pip install 'gabf-planner[serve]'."
-        ) from None
-    return Connection, hang_up, websocket_server, ConnectionClosed

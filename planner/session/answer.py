@@ -8,23 +8,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import frozen
 from planner.base.progress import QUIET, Progress
 from planner.planning.improvement import improved_roadmap
-from planner.planning.replanned import Edges, Replanned
-from planner.planning.result import Plan
+from planner.planning.result import Edges, Plan, Replanned
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
 from planner.query.query import Query
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.growth_settings import GrowthSettings
-from planner.roadmap.node_checks import with_checked_nodes
-from planner.roadmap.reprove import in_this_world
-from planner.roadmap.roadmap import Roadmap, kept_part, path_waypoints
+from planner.roadmap.infeasibility import why_apart
+from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import build_network, path_cost
-from planner.session.live_world import LiveWorld
-from planner.session.search import Found, RoadmapNetwork, go_on, search
+from planner.session.live_roadmap import LiveRoadmap
+from planner.session.search import LiveFound, go_on, search_live
+from planner.trajectory.earliest import earliest_motion, why_not_in_time
+from planner.trajectory.limits import MotionLimits
 
 _GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: beyond it the oldest ones go
 
@@ -42,67 +42,48 @@ class Planning:
     progress: Progress = QUIET
 
 
-@dataclass(frozen=True, eq=False)
-class Moment:
-    """The world, and the field ``x`` over the nodes of its roadmap that the last query left behind."""
-
-    live: LiveWorld
-    x: Floats
-
-
-def adopted(live: LiveWorld, roadmap: Roadmap) -> LiveWorld:
-    """With a kept roadmap, as far as it holds in this world."""
-    roadmap = in_this_world(roadmap, live.checker)
-    return live.with_roadmap(with_checked_nodes(kept_part(roadmap, live.checker.world.keeps), live.checker))
-
-
-def answered(moment: Moment, query: Query, planning: Planning) -> tuple[Moment, Plan]:
-    """The moment after a query, and its plan."""
+def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveRoadmap, Plan]:
+    """The roadmap after a query, and the query's plan."""
     go_on(planning.progress)
-    begin, may_grow = time.perf_counter(), moment.live.kept is not None
-    moment = _without_old_guests(moment if may_grow else _with_first_roadmap(moment, query, planning))
-    live, linked = _attached(moment.live, query, planning, join=False)
-    edges, nodes = [linked], len(live.roadmap.nodes)
-    searches = [_search(Moment(live, moment.x), planning)]
-    edges.append(searches[-1].live.proofs.since(live.proofs))
+    begin, may_grow = time.perf_counter(), live.kept is not None
+    live = _without_old_guests(live if may_grow else _with_first_roadmap(live, query, planning))
+    live, linked = _attached(live, query, planning, join=False)
+    nodes, searches = len(live.roadmap.nodes), [_search(live, planning)]
+    edges = [linked, searches[-1].live.proofs.since(live.proofs)]
     if may_grow and not len(searches[-1].steps):
-        before = searches[-1].live
+        before = _after(searches[-1])
         live = before.proven(np.flatnonzero(before.proofs.open))  # growth begins at nodes that are proven free
         live, grown = _attached(live, query, planning, join=True)
         edges.append(grown)
         if live.held(live.proofs.free).connected:
-            searches.append(_search(Moment(live, searches[-1].x), planning))
+            searches.append(_search(live, planning))
             edges.append(searches[-1].live.proofs.since(live.proofs))
-    grown, curve = len(live.roadmap.nodes) - nodes, ()
+    nodes_grown, curve = len(live.roadmap.nodes) - nodes, ()
     if len(searches[-1].steps) and planning.request.quality.rounds:
-        live, found, curve = _refined(searches[-1].live, planning)
+        live, found, curve = _refined(_after(searches[-1]), planning)
         edges.append(found)
-        searches.append(_search(Moment(live, searches[-1].x), planning))
+        searches.append(_search(live, planning))
     last = searches[-1]
-    live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else last.live
+    live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else _after(last)
     done = Replanned(
         sum(edges, Edges()),
-        nodes_grown=grown,
+        nodes_grown=nodes_grown,
         rounds=sum(each.rounds for each in searches),
         raised=sum(each.raised for each in searches),
         updates=sum(each.updates for each in searches),
     )
     made = _plan(live, last, query, planning.request)
-    return Moment(live, last.x), replace(
-        made, curve=curve, replanned=done, timings={"plan": time.perf_counter() - begin}
-    )
+    return live, replace(made, curve=curve, replanned=done, timings={"plan": time.perf_counter() - begin})
 
 
-def _plan(live: LiveWorld, last: Found, query: Query, request: PlanRequest) -> Plan:
+def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest) -> Plan:
     """What the last search found, as a plan."""
     robot, solved = live.checker.robot, len(last.steps) > 0
     failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
     path = path_waypoints(live.roadmap, robot, last.nodes)
     return Plan(
-        request.with_options(robot=robot, scene=live.scene),
+        request.with_options(robot=robot, scene=live.world.scene),
         Outcome.SOLVED if solved else failed,
-        robot,
-        live.scene,
         live.checker,
         live.held(~live.proofs.blocked),
         layered=last.layered,
@@ -115,7 +96,7 @@ def _plan(live: LiveWorld, last: Found, query: Query, request: PlanRequest) -> P
     )
 
 
-def _refined(live: LiveWorld, planning: Planning) -> tuple[LiveWorld, Edges, tuple[tuple[int, float], ...]]:
+def _refined(live: LiveRoadmap, planning: Planning) -> tuple[LiveRoadmap, Edges, tuple[tuple[int, float], ...]]:
     """With ``effort`` rounds of refinement, as a plan has them, of the best path that is proven, and its best costs."""
     request, before = planning.request, live.held(live.proofs.free)
     found = improved_roadmap(before, live.checker, request.quality, request.quality.beta, planning.progress)
@@ -123,26 +104,24 @@ def _refined(live: LiveWorld, planning: Planning) -> tuple[LiveWorld, Edges, tup
     return live.enlarged(found.roadmap), Edges(proven=len(found.roadmap.edges) - len(before.edges)), found.curve
 
 
-def _with_first_roadmap(moment: Moment, query: Query, planning: Planning) -> Moment:
-    checker = moment.live.checker
-    request = planning.request
-    how = request.quality.nodes, request.quality.seed, planning.progress, request.quality.min_manipulability
+def _with_first_roadmap(live: LiveRoadmap, query: Query, planning: Planning) -> LiveRoadmap:
+    quality, checker = planning.request.quality, live.checker
+    how = quality.nodes, quality.seed, planning.progress, quality.min_manipulability
     roadmap = build_roadmap(checker.robot, checker, query.starts, query.goals, *how)
     go_on(planning.progress)
-    return replace(moment, live=moment.live.with_roadmap(roadmap))
+    return live.with_roadmap(roadmap)
 
 
-def _without_old_guests(moment: Moment) -> Moment:
+def _without_old_guests(live: LiveRoadmap) -> LiveRoadmap:
     """Without the oldest nodes that came with queries, where these have become many."""
-    live, n = moment.live, len(moment.live.roadmap.nodes)
+    n = len(live.roadmap.nodes)
     most, keep = int(_GUESTS * live.lasting), np.ones(n, dtype=bool)
     if n - live.lasting > most:
         keep[live.lasting : n - most // 2] = False
-    x = np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)])
-    return Moment(live if keep.all() else live.without_nodes(keep), x[keep])
+    return live if keep.all() else live.without_nodes(keep)
 
 
-def _attached(live: LiveWorld, query: Query, planning: Planning, join: bool) -> tuple[LiveWorld, Edges]:
+def _attached(live: LiveRoadmap, query: Query, planning: Planning, join: bool) -> tuple[LiveRoadmap, Edges]:
     """With the query's ends linked, and where ``join`` with what grew to bring them together; what came of edges.
 
     Nothing grows before every edge is decided, so what is open counts as free.
@@ -162,9 +141,39 @@ def _linked_already(roadmap: Roadmap, query: Query) -> bool:
     return all(np.array_equal(roadmap.nodes[nodes], q) for nodes, q in ends)
 
 
-def _search(moment: Moment, planning: Planning) -> Found:
-    live, n = moment.live, len(moment.live.roadmap.nodes)
+def _search(live: LiveRoadmap, planning: Planning) -> LiveFound:
     objective = planning.request.quality.objective
-    network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, objective))
-    x = np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)])
-    return search(live, network, x, planning.law, objective.floor, planning.progress)
+    network = build_network(live.roadmap, objective)
+    return search_live(live, network, live.x, planning.law, objective.floor, planning.progress)
+
+
+def _after(found: LiveFound) -> LiveRoadmap:
+    return replace(found.live, x=found.x)
+
+
+def answered_in_time(
+    live: LiveRoadmap, query: Query, planning: Planning, limits: MotionLimits
+) -> tuple[LiveRoadmap, Plan]:
+    """The roadmap after all its edges are decided, and the plan with the earliest motion among what moves."""
+    live, alone = answered(live, query, planning)
+    begin = time.perf_counter()
+    live = live.proven(np.flatnonzero(live.proofs.open))
+    roadmap, checker = live.held(live.proofs.free), live.checker
+    found = earliest_motion(roadmap, checker, limits) if alone.solved else None
+    if found is None:
+        reason = why_not_in_time(roadmap, checker, limits) if alone.solved else why_apart(roadmap, checker)
+        none = {"path": alone.path[:0], "path_nodes": alone.path_nodes[:0], "goal": None, "cost": None}
+        timed = replace(alone, outcome=Outcome.NO_PATH, reason=reason, **none)
+    else:
+        assert alone.network is not None  # it was solved
+        nodes = found.route.nodes
+        timed = replace(
+            alone,
+            path=path_waypoints(roadmap, checker.robot, nodes),
+            path_nodes=nodes,
+            cost=path_cost(alone.network, nodes),
+            trajectory=found.trajectory,
+            route=found.route,
+        )
+    timings = alone.timings | {"timing": time.perf_counter() - begin}
+    return live, replace(timed, roadmap=roadmap, timings=timings)

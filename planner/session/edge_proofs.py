@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.planning.replanned import Edges
+from planner.planning.result import Edges
 from planner.roadmap.reprove import batches
 from planner.roadmap.roadmap import Roadmap, segments
-from planner.robot.shapes import Shape, corners
+from planner.robot.shapes import Carried, Obstacle, Shape, corners
 
 ARM = ""  # the part that all links of the robot are
 _BLOCKED = -np.inf
@@ -75,29 +76,24 @@ class EdgeProofs:
         """(m,) which edges are neither."""
         return ~self.free & ~self.blocked
 
-    def moved(self, part: str, by: float) -> EdgeProofs:
-        """After no point of ``part`` moved farther than ``by`` (m): its clauses lose as much, or are open again."""
-        known = np.array(self.known)
-        for k, clause in enumerate(self.clauses):
-            if part in clause:
-                left = known[:, k] - (by + _ROUNDING)
-                known[:, k] = np.where(left > 0, left, np.nan)
-        return replace(self, known=known)
+    def in_world(self, before: World, after: World) -> EdgeProofs:
+        """The proofs after the world ``before``, in which they hold, has become the world ``after``.
 
-    def in_world(self, world: World, other: str | None = None) -> EdgeProofs:
-        """With the clauses of another ``world``: those that are new are open, those that are gone are forgotten.
-
-        ``other``: the part that was something else before, whose clauses are new although they are called as before.
+        An obstacle that moved spends the clearance of its clauses by its displacement. Clauses of new parts are open,
+        and so are those of parts that have another shape, hold or set of allowed contacts than before.
         """
-        clauses = clauses_of(world)[0]
-        if clauses == self.clauses and other is None:
-            return self
+        column = {clause: k for k, clause in enumerate(self.clauses)}
+        parts = _parts_of(before), _parts_of(after)
+        clauses = clauses_of(after)[0]
         known = np.full((len(self.known), len(clauses)), np.nan)
         seen = np.zeros(known.shape, dtype=bool)
-        place = {clause: k for k, clause in enumerate(self.clauses)}
         for k, clause in enumerate(clauses):
-            if clause in place and other not in clause:
-                known[:, k], seen[:, k] = self.known[:, place[clause]], self.seen[:, place[clause]]
+            by = sum(_shift(parts[0].get(name), parts[1].get(name)) for name in set(clause) - {ARM})
+            if clause in column and by < np.inf:
+                old = self.known[:, column[clause]]
+                left = old - (by + _ROUNDING)
+                known[:, k] = np.where(left > 0, left, np.nan) if by > 0 else old
+                seen[:, k] = self.seen[:, column[clause]]
         return EdgeProofs(clauses, known, self.lost, seen)
 
     def rows(self, rows: Ints | Bools) -> EdgeProofs:
@@ -144,6 +140,25 @@ class EdgeProofs:
         known = np.array(self.known)
         known[row] = _BLOCKED
         return replace(self, known=known)
+
+
+def _parts_of(world: World) -> dict[str, tuple[Obstacle | Carried, frozenset[frozenset[str]]]]:
+    """Obstacles and carried things by name, each with the contacts that the scene allows it."""
+    scene = world.scene
+    items = (*scene.obstacles, *scene.carried)
+    return {item.name: (item, frozenset(pair for pair in scene.allowed if item.object in pair)) for item in items}
+
+
+def _shift(before: tuple[Any, frozenset[Any]] | None, after: tuple[Any, frozenset[Any]] | None) -> float:
+    """How far (m) a part moved at most; infinite where it is another part than before."""
+    if before is None or after is None or before[1] != after[1]:
+        return np.inf
+    old, new = before[0], after[0]
+    if old is new:
+        return 0.0
+    if isinstance(old, Carried) or isinstance(new, Carried) or old.shape is not new.shape:
+        return np.inf
+    return displacement(old.shape, old.placement, new.placement)
 
 
 def displacement(shape: Shape, before: Floats, after: Floats) -> float:

@@ -1,27 +1,32 @@
-"""The gate between whoever decides what a robot does next and the robot."""
+"""The gate between a program that decides what a robot does next and the robot."""
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Sequence
-from typing import Any, NoReturn
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from planner.base.arrays import Floats, numbers
-from planner.base.errors import StateError
+from planner.base.errors import ArrayError, StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.problem.options import Backend, RobotLike, conditions_of
 from planner.problem.request import LimitsRequest, WorldRequest
-from planner.robot.robot import Robot
+from planner.query.resolve import position_bounds
+from planner.robot.robot import HALF_TURN, Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle
-from planner.session.chunk import RobotState, Row, Rows
-from planner.session.guard import Guard
-from planner.session.judging import judge
+from planner.session.guard import JUDGED, Guard, Rules, require_still
 from planner.session.live_world import LiveWorld
-from planner.session.rules import JUDGED, Rules
-from planner.session.verdict import Verdict
+from planner.session.verdict import Verdict, judge
 from planner.trajectory.limits import MotionLimits, own_limits
+from planner.trajectory.trajectory import whole_nanoseconds
+
+Row: TypeAlias = Floats | Sequence[float]
+Rows: TypeAlias = Floats | Sequence[Sequence[float]]
+RobotState: TypeAlias = Sequence[Row]
+"""Where the robot is: positions, velocities and perhaps accelerations (dof,)."""
 
 
 class Gate:
@@ -31,7 +36,8 @@ class Gate:
         verdict = gate.check(targets, times=[0.1, 0.2, 0.3], state=(q, qd))
         verdict.safe, verdict.safe_until, verdict.reason, verdict.stop
 
-    ``robot`` and ``scene`` by name, file or as loaded. ``limits``: the robot's own where left out; ``judged`` are those
+    ``robot`` and ``scene`` by name, file or as loaded, or the ``world`` of a :class:`planner.Session` alone, whose
+    margin and conditions it then keeps. ``limits``: the robot's own where left out; ``judged`` are those
     that are asked for, of position, velocity, acceleration and jerk. ``min_manipulability`` is kept by all that is run,
     stops too, and so is what the scene and ``keep`` say. ``margin`` (m) is kept to everything; a larger one refuses
     more. A first point at 0 s may be ``start_tolerance`` (rad, m, these per s and s²) from the robot's state. A check
@@ -41,7 +47,7 @@ class Gate:
 
     def __init__(
         self,
-        robot: RobotLike = "iiwa14",
+        robot: RobotLike | LiveWorld = "iiwa14",
         scene: RobotLike = "paper",
         limits: MotionLimits | LimitsRequest | None = None,
         *,
@@ -53,16 +59,16 @@ class Gate:
         collision: Backend = "fcl",
         keep: object = (),
     ) -> None:
-        self._changing = threading.Lock()
-        request = WorldRequest(
-            robot=robot, scene=scene, margin=margin, tool=tool, collision=collision, keep=conditions_of(keep)
-        )
-        self._live = LiveWorld.of(request)
-        robot = self._live.checker.robot
-        kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(robot, limits)
-        self._limits = own_limits(kept, robot)
-        self._rules = Rules.of(robot, kept, judged, min_manipulability, start_tolerance)
-        self._guard = Guard.of(self._live.checker, self._rules)
+        if isinstance(robot, LiveWorld):
+            self.world = robot
+        else:
+            kept = conditions_of(keep)
+            self.world = LiveWorld(WorldRequest(robot, scene, tool, collision=collision, margin=margin, keep=kept))
+        asked = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.world.robot, limits)
+        self.limits: MotionLimits = own_limits(asked, self.world.robot)
+        """The limits that are kept, as far as they are judged."""
+        self._rules = Rules.of(self.world.robot, asked, judged, min_manipulability, start_tolerance)
+        self._guard = Guard.of(*self.world.now, self._rules)
         self.checker.make_ready()  # its trees of triangles: no check waits for them
 
     def __repr__(self) -> str:
@@ -71,29 +77,21 @@ class Gate:
     @property
     def robot(self) -> Robot:
         """The robot with what it carries now."""
-        return self._guard.checker.robot
+        return self.world.robot
 
     @property
     def scene(self) -> Scene:
         """The scene as it is now, with what the arm carries."""
-        return self._guard.checker.world.scene
+        return self.world.scene
 
     @property
     def checker(self) -> CollisionChecker:
         """The checker of the world as it is now."""
-        return self._guard.checker
+        return self.world.checker
 
     def to_dict(self) -> dict[str, Any]:
         """What is judged, as plain data, and the revision of the world."""
-        return {"limits": self.limits.to_dict(), **self._guard.to_dict()}
-
-    @property
-    def limits(self) -> MotionLimits:
-        """The limits that are kept, as far as they are judged."""
-        return self._limits
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("a gate stays in its process and is no copy of another: make one of its robot and scene.")
+        return {"limits": self.limits.to_dict(), **self._now().to_dict()}
 
     def check(
         self,
@@ -113,41 +111,111 @@ class Gate:
         safe. Raises :class:`ArrayError` for other shapes, NaN, times that do not increase, and no points,
         :class:`StateError` for a state outside limits; the gate goes on.
         """
-        return judge(self._guard, (positions, velocities, accelerations, times, state), stop)
+        guard = self._now()
+        chunk = _read_chunk(guard.checker.robot, (positions, velocities, accelerations), times, state)
+        return judge(guard, *chunk, stop)
 
     def move(self, name: str, pose: Floats) -> None:
         """Put the obstacle ``name`` to another ``pose`` (4, 4), as :func:`planner.pose` makes it."""
-        self._change(lambda live: live.put(name, pose))
+        self.world.put(name, pose)
+        self._now()
 
     def add(self, obstacle: Obstacle) -> None:
         """Put an obstacle into the world."""
-        self._change(lambda live: live.add(obstacle))
+        require_still(self.scene, (*self.scene.moving, obstacle))
+        self.world.add(obstacle)
+        self._now()
 
     def remove(self, name: str) -> None:
         """Take the obstacle ``name`` out of the world."""
-        self._change(lambda live: live.remove(name))
+        self.world.remove(name)
+        self._now()
 
     def attach(self, name: str, frame: str, at: Row, touch_links: Sequence[str] = ()) -> None:
         """Let ``frame`` carry the obstacle ``name`` as it stands to it in the configuration ``at`` (dof,).
 
         It may touch ``touch_links`` and the link itself.
         """
-        q = self._configuration(at)
-        self._change(lambda live: live.attach(name, frame, tuple(touch_links), q))
+        self.world.attach(name, frame, self._configuration(at), touch_links)
+        self._now()
 
     def detach(self, name: str, at: Row) -> None:
         """Put down what the arm carries where it holds it in the configuration ``at`` (dof,).
 
         What might touch it in the hold still may, as it does when it is let go of: remove it and add it to forbid that.
         """
-        q = self._configuration(at)
-        self._change(lambda live: live.detach(name, q))
+        self.world.detach(name, self._configuration(at))
+        self._now()
 
     def _configuration(self, at: Row) -> Floats:
         return numbers("at", at, (self.robot.dof,), StateError, FARTHEST)
 
-    def _change(self, apply: Callable[[LiveWorld], LiveWorld]) -> None:
-        """A new world, or an error and the old one."""
-        with self._changing:
-            live = apply(self._live)
-            self._guard, self._live = Guard.of(live.checker, self._rules), live
+    def _now(self) -> Guard:
+        """The guard of the world as it is now."""
+        guard, (checker, revision) = self._guard, self.world.now
+        if guard.revision != revision:
+            self._guard = guard = Guard.of(checker, revision, self._rules)
+        return guard
+
+
+def _read_chunk(
+    robot: Robot, columns: tuple[Rows, Rows | None, Rows | None], times: Row, state: RobotState | None
+) -> tuple[int, int, int, Floats]:
+    """How many points, columns and rows of ``state`` there are, and times, ``state``, columns in one row of numbers."""
+    given = _columns(robot.dof, *columns)
+    here = np.zeros((0, robot.dof)) if state is None else _state(robot, state)
+    seconds = numbers("times", times, (len(given[0]),))
+    clock = whole_nanoseconds(seconds)
+    later = clock[1:] > clock[:-1]
+    if clock[0] < 0 or not later.all():
+        k = 0 if later.all() else int(later.argmin()) + 1
+        raise ArrayError(f"times must increase strictly from 0 s, which is now, got times[{k}] = {seconds[k]:g} s.")
+    if len(here) and clock[0] > 0:
+        _require_one_way(robot, here[0], given[0][0])
+    elif len(clock) < 2:
+        raise ArrayError("the chunk is one point and no motion: give a time above 0 and the state, or more points.")
+    return len(clock), len(given), len(here), np.concatenate([seconds, here, *given], axis=None)
+
+
+def _columns(dof: int, positions: Rows, velocities: Rows | None, accelerations: Rows | None) -> list[Floats]:
+    """Positions, and what else is given, as numbers of one shape."""
+    if np.size(positions) == 0 if isinstance(positions, np.ndarray) else not positions:
+        raise ArrayError("the chunk is empty: give at least one point.")
+    if velocities is None and accelerations is not None:
+        raise ArrayError("accelerations say nothing without velocities: give velocities too.")
+    found = [numbers("positions", positions, ("k", dof), most=FARTHEST)]
+    for what, column in (("velocities", velocities), ("accelerations", accelerations)):
+        if column is not None:
+            found.append(numbers(what, column, found[0].shape, most=FARTHEST))
+    return found
+
+
+def _state(robot: Robot, state: RobotState) -> Floats:
+    """(2 or 3, dof) position, velocity and perhaps acceleration."""
+    given = tuple(state)
+    if not 2 <= len(given) <= 3:
+        raise StateError(f"state holds {len(given)} rows: give (q, qd), or (q, qd, qdd).")
+    found = np.zeros((len(given), robot.dof))
+    for k, (row, what) in enumerate(zip(given, ("positions", "velocities", "accelerations"), strict=False)):
+        found[k] = numbers(f"the state's {what}", row, (robot.dof,), StateError, FARTHEST)
+    lower, upper = position_bounds(robot)
+    beyond = (found[0] < lower) | (found[0] > upper)
+    if beyond.any():
+        j = int(beyond.argmax())
+        limits = f"[{robot.lower[j]:g}, {robot.upper[j]:g}]"
+        raise StateError(
+            f"the state is outside the limits: joint '{robot.joints[j]}' is at {found[0, j]:g}, not in {limits}; "
+            "bring it back by hand."
+        )
+    return found
+
+
+def _require_one_way(robot: Robot, here: Floats, first: Floats) -> None:
+    """Refuse a continuous joint half a turn or more from the first point: some controllers turn it the short way."""
+    far = robot.continuous & (np.abs(first - here) > HALF_TURN)
+    if far.any():
+        joint = robot.joints[int(far.argmax())]
+        raise StateError(
+            f"joint '{joint}' is half a turn or more from the first point, and controllers differ on which way round "
+            "it goes: add whole turns to one of the two, or points between them."
+        )

@@ -1,32 +1,73 @@
-"""A world at one moment, as the gate asks it: which curves of a robot that is on its way are proven free."""
+"""A world at one moment, as the gate asks it, and the rules that the gate keeps in every world."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import count
 from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
-from planner.base.errors import SceneError, choices
+from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.errors import OptionError, SceneError, choices
 from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
-from planner.native.compiled import NativeBounds, NativeGate
+from planner.native.compiled import NativeBounds, NativeGate, stops_quickest
 from planner.query.resolve import position_bounds
-from planner.session.rules import JUDGED, RUNGS, Rules
-from planner.session.verdict import Unsafe, Where
+from planner.robot.moving import MovingObstacle
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Obstacle
+from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.violations import ROUNDING
 
-_REVISIONS = count()
+RUNGS = frozen(np.round(2e7 * 1.2 ** np.arange(32)) / 1e9)  # s that a stop may take, to the nanosecond: up to 5.7
+POSITION = "position"
+JUDGED = (POSITION, *KINDS)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rules:
+    """Limits ``most`` (3, dof), with what rounding may add, infinite ones ask for nothing, and limits on positions.
+
+    ``lower`` and ``upper`` (dof,) are those, infinite where they are not asked for.
+    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad, rad/s, rad/s²): of a point at 0 s from the
+    state. Limits of kinds that are ``left`` are not asked for.
+    """
+
+    most: Floats
+    lower: Floats
+    upper: Floats
+    floor: float
+    apart: float
+    left: tuple[str, ...]
+
+    @staticmethod
+    def of(
+        robot: Robot, limits: MotionLimits, judged: Sequence[str] = JUDGED, floor: float = 0.0, apart: float = 0.0
+    ) -> Rules:
+        """The rules that ask for those limits that are ``judged``; :class:`OptionError` for what makes no sense."""
+        judged = judged if isinstance(judged, str) else tuple(judged)  # looked through more than once
+        unknown = sorted({str(kind) for kind in judged} - set(JUDGED))
+        if isinstance(judged, str) or unknown:
+            raise OptionError(f"judged names {choices(unknown) or repr(judged)}: give a list out of {choices(JUDGED)}.")
+        for name, value in (("min_manipulability", floor), ("start_tolerance", apart)):
+            if not 0.0 <= value < np.inf:
+                raise OptionError(f"{name} is {value:g}: give a number from 0 on.")
+        none = np.full(len(limits.joints), np.inf)
+        most = np.array([getattr(limits, kind) if kind in judged else none for kind in KINDS])
+        left = tuple(kind for kind in JUDGED if kind not in judged)
+        lower, upper = position_bounds(robot) if POSITION in judged else (-none, none)
+        return Rules(most * (1.0 + ROUNDING), lower, upper, float(floor), float(apart), left)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guard:
     """A ``checker`` and ``rules``; ``bounds`` on motions, which obstacles (o,) are ``limited``: what proofs need.
 
-    ``revision`` grows with every change of a world, and no two worlds of a process share one.
+    ``revision`` is that of the live world.
     """
 
     checker: CollisionChecker
@@ -37,14 +78,10 @@ class Guard:
     revision: int
 
     @staticmethod
-    def of(checker: CollisionChecker, rules: Rules) -> Guard:
-        """The guard of a world; :class:`SceneError` for obstacles of known motions, whose clock nobody gives."""
+    def of(checker: CollisionChecker, revision: int, rules: Rules) -> Guard:
+        """The guard of a world; :class:`SceneError` for obstacles that follow known motions."""
         world, robot = checker.world, checker.robot
-        if world.scene.moving:
-            raise SceneError(
-                f"in scene '{world.scene.name}' {choices(item.name for item in world.scene.moving)} moves along a "
-                "known motion, and a gate cannot know since when: give it a speed_limit instead, and move it."
-            )
+        require_still(world.scene, world.scene.moving)
         limited = np.array([item.speed_limit > 0 for item in world.obstacles], dtype=bool)
         bounds = checker.bound.of_all
         if limited.any():  # these come to links that no joint moves
@@ -64,7 +101,7 @@ class Guard:
             rules.apart,
             FARTHEST,
         )
-        return Guard(checker, rules, bounds, limited, native, next(_REVISIONS))
+        return Guard(checker, rules, bounds, limited, native, revision)
 
     def contact_at_start(self, q: Floats | None) -> Contact | None:
         """What touches however the robot moves, or holds the other within it at ``q`` (dof,), if that is given."""
@@ -88,16 +125,17 @@ class Guard:
         kept = {"min_manipulability": rules.floor, "keep": list(world.keeps.texts)}
         return {"revision": self.revision, **judged, **kept}
 
-    def not_proven(self, on: Where, pair: int, touches: int, q: Floats) -> Unsafe:
-        """Why the proof of a curve stopped at ``pair`` in ``q`` (dof,), by what :class:`Judgement` says of it."""
-        checker, world = self.checker, self.checker.world
-        if pair < 0:
-            return Unsafe("undecided", on)
-        contact = world.contact(pair)
-        names = contact.first, contact.second
-        if touches == 2:  # one has dents
-            touches = checker.gaps(q, np.array([pair]))[0] <= world.margin
-        if touches:
-            return Unsafe("contact", on, names)
-        limited = world.is_scene_pair(pair) and self.limited[world.members(pair)[1]]
-        return Unsafe("reach" if limited else "undecided", on, names)
+    def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
+        """Stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), what is in the way where they are 0."""
+        rules = self.rules
+        return stops_quickest(knots, RUNGS, rules.most, (rules.lower, rules.upper))
+
+
+def require_still(scene: Scene, obstacles: Iterable[Obstacle | MovingObstacle]) -> None:
+    """Raise :class:`SceneError` for obstacles that follow known motions, as a gate does not know since when."""
+    names = [item.name for item in obstacles if isinstance(item, MovingObstacle)]
+    if names:
+        raise SceneError(
+            f"in scene '{scene.name}' {choices(names)} moves along a known motion, and a gate cannot know since when: "
+            "give it a speed_limit instead, and move it."
+        )

@@ -6,9 +6,9 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from os import PathLike
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +19,7 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.planning.plan import require_no_floor
-from planner.planning.replanned import Change
-from planner.planning.result import Plan
+from planner.planning.result import Change, Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.conditions import AND
 from planner.problem.objective import Objective
@@ -36,13 +35,13 @@ from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle
-from planner.session.answer import Moment, Planning, adopted, answered
-from planner.session.in_time import planned_in_time
+from planner.session.answer import Planning, answered, answered_in_time
+from planner.session.live_roadmap import LiveRoadmap
 from planner.session.live_world import LiveWorld
 from planner.session.search import go_on, prove_path
-from planner.tasks.file import Step, Task
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.result import TaskPlan
+from planner.tasks.task import Step, Task
 from planner.trajectory.limits import MotionLimits, own_limits
 
 _OF_A_PLAN = (
@@ -51,17 +50,6 @@ _OF_A_PLAN = (
 )
 OPTIONS = tuple(name for name in PlanRequest.names() if name not in _OF_A_PLAN)
 _OF_TASKS = ("seed", "beta", "collision", "margin", "law", "prescribed_time", "metric", "manipulability_cost")
-
-
-@dataclass(frozen=True, eq=False)
-class Snapshot:
-    """All that a session knows at one moment, see :meth:`Session.snapshot`."""
-
-    of: Session
-    now: Moment
-    asked: tuple[Planning, Query] | None
-    end: Floats | None
-    steps: Ints
 
 
 class Session:
@@ -80,8 +68,8 @@ class Session:
 
     def __init__(
         self,
-        robot: RobotLike,
-        scene: RobotLike,
+        robot: RobotLike | LiveWorld,
+        scene: RobotLike = "paper",
         roadmap: Roadmap | StrPath | None = None,
         *,
         join_motions: int | None = None,
@@ -90,12 +78,18 @@ class Session:
     ) -> None:
         """``roadmap``, or its file, of the same joints in any scene; without one the first plan builds it.
 
+        ``robot`` and ``scene`` by name, file or as loaded, or the live world of a gate or of another session alone.
         ``join_motions``: how many motions growth may check before it gives up, 8000 per joint where left out.
         ``objective`` and ``options`` are those of :func:`planner.plan`, but for ``effort``: 0 where left out, so that
         a plan is there in milliseconds; each round of more refines its path for a good part of a second. Raises
         :class:`PlannerError` for unusable input, a law that cannot heal included.
         """
         require_known(options, OPTIONS, "a session")
+        world: LiveWorld | None = None
+        if isinstance(robot, LiveWorld):
+            world, now = robot, robot.checker.world
+            options |= {"collision": robot.checker.name, "margin": now.margin, "keep": now.conditions}
+            robot, scene = robot.bare, robot.scene
         request = PlanRequest.from_options(robot=robot, scene=scene, effort=0, room=0.0).with_options(**options)
         if objective is not None:
             request = with_objective(request, objective, options)
@@ -107,65 +101,47 @@ class Session:
         self._busy, self._closed = threading.Lock(), threading.Event()
         growth = GrowthSettings(join_motions=join_motions, floor=request.quality.min_manipulability)
         self._planning = Planning(request, dynamics, growth, Progress(stop=self._closed.is_set))
-        live = LiveWorld.of(request.what)
+        self.world = LiveWorld(request.what) if world is None else world
+        self._known = LiveRoadmap.of(self.world.checker)
         if roadmap is not None:
-            live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(roadmap))
-        self._now = Moment(live, np.zeros(0))
+            given = roadmap if isinstance(roadmap, Roadmap) else load_roadmap(roadmap)
+            self._known = self._known.with_foreign_roadmap(given)
         self._asked: tuple[Planning, Query] | None = None
         self._task: tuple[tuple, TaskPlanner] | None = None  # the last one, and what it was asked
         self._end: Floats | None = None  # where the last path ends
         self._steps: Ints = np.zeros(0, dtype=np.int64)  # and the nodes it goes over
 
     def __repr__(self) -> str:
-        world, kept = self._now.live.world, self._now.live.kept
-        return f"<Session: {world.robot.name} in {world.scene.name}, {kept or 'no roadmap yet'}>"
+        return f"<Session: {self.robot.name} in {self.scene.name}, {self._known.kept or 'no roadmap yet'}>"
 
     @property
     def scene(self) -> Scene:
         """The scene as it is now, with what the arm carries."""
-        return self._now.live.scene
+        return self.world.scene
 
     @property
     def robot(self) -> Robot:
         """The robot with what it carries now."""
-        return self._now.live.checker.robot
+        return self.world.robot
 
     @property
     def checker(self) -> CollisionChecker:
         """The checker of the world as it is now."""
-        return self._now.live.checker
+        return self.world.checker
 
     @property
-    def live(self) -> LiveWorld:
-        """The world as it is now, with what is known of every edge, blocked ones included."""
-        return self._now.live
+    def live(self) -> LiveRoadmap:
+        """What is known of every edge in the world as it is now, of blocked ones too."""
+        return self._known.in_world(self.world.checker)
 
     def close(self) -> None:
         """End what is under way in another thread, as soon as can be: that call, and every later one, raises."""
         self._closed.set()
 
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("a session stays in its process and is no copy of another: make one of its robot and scene.")
-
-    def snapshot(self) -> Snapshot:
-        """What the session knows now, for :meth:`restore`; it costs nothing, as nothing in it ever changes."""
-        return Snapshot(self, self._now, self._asked, self._end, self._steps)
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Go back to an earlier moment of this session: its world, its roadmap, its field and its last question.
-
-        Raises :class:`PlannerError` for a snapshot of another session.
-        """
-        with self._alone():
-            if snapshot.of is not self:
-                raise PlannerError("the snapshot is of another session: restore it in the one that handed it out.")
-            self._now, self._asked = snapshot.now, snapshot.asked
-            self._end, self._steps = snapshot.end, snapshot.steps
-
     @property
     def roadmap(self) -> Roadmap:
         """Nodes and edges that are proven in the world as it is now; :class:`PlannerError` before the first plan."""
-        live = self._now.live
+        live = self.live
         if live.kept is None:
             raise PlannerError("the session has no roadmap yet: plan first, or give it one.")
         edges = live.proofs.free
@@ -175,7 +151,7 @@ class Session:
 
     def add(self, obstacle: Obstacle | MovingObstacle) -> Change:
         """Put an obstacle into the world; one that moves matters to :meth:`plan_in_time` only."""
-        return self._change(f"obstacle '{obstacle.name}' added", lambda live: live.add(obstacle))
+        return self._change(f"obstacle '{obstacle.name}' added", lambda world: world.add(obstacle))
 
     def move(
         self,
@@ -188,30 +164,26 @@ class Session:
 
         What is left out stays as it is.
         """
-        given = {"position": position, "rpy": rpy, "quaternion": quaternion}
-        data = {key: np.asarray(value).tolist() for key, value in given.items() if value is not None}
-        return self._change(f"obstacle '{name}' moved", lambda live: live.move(name, data))
+        return self._change(f"obstacle '{name}' moved", lambda world: world.move(name, position, rpy, quaternion))
 
     def remove(self, name: str) -> Change:
         """Take the obstacle ``name`` out of the world."""
-        return self._change(f"obstacle '{name}' removed", lambda live: live.remove(name))
+        return self._change(f"obstacle '{name}' removed", lambda world: world.remove(name))
 
     def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: object = None) -> Change:
         """Let ``frame`` carry the obstacle ``name``, which may touch ``touch_links`` and the link itself.
 
         ``at`` is the state in which the arm takes it; left out, the end of the last path.
         """
-        return self._change(
-            f"'{name}' attached to '{frame}'",
-            lambda live: live.attach(name, frame, tuple(touch_links), self._held_at(live, at)),
-        )
+        what = f"'{name}' attached to '{frame}'"
+        return self._change(what, lambda world: world.attach(name, frame, self._held_at(at), touch_links))
 
     def detach(self, name: str, at: object = None) -> Change:
         """Let go of what is carried: it stays where the arm holds it, and the links that might touch it still may.
 
         ``at`` is the state in which the arm lets go; left out, the end of the last path.
         """
-        return self._change(f"'{name}' detached", lambda live: live.detach(name, self._held_at(live, at)))
+        return self._change(f"'{name}' detached", lambda world: world.detach(name, self._held_at(at)))
 
     def plan(
         self, start: object = "start", goal: object = "goal", beta: float | None = None, progress: Progress = QUIET
@@ -223,7 +195,7 @@ class Session:
         """
         with self._alone():
             planning = self._watched(self._asking(start, goal, beta), progress)
-            return self._answer(planning, _resolved(self._now.live, planning.request))
+            return self._answer(planning, _resolved(self.checker, planning.request))
 
     def replan(self, progress: Progress = QUIET) -> Plan:
         """The last question once more, in the world as it is now; :class:`PlannerError` where none was asked.
@@ -236,7 +208,8 @@ class Session:
                 raise PlannerError("nothing was asked yet: call plan(start, goal) first.")
             asked, query = self._asked
             planning = self._watched(asked, progress)
-            query = _still_free(self._now.live, query) or _resolved(self._now.live, planning.request)
+            checker = self.checker
+            query = _still_free(checker, query) or _resolved(checker, planning.request)
             return self._answer(planning, query)
 
     def task(
@@ -249,7 +222,7 @@ class Session:
     ) -> TaskPlan:
         """Plan a task, or steps, in the world as it is now: from where the arm is, holding what it holds.
 
-            found = session.task([Pick("mug"), StrPath("mug", Region("board", ((0.4, 0.1), (0.7, 0.3)))), Move("home")])
+            found = session.task([Pick("mug"), Place("mug", "board", ((0.4, 0.1), (0.7, 0.3))), Move("home")])
 
         Of a :class:`planner.Task`, or its file, robot and scene are the session's. ``start`` is where the arm is; left
         out, the end of the session's last path, and without one where the task begins. What the arm carries may be
@@ -258,17 +231,17 @@ class Session:
         :func:`planner.task`, and :class:`SceneError` where the session has a floor, which no task keeps to.
         """
         with self._alone():
-            plain, live = self._planning.request, self._now.live
+            plain = self._planning.request
             if plain.quality.min_manipulability > 0:
                 raise SceneError("the session keeps a floor under manipulability, which no task does: leave it out.")
             own = TaskRequest.from_options(**{name: plain.values()[name] for name in _OF_TASKS})
             beta = options.pop("beta", plain.quality.beta)
             request, progress = own.with_options(**options), self._watched(self._planning, progress).progress
-            q = self._end if start is None else self._held_at(live, start, "start")
+            q = self._end if start is None else self._held_at(start, "start")
             asked = Task.load(what) if isinstance(what, str | PathLike) else what
-            key = live.scene, asked if isinstance(asked, Task) else tuple(asked), request, q is None
+            key = self.scene, asked if isinstance(asked, Task) else tuple(asked), request, q is None
             if self._task is None or self._task[0] != key:
-                self._task = key, TaskPlanner.of(_task_in(live, asked, q), request, progress)
+                self._task = key, TaskPlanner.of(_task_in(self.world, asked, q), request, progress)
                 q = None
             return self._task[1].plan(beta, q, progress, timing)
 
@@ -280,8 +253,7 @@ class Session:
         with self._alone():
             if not len(self._steps):
                 return False
-            live, holds = prove_path(self._now.live, self._steps, around_too=False)
-            self._now = replace(self._now, live=live)
+            self._known, holds = prove_path(self.live, self._steps, around_too=False)
             return holds
 
     def plan_in_time(self, start: object = "start", goal: object = "goal", limits: MotionLimits | None = None) -> Plan:
@@ -295,21 +267,19 @@ class Session:
         with self._alone():
             planning = self._asking(start, goal, 1.0)
             require_no_floor(planning.request)
-            query = _resolved(self._now.live, planning.request)
-            now, alone = answered(self._now, query, planning)
-            live, timed = planned_in_time(now.live, alone, own_limits(limits, self.robot))
-            self._now = replace(now, live=replace(live, stands=query.starts))
+            query = _resolved(self.checker, planning.request)
+            live = self._known.in_world(query.checker)
+            self._known, timed = answered_in_time(live, query, planning, own_limits(limits, self.robot))
             self._end, self._steps = timed.path[-1] if timed.solved else None, timed.path_nodes
             return timed
 
     def _answer(self, planning: Planning, query: Query) -> Plan:
-        now, answer = answered(self._now, query, planning)
+        live, answer = answered(self._known.in_world(query.checker), query, planning)
         if not answer.solved:
-            failed = replace(answer, roadmap=now.live.held(now.live.proofs.free))
+            failed = replace(answer, roadmap=live.held(live.proofs.free))
             answer = replace(answer, reason=why_no_path(failed, planning.progress))
             go_on(planning.progress)
-        self._now = replace(now, live=replace(now.live, stands=query.starts))
-        self._asked = self._watched(planning, QUIET), query
+        self._known, self._asked = live, (self._watched(planning, QUIET), query)
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
@@ -324,24 +294,18 @@ class Session:
         """The same, for one who watches and may stop it."""
         return replace(planning, progress=Progress(progress, lambda: self._closed.is_set() or progress.stopped))
 
-    def leave(self) -> None:
-        """Let the arm stand nowhere until it plans again, so that a change may put something where it stood."""
-        with self._alone():
-            live = self._now.live
-            self._now = replace(self._now, live=replace(live, stands=live.stands[:0]))
-
-    def _change(self, what: str, apply: Callable[[LiveWorld], LiveWorld]) -> Change:
+    def _change(self, what: str, apply: Callable[[LiveWorld], None]) -> Change:
         with self._alone():
             go_on(self._planning.progress)
-            begin, before = time.perf_counter(), self._now.live
-            after = apply(before)
-            self._now = replace(self._now, live=after)
-            edges = after.proofs.since(before.proofs, checked=False)
+            begin, before = time.perf_counter(), self.live
+            apply(self.world)
+            self._known = before.in_world(self.checker)
+            edges = self._known.proofs.since(before.proofs, checked=False)
             return Change(what, edges, time.perf_counter() - begin)
 
-    def _held_at(self, live: LiveWorld, at: object, role: str = "at") -> Floats:
+    def _held_at(self, at: object, role: str = "at") -> Floats:
         if at is not None:
-            return resolve_as_is(target_of(at), live.checker, states_of(live.bare, live.scene), role)
+            return resolve_as_is(target_of(at), self.checker, states_of(self.world.bare, self.scene), role)
         if self._end is None:
             raise StateError("no path has been planned at whose end the arm stands: say where it is with at=.")
         return self._end
@@ -357,30 +321,30 @@ class Session:
             self._busy.release()
 
 
-def _resolved(live: LiveWorld, request: PlanRequest) -> Query:
+def _resolved(checker: CollisionChecker, request: PlanRequest) -> Query:
     what = request.what
-    return resolve_query(live.checker, what.start, what.goal, what.ik_solutions, what.ik_tolerance)
+    return resolve_query(checker, what.start, what.goal, what.ik_solutions, what.ik_tolerance)
 
 
-def _task_in(live: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:
+def _task_in(world: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:
     """A task, or steps, by the robot in the world as it is now, from ``q`` (dof,) where that is given."""
-    scene = replace(live.scene, keep=AND.join(each.text for each in live.world.conditions))
-    task = what if isinstance(what, Task) else Task(live.bare, scene, tuple(what))
-    return replace(task, robot=live.bare, scene=scene, start=task.start if q is None else joints_text(q.tolist()))
+    now = world.checker.world
+    scene = replace(now.scene, keep=AND.join(each.text for each in now.conditions))
+    task = what if isinstance(what, Task) else Task(world.bare, scene, tuple(what))
+    return replace(task, robot=world.bare, scene=scene, start=task.start if q is None else joints_text(q.tolist()))
 
 
-def _still_free(live: LiveWorld, query: Query) -> Query | None:
+def _still_free(checker: CollisionChecker, query: Query) -> Query | None:
     """The query's configurations that are free; None where no start or no goal is."""
-    starts, goals = (np.array([is_free(live.checker, q) for q in ends]) for ends in (query.starts, query.goals))
+    starts, goals = (np.array([is_free(checker, q) for q in ends]) for ends in (query.starts, query.goals))
     if not (starts.any() and goals.any()):
         return None
-    names = tuple(name for name, free in zip(query.goal_names, goals, strict=True) if free)
     return replace(
         query,
-        checker=live.checker,
-        scene=live.scene,
-        robot=live.checker.robot,
+        checker=checker,
+        scene=checker.world.scene,
+        robot=checker.robot,
         starts=query.starts[starts],
         goals=query.goals[goals],
-        goal_names=names,
+        goal_names=tuple(name for name, free in zip(query.goal_names, goals, strict=True) if free),
     )

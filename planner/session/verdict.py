@@ -1,15 +1,42 @@
-"""What the gate says of a chunk."""
+"""The verdict on a chunk: limits, a stop from every point, and one proof of all curves together.
+
+At every point of the safe part its own stop is proven. Between two points the robot runs on along the proven piece to
+the next one and stops there: so from any moment of the safe part on there is a proven motion to rest.
+"""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import ArrayError, choices
+from planner.constraints.keeps import Keeps
+from planner.kinematics.manipulability_proof import prove_floor
+from planner.native.compiled import Judgement, chunk_curves
+from planner.native.gate import Chunk
+from planner.session.guard import JUDGED, Guard
+from planner.trajectory.clearance import nearest_on_pieces
+from planner.trajectory.proof import ASSUMES
 from planner.trajectory.trajectory import Trajectory
+
+_LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
+_CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not judged; that of stops is"
+_ROUGH = "the state has no acceleration: the first piece is a cubic, and the jerk is not judged where it ends"
+_LED = "no state: what leads to the first point is not judged"
+_BENT = "the state has no acceleration: the jerk at the first point is not judged"
+_UNSTOPPED = "no stops were asked for: whether the robot can stop is not judged"
+_NOTES = {1: (_LINES,), 2: (_CUBICS,), 3: ()}  # by the columns
+_FREE, _AWAY, _BEYOND = range(3)  # numbers of reasons; 3: not proven
 
 Kind = Literal["contact", "undecided", "reach", "limit", "floor", "kept", "start"]
 Where = Literal["start", "motion", "stop"]
 WHERE: tuple[Where, ...] = ("start", "motion", "stop")  # by the numbers that compiled code gives them
+_STOP = WHERE.index("stop")
 
 _HOW: dict[Kind, str] = {
     "contact": "'{0}' and '{1}' touch, or are closer than the margin",
@@ -72,8 +99,10 @@ class Verdict:
     first_bad: float | None
     notes: tuple[str, ...]
     revision: int
-    _judged: Any  # the judgement, which works out stop and clearance of its first pieces
-    _pieces: int
+    _guard: Guard  # of that world
+    _run: Callable[[], Chunk]  # what the controller runs
+    _pieces: int  # that are safe
+    _with_stops: bool  # a stop is proven from the end of each
 
     def __bool__(self) -> bool:
         return self.safe
@@ -98,9 +127,115 @@ class Verdict:
         It is None where nothing is safe and no stop is proven from where the robot is, of a robot that is too fast or
         too near already. Where no stops were asked for one is sought now, and may not be there.
         """
-        return self._judged.stop(self._pieces)
+        return self._stop_after(self._pieces)
 
     @property
     def clearance(self) -> float | None:
         """The smallest distance (m) along the safe part, to a tenth; None where nothing moves or can come near."""
-        return self._judged.clearance(self._pieces)
+        chunk, n = self._run(), self._pieces
+        found = nearest_on_pieces(chunk.coefficients[:n], chunk.times[: n + 1], self._guard.checker) if n else None
+        return None if found is None else found.min
+
+    def _stop_after(self, pieces: int) -> Trajectory | None:
+        """The proven motion to rest from the end of the first ``pieces``, which are safe, if there is one.
+
+        Behind a safe piece the check has proven it; only that of a robot that is there now is proven here.
+        """
+        guard, chunk = self._guard, self._run()
+        robot, knot = guard.checker.robot, chunk.knots[pieces]
+        (stops,), (seconds,), _ = guard.stops_from(knot[None])
+        if seconds[1] == 0.0:
+            return None
+        used, ends = seconds > 0.0, np.append(0.0, np.cumsum(seconds))
+        spans = np.column_stack([chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
+        on, known = np.full(len(spans), _STOP), self._with_stops and pieces > 0
+        if not known and not (guard.proven(stops[used], spans) and _first_not_kept(guard, stops[used], on) is None):
+            return None
+        columns = np.zeros((3, 3, robot.dof))  # q, qd, qdd where it begins, where the last piece begins, where it ends
+        columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
+        columns[1, 1] = stops[1, 1] / seconds[1]
+        rows = [0, 1, 2] if used[0] else [0, 2]
+        made = Trajectory.through(robot.joints, ends[rows], *columns[:, rows], law="stop")
+        pieces_free = {"pieces": len(spans), "pieces_free": len(spans), "collision": guard.checker.name}
+        return replace(made, proven=True, proof=pieces_free | guard.to_dict() | {"assumes": ASSUMES})
+
+
+def judge(guard: Guard, points: int, rows: int, state: int, given: Floats, stop: bool) -> Verdict:
+    """The verdict on a chunk as :meth:`planner.native.compiled.NativeGate.check` takes it, with or without stops."""
+    dof = guard.native.dof
+    found, made = guard.native.check(points, rows, state, given, stop)
+    if not found.usable:
+        raise ArrayError("the chunk cannot be judged: give fewer or smaller numbers.")
+    run, times = partial(Chunk.of, found, made, points, rows, dof), made[1 + dof : 2 + dof + points]
+    notes = _NOTES[rows] + (_ROUGH,) * found.rough + (_LED,) * bool(times[0] > 0.0) + (_UNSTOPPED,) * (not stop)
+    notes += (_BENT,) * (found.approached and rows == 3 and state == 2)
+    if left := guard.rules.left:
+        notes += (f"limits on {choices(left)} are not judged: they were not asked for",)
+    bad = _first_bad(guard, found, made, run, stop)
+    pieces, late, why = (found.pieces_made, None, None) if bad is None else bad
+    return Verdict(bad is None, float(times[pieces]), why, late, notes, guard.revision, guard, run, pieces, stop)
+
+
+def _first_bad(
+    guard: Guard, found: Judgement, made: Floats, run: Callable[[], Chunk], stop: bool
+) -> tuple[int, float, Unsafe] | None:
+    """The first piece that is bad, or before the first bad stop; when (s), and why."""
+    times = made[1 + guard.native.dof :]
+    if found.pieces or found.approached:
+        contact = guard.contact_at_start(run().knots[0, 0] if found.may_hold else None)
+        if contact is not None:
+            on = WHERE[1 - found.approached]
+            return 0, float(times[0]), Unsafe("contact", on, (contact.first, contact.second))
+    if guard.rules.floor > 0 or guard.checker.world.conditions:
+        chunk, count = run(), found.pieces
+        stops = guard.stops_from(chunk.knots[1 : count + 1])[:2] if stop else None
+        curves, _, what = chunk_curves(chunk.coefficients[:count], chunk.times[: count + 1], stops, chunk.approach)
+        broken = _first_not_kept(guard, curves[: found.proven], what[:, 1])
+        if broken is not None:
+            piece, place = what[broken[0]].tolist()
+            return piece, float(times[piece + (place == _STOP)]), broken[1]
+    if found.reason == _FREE:
+        return None
+    piece, time, why = found.piece, float(times[found.piece + (found.place == _STOP)]), _why(guard, found, made)
+    if why.on == "motion" and why.kind not in ("start", "limit"):
+        time += float(made[0]) * (float(times[piece + 1]) - time)
+    return piece, time, why
+
+
+def _why(guard: Guard, found: Judgement, made: Floats) -> Unsafe:
+    """Why the compiled judgement stopped."""
+    checker, world, on = guard.checker, guard.checker.world, WHERE[found.place]
+    joint, pair, touches = checker.robot.joints[found.joint], found.pair, found.touches
+    if found.reason == _AWAY:
+        return Unsafe("start", on, joint=joint)
+    if found.reason == _BEYOND:
+        return Unsafe("limit", on, limit=JUDGED[found.kind], joint=joint)
+    if pair < 0:
+        return Unsafe("undecided", on)
+    contact = world.contact(pair)
+    names = contact.first, contact.second
+    if touches == 2:  # one has dents
+        touches = checker.gaps(made[1 : 1 + guard.native.dof], np.array([pair]))[0] <= world.margin
+    if touches:
+        return Unsafe("contact", on, names)
+    limited = world.is_scene_pair(pair) and guard.limited[world.members(pair)[1]]
+    return Unsafe("reach" if limited else "undecided", on, names)
+
+
+def _first_not_kept(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Unsafe] | None:
+    """The first of curves (m, degree + 1, dof) that is not proven to keep conditions and floor, and why.
+
+    ``on`` (m,): the place of what each curve is in ``WHERE``.
+    """
+    robot, found = guard.checker.robot, None
+    for condition in guard.checker.world.conditions:
+        holds = Keeps(robot, (condition,)).proven(curves)
+        if not holds.all():
+            k = int(holds.argmin())
+            found, curves = (k, Unsafe("kept", WHERE[on[k]], kept=condition.text)), curves[:k]
+    if guard.rules.floor > 0 and len(curves):
+        holds = prove_floor(robot, curves, guard.rules.floor).holds
+        if not holds.all():
+            k = int(holds.argmin())
+            return k, Unsafe("floor", WHERE[on[k]])
+    return found

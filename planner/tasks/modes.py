@@ -13,7 +13,7 @@ from planner.kinematics.forward import tool_pose
 from planner.problem.conditions import Condition
 from planner.robot.robot import Robot, held_in, with_carried
 from planner.robot.shapes import Carried, Obstacle
-from planner.tasks.file import Grasp, TaskError
+from planner.tasks.task import TaskError
 
 OPEN, FREE, BLOCKED = 0, 1, 2
 Pairs = frozenset[frozenset[str]]
@@ -23,7 +23,7 @@ STRAYS = "strays"  # in the place of two names: what motions keep is not proven 
 
 @dataclass(frozen=True)
 class Mode:
-    """``standing``: numbers of places, of the objects that stand; ``held``: number of the grasp that holds one.
+    """``standing``: numbers of the placements at which objects stand; ``held``: number of the grasp that holds one.
 
     ``allowed``: pairs of names that may touch in it, as fingers and an object do while one goes to the other.
     """
@@ -40,7 +40,7 @@ ARM = Mode(())  # among what never moves
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class Placement:
     """Where an object stands, (4, 4) in the world, and on what."""
 
     object: str
@@ -50,10 +50,14 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """An object in a grasp, which the links ``touch`` may touch besides the tool's."""
+    """An object in the hand: the tool's pose (4, 4) in its frame, and how wide (m) the gripper is, if that is known.
+
+    The links ``touch`` may touch it besides the tool's.
+    """
 
     object: str
-    grasp: Grasp
+    tool: Floats
+    opening: float | None = None
     touch: tuple[str, ...] = ()
 
 
@@ -68,7 +72,7 @@ class Modes:
 
     checker: CollisionChecker
     objects: dict[str, Obstacle]
-    places: list[Place] = field(default_factory=list)
+    placements: list[Placement] = field(default_factory=list)
     grasps: list[Held] = field(default_factory=list)
     verdicts: dict[Mode, Ints] = field(default_factory=dict)  # by clause: (motions,) of OPEN, FREE, BLOCKED
     blame: dict[tuple[Mode, int], str] = field(default_factory=dict)  # what a blocked motion touches, or STRAYS
@@ -94,7 +98,7 @@ class Modes:
         at = tool_pose(robot, robot.home).homogeneous @ in_hand
         self.objects[item.name] = Obstacle(item.name, item.shape, at)
         touch = (item.link, *item.touch_links)
-        self.grasps.append(Held(item.name, Grasp(np.linalg.inv(in_hand)), touch))
+        self.grasps.append(Held(item.name, np.linalg.inv(in_hand), touch=touch))
         return len(self.grasps) - 1
 
     def clauses(self, mode: Mode) -> list[Mode]:
@@ -107,12 +111,12 @@ class Modes:
         def among(name: str) -> Pairs:
             return frozenset(pair for pair in mode.allowed if name in pair)
 
-        beside = {place: among(self.places[place].object) for place in mode.standing}
-        found = [ARM, *(Mode((place,), None, pairs) for place, pairs in beside.items())]
+        beside = {at: among(self.placements[at].object) for at in mode.standing}
+        found = [ARM, *(Mode((at,), None, pairs) for at, pairs in beside.items())]
         if mode.held is not None:
             mine = among(self.grasps[mode.held].object)
             found.append(Mode((), mode.held, mine.difference(*beside.values())))
-            found += [Mode((place,), mode.held, mine & pairs) for place, pairs in beside.items()]
+            found += [Mode((at,), mode.held, mine & pairs) for at, pairs in beside.items()]
         return found
 
     def checker_of(self, mode: Mode) -> CollisionChecker:
@@ -123,7 +127,8 @@ class Modes:
 
     def _made(self, mode: Mode, conditions: tuple[Condition, ...] = (), fixed: bool = True) -> CollisionChecker:
         base, robot = self.checker.world, self._robot(mode.held)
-        standing = [replace(self.objects[p.object], placement=p.pose) for p in (self.places[k] for k in mode.standing)]
+        placed = (self.placements[k] for k in mode.standing)
+        standing = [replace(self.objects[each.object], placement=each.pose) for each in placed]
         obstacles = (*(base.obstacles if fixed else ()), *standing)
         scene = replace(base.scene, obstacles=obstacles, allowed=base.scene.allowed | mode.allowed)
         return type(self.checker)(replace(base.among(scene, robot), conditions=conditions), self.checker)
@@ -131,7 +136,8 @@ class Modes:
     def _robot(self, held: int | None) -> Robot:
         """The robot with what a grasp holds."""
         if held is not None and held not in self._holding:
-            item, pose = self.grasps[held], frozen(np.linalg.inv(self.grasps[held].grasp.pose))
+            item = self.grasps[held]
+            pose = frozen(np.linalg.inv(item.tool))
             carried = Carried(self.robot.tool, item.object, self.objects[item.object].shape, pose, item.touch)
             self._holding[held] = with_carried(self.robot, [carried])
         return self._holding[held]

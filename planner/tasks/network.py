@@ -18,9 +18,10 @@ from planner.cost.scale import cost_number, length_cost
 from planner.kinematics.forward import tool_path_lengths
 from planner.problem.objective import Objective
 from planner.roadmap.roadmap import Roadmap
-from planner.tasks.file import TaskError
+from planner.robot.robot import Robot
+from planner.tasks.candidates import NOTHING, Candidate, Candidates
 from planner.tasks.modes import ARM, FREE, Mode, Motions
-from planner.tasks.options import NOTHING, Option, Options
+from planner.tasks.task import TaskError
 
 NEIGHBOURS = 10  # nodes of the roadmap that each end of a line is joined to
 MOST_NODES = 3_000_000  # of the network
@@ -30,26 +31,26 @@ _COLUMNS = ("tails", "heads", "motion", "mode", "leg")  # of arcs
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
-    """A mode left and another entered by one option of a step, or a goal reached; ``first`` is its first node."""
+class Transition:
+    """A mode left and another entered by a candidate of a step, or a goal reached; ``first`` is its first node."""
 
     step: int
-    option: Option
+    candidate: Candidate
     first: int
 
     @property
     def last(self) -> int:
         """Its last node."""
-        return self.first + len(self.option.motions)
+        return self.first + len(self.candidate.motions)
 
 
 @dataclass(frozen=True, eq=False)
 class TaskNetwork:
     """``tails``, ``heads``, ``motion``, ``mode`` and ``leg`` (arcs,) in the order of the network's arcs.
 
-    Nodes are those of the roadmap in layer after layer, ``layered`` of them, then the corners of every way, then the
-    ``start``. ``leg`` is 3 step + TRANSIT, APPROACH or RETREAT. ``costs`` (arcs, 2) are what an arc adds to Omega and D
-    of eq. (finew). ``reaches`` (nodes,) is the step that a node is on its way to.
+    Nodes are those of the roadmap in layer after layer, ``layered`` of them, then the corners of every transition, and
+    perhaps another start. ``leg`` is 3 step + TRANSIT, APPROACH or RETREAT. ``costs`` (arcs, 2) are what an arc adds to
+    Omega and D of eq. (finew). ``reaches`` (nodes,) is the step that a node is on its way to.
     """
 
     nodes: int
@@ -63,7 +64,7 @@ class TaskNetwork:
     costs: Floats
     modes: tuple[Mode, ...]
     layered: int
-    ways: tuple[Way, ...]
+    transitions: tuple[Transition, ...]
     reaches: Ints
 
     def at(self, beta: float) -> gabf.Network:
@@ -89,13 +90,13 @@ class TaskNetwork:
         found = motions.corners(int(self.motion[arc]))
         return found[::-1] if self.layered > self.tails[arc] > self.heads[arc] else found
 
-    def started(self, options: Options, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
+    def started(self, candidates: Candidates, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
         """The same from another start ``q`` (dof,), joined to its neighbours in the first layer."""
-        near = np.sort(_nearest(roadmap, options.modes.robot, q[None])[0])  # arcs in the order of the network
-        motion = options.modes.motions.straight(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
+        near = np.sort(_nearest(roadmap, candidates.modes.robot, q[None])[0])  # arcs in the order of the network
+        motion = candidates.modes.motions.straight(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
         arcs = dict(zip(_COLUMNS, _arcs(self.nodes, near, motion, 0, TRANSIT), strict=True))
         more = {name: np.append(getattr(self, name), rows) for name, rows in arcs.items()}
-        costs = np.vstack([self.costs, motion_costs(options, roadmap, objective, motion)])
+        costs = np.vstack([self.costs, _motion_costs(candidates, roadmap, objective, motion)])
         reaches = np.append(self.reaches, 0)
         return replace(self, nodes=self.nodes + 1, start=self.nodes, costs=costs, reaches=reaches, **more)
 
@@ -105,105 +106,101 @@ def _arcs(*columns: Ints | int) -> Ints:
     return np.stack(np.broadcast_arrays(*columns)).reshape(len(_COLUMNS), -1)
 
 
-def task_network(options: Options, roadmap: Roadmap, objective: Objective) -> TaskNetwork:
-    """The network of a task's options over the nodes and edges of ``roadmap``, whose first start is the task's."""
-    modes, (first, second), n = options.modes, roadmap.edges.T, len(roadmap.nodes)
+def task_network(candidates: Candidates, roadmap: Roadmap, objective: Objective) -> TaskNetwork:
+    """The network of a task's candidates over the nodes and edges of ``roadmap``, whose first start is the task's."""
+    modes, (first, second), n = candidates.modes, roadmap.edges.T, len(roadmap.nodes)
     along = modes.motions.straight(roadmap.nodes[first], roadmap.nodes[second])
     modes.known(ARM)[along[roadmap.proven]] = FREE
-    joints = _joints(options, roadmap)
-    layers, crossings = _layers(options, n)
+    joints = _joints(candidates, roadmap)
+    layers, crossings = _layers(candidates, n)
     number = {mode: k for k, mode in enumerate(dict.fromkeys(mode for _, mode in layers))}
     arcs = []
     for layer, (stage, mode) in enumerate(layers):
         for tails, heads in ((first, second), (second, first)):
             arcs.append(_arcs(layer * n + tails, layer * n + heads, along, number[mode], 3 * stage))
-    node, ways, goals, reaches = len(layers) * n, [], [], [np.repeat([stage for stage, _ in layers], n)]
-    for layer, option, after in crossings:
-        (stage, mode), (near_in, there, near_out, off) = layers[layer], joints[id(option)]
-        way = Way(stage, option, node)
+    node, transitions, goals, reaches = len(layers) * n, [], [], [np.repeat([stage for stage, _ in layers], n)]
+    for layer, candidate, after in crossings:
+        (stage, mode), (near_in, there, near_out, off) = layers[layer], joints[id(candidate)]
+        transition = Transition(stage, candidate, node)
         arcs.append(_arcs(layer * n + near_in, node, there, number[mode], 3 * stage))
-        for k, (part, leg) in enumerate(_lines(options, mode, option)):
+        for k, (part, leg) in enumerate(_lines(candidates, mode, candidate)):
             part_number = number.setdefault(part, len(number))
-            arcs.append(_arcs(node + k, node + k + 1, option.motions[k], part_number, 3 * stage + leg))
+            arcs.append(_arcs(node + k, node + k + 1, candidate.motions[k], part_number, 3 * stage + leg))
         if after is None:
-            goals.append(way.last)
+            goals.append(transition.last)
         else:
-            arcs.append(_arcs(way.last, after * n + near_out, off, number[layers[after][1]], 3 * stage + 3))
-        node = way.last + 1
-        ways.append(way)
-        reaches.append(np.append(np.full(way.last - way.first, stage), stage + 1))  # its last is behind the step
+            arcs.append(_arcs(transition.last, after * n + near_out, off, number[layers[after][1]], 3 * stage + 3))
+        node = transition.last + 1
+        transitions.append(transition)
+        reaches.append(np.append(np.full(len(candidate.motions), stage), stage + 1))  # its last is behind the step
     columns = np.concatenate(arcs, axis=1)
     columns = columns[:, np.argsort(columns[0] * node + columns[1], kind="stable")]  # as the network has them
-    tails, heads, motion, mode_of, leg_of = columns
-    costs = motion_costs(options, roadmap, objective, np.arange(modes.motions.count))
+    costs = _motion_costs(candidates, roadmap, objective, np.arange(modes.motions.count))
     return TaskNetwork(
-        node,
-        int(roadmap.starts[0]),
-        np.array(goals, dtype=np.int64),
-        tails,
-        heads,
-        motion,
-        mode_of,
-        leg_of,
-        costs[motion],
-        tuple(number),
-        len(layers) * n,
-        tuple(ways),
-        np.concatenate(reaches),
+        nodes=node,
+        start=int(roadmap.starts[0]),
+        goals=np.array(goals, dtype=np.int64),
+        **dict(zip(_COLUMNS, columns, strict=True)),
+        costs=costs[columns[2]],
+        modes=tuple(number),
+        layered=len(layers) * n,
+        transitions=tuple(transitions),
+        reaches=np.concatenate(reaches),
     )
 
 
-def _joints(options: Options, roadmap: Roadmap) -> dict[int, tuple[Ints, Ints, Ints, Ints]]:
-    """By the id of an option: neighbours of its begin and the straight motions from there, of its end and to there."""
-    listed = [o for step in options.steps for found in step.values() for o in found]
-    flat, robot, motions = np.concatenate([o.ends for o in listed]), options.modes.robot, options.modes.motions
+def _joints(candidates: Candidates, roadmap: Roadmap) -> dict[int, tuple[Ints, Ints, Ints, Ints]]:
+    """By the id of a candidate: neighbours of its begin and motions from there, of its end and motions to there."""
+    listed = [o for step in candidates.steps for found in step.values() for o in found]
+    flat, robot, motions = np.concatenate([o.ends for o in listed]), candidates.modes.robot, candidates.modes.motions
     near = _nearest(roadmap, robot, flat)
     theirs, mine = roadmap.nodes[near].reshape(-1, robot.dof), np.repeat(flat, near.shape[1], axis=0)
     there, off = (motions.straight(*pair).reshape(near.shape) for pair in ((theirs, mine), (mine, theirs)))
     ends = zip(near[::2], there[::2], near[1::2], off[1::2], strict=True)
-    return {id(option): found for option, found in zip(listed, ends, strict=True)}
+    return {id(candidate): found for candidate, found in zip(listed, ends, strict=True)}
 
 
-def _layers(options: Options, n: int) -> tuple[list[tuple[int, Mode]], list[tuple[int, Option, int | None]]]:
-    """All modes before a step (from 0) that the steps lead to, and the ways: a layer, an option, the layer after."""
-    layers, crossings = {(0, options.first): 0}, []
+def _layers(candidates: Candidates, n: int) -> tuple[list[tuple[int, Mode]], list[tuple[int, Candidate, int | None]]]:
+    """All modes before a step (from 0), and the transitions: a layer, a candidate, the layer after."""
+    layers, crossings = {(0, candidates.first): 0}, []
     queue = list(layers)
-    for stage, mode in queue:  # to which the ways add
+    for stage, mode in queue:  # to which the transitions add
         for key in (NOTHING, *(mode.standing if mode.held is None else (mode.held,))):
-            for option in options.steps[stage].get(key, ()):
-                after = stage + 1, _after(mode, option)
-                if after not in layers and stage + 1 < len(options.steps):
-                    if (len(layers) + 1) * n > MOST_NODES:
-                        raise TaskError(
-                            f"the task has more than {len(layers)} modes of {n} nodes: give fewer grasps, fewer "
-                            "placements or fewer --nodes."
-                        )
+            for candidate in candidates.steps[stage].get(key, ()):
+                after = stage + 1, _after(mode, candidate)
+                if after not in layers and stage + 1 < len(candidates.steps):
                     layers[after] = len(layers)
                     queue.append(after)
-                crossings.append((layers[stage, mode], option, layers.get(after)))
+                crossings.append((layers[stage, mode], candidate, layers.get(after)))
+        if len(layers) * n > MOST_NODES:
+            give = "give fewer grasps, fewer placements or fewer --nodes"
+            raise TaskError(
+                f"the task must have at most {MOST_NODES} nodes in all modes, got {len(layers) * n}: {give}."
+            )
     return queue, crossings
 
 
-def _lines(options: Options, mode: Mode, option: Option) -> list[tuple[Mode, int]]:
-    """The mode and the leg of each of the motions between an option's corners."""
-    if option.place == NOTHING:
+def _lines(candidates: Candidates, mode: Mode, candidate: Candidate) -> list[tuple[Mode, int]]:
+    """The mode and the leg of each of the motions between a candidate's corners."""
+    if candidate.place == NOTHING:
         return []
-    after, hand, rest = _after(mode, option), options.at_hand(option.place), options.at_rest(option.place)
+    after, place = _after(mode, candidate), candidate.place
+    hand, rest = candidates.at_hand(place), candidates.at_rest(place)
     if mode.held is None:
         return [(mode.allowing(*hand), APPROACH), (after.allowing(*rest), RETREAT), (after, RETREAT)]
     return [(mode, APPROACH), (mode.allowing(*rest), APPROACH), (after.allowing(*hand), RETREAT)]
 
 
-def _after(mode: Mode, option: Option) -> Mode:
-    """The mode behind an option: what stood is held, what was held stands, or as it was."""
-    if option.place == NOTHING:
+def _after(mode: Mode, candidate: Candidate) -> Mode:
+    """The mode behind a candidate: what stood is held, what was held stands, or as it was."""
+    if candidate.place == NOTHING:
         return mode
     if mode.held is None:
-        return Mode(tuple(p for p in mode.standing if p != option.place), option.grasp)
-    return Mode(tuple(sorted((*mode.standing, option.place))))
+        return Mode(tuple(p for p in mode.standing if p != candidate.place), candidate.grasp)
+    return Mode(tuple(sorted((*mode.standing, candidate.place))))
 
 
-def _nearest(roadmap: Roadmap, robot, ends: Floats) -> Ints:
+def _nearest(roadmap: Roadmap, robot: Robot, ends: Floats) -> Ints:
     """The nodes (k, ``NEIGHBOURS``) of the roadmap nearest to ``ends`` (k, dof)."""
     many, rows = min(NEIGHBOURS, len(roadmap.nodes)), []
     for first in range(0, len(ends), _CHUNK):
@@ -212,10 +209,10 @@ def _nearest(roadmap: Roadmap, robot, ends: Floats) -> Ints:
     return np.concatenate(rows)
 
 
-def motion_costs(options: Options, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
+def _motion_costs(candidates: Candidates, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
     """(k, 2) Omega and D of motions as :func:`planner.search.network.build_network` charges edges, piece by piece."""
-    start, delta, owner = options.modes.motions.of(motions)
-    robot, length = options.modes.robot, np.linalg.norm(delta, axis=1)
+    start, delta, owner = candidates.modes.motions.of(motions)
+    robot, length = candidates.modes.robot, np.linalg.norm(delta, axis=1)
     tool = tool_path_lengths(robot, start, delta) if objective.metric == "workspace" else length
     distance = length_cost(roadmap.scale, objective.metric, length, tool)
     _, means = costs_along(robot, start, delta, roadmap.scale)

@@ -1,7 +1,8 @@
-"""One task planned: options, a roadmap, the network over all modes, its field and proven path. Read this first."""
+"""One task planned: candidates, a roadmap, the network over all modes, its field and proven path. Read this first."""
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +13,7 @@ from planner.base.arrays import Floats
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
+from planner.kinematics.inverse import beyond_reach
 from planner.problem.outcome import Outcome
 from planner.problem.request import TaskRequest, TimingRequest, WorldRequest
 from planner.problem.targets import parse_target
@@ -22,18 +24,18 @@ from planner.roadmap.roadmap import Roadmap
 from planner.robot.frames import in_world
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
-from planner.tasks.file import Pick, Task, TaskError
-from planner.tasks.gripper import gripper_of
+from planner.tasks.candidates import NOTHING, Candidates, Rejected, require_sensible
 from planner.tasks.modes import Modes
 from planner.tasks.network import TaskNetwork, task_network
-from planner.tasks.options import NOTHING, Options, require_sensible
-from planner.tasks.result import TaskPlan, scene_without
+from planner.tasks.result import ModesRecord, StepFails, TaskPlan, scene_without
+from planner.tasks.sampling import gripper_of
 from planner.tasks.search import Found, LazySearch
-from planner.tasks.segments import events_of, segments_of, timed
-from planner.tasks.why import why_stuck
+from planner.tasks.segments import join, segments_of, time_segments
+from planner.tasks.task import Move, Pick, Task, TaskError, step_text
 from planner.tradeoff.envelope import Piece
 
 _ENDS = 12  # of lines, that the roadmap grows towards
+_LEAST_BEYOND = 5e-3  # m beyond reach that a reason names
 
 
 def task(
@@ -66,7 +68,7 @@ class TaskPlanner:
 
     request: TaskRequest
     task: Task
-    options: Options
+    candidates: Candidates
     scene: Scene
     roadmap: Roadmap | None
     search: LazySearch | None
@@ -74,40 +76,34 @@ class TaskPlanner:
 
     @staticmethod
     def of(
-        what: Task | StrPath,
-        request: TaskRequest | None = None,
-        progress: Progress = QUIET,
-        **options: Any,
+        what: Task | StrPath, request: TaskRequest | None = None, progress: Progress = QUIET, **options: Any
     ) -> TaskPlanner:
-        """Read, find grasps and placements, grow the roadmap, join the modes."""
+        """Read, find the candidates of each step, grow the roadmap, join the modes."""
         clock, request = Stopwatch(), (request or TaskRequest()).with_options(**options)
-        what = what if isinstance(what, Task) else Task.load(what)
+        what, quality = what if isinstance(what, Task) else Task.load(what), request.quality
         with clock("setup"):
             scene = what.scene if isinstance(what.scene, Scene) else Scene.load(str(what.scene))
             scene, modes = _modes(what, scene, request)
             states = states_of(modes.robot, modes.checker.world.scene)
-            start = resolve(
-                parse_target(what.start), modes.checker, states, "start", tolerance=request.what.ik_tolerance
-            )[0]
+            target, within = parse_target(what.start), request.what.ik_tolerance
+            start = resolve(target, modes.checker, states, "start", tolerance=within)[0]
         with clock("grasps"):
             gripper = gripper_of(modes.robot, what.gripper)
-            found = Options(what, modes, gripper, start[None], request.what)
-            start = free_configuration(start, modes.checker_of(found.first), "start")
-        if found.dead_end is not None:
-            return TaskPlanner(request, what, found, scene, None, None, clock)
+            candidates = Candidates(what, modes, gripper, start[None], request.what)
+            start = free_configuration(start, modes.checker_of(candidates.first), "start")
+        if candidates.dead_end is not None:
+            return TaskPlanner(request, what, candidates, scene, None, None, clock)
         with clock("roadmap"):
-            ends = _ends(found, modes)
-            roadmap = build_roadmap(
-                modes.robot, modes.checker, start, ends, request.quality.nodes, request.quality.seed, progress
-            )
+            ends, size = _ends(candidates, modes), (quality.nodes, quality.seed)
+            roadmap = build_roadmap(modes.robot, modes.checker, start, ends, *size, progress)
         with clock("network"):
-            law = gabf.named_law(request.quality.law, request.quality.prescribed_time)
-            search = LazySearch(modes, task_network(found, roadmap, request.quality.objective), law)
-        return TaskPlanner(request, what, found, scene, roadmap, search, clock)
+            law = gabf.named_law(quality.law, quality.prescribed_time)
+            search = LazySearch(modes, task_network(candidates, roadmap, quality.objective), law)
+        return TaskPlanner(request, what, candidates, scene, roadmap, search, clock)
 
     @property
     def network(self) -> TaskNetwork | None:
-        """The network over all modes; None where a step has no options."""
+        """The network over all modes; None where a step has no candidates."""
         return None if self.search is None else self.search.network
 
     def plan(
@@ -118,35 +114,42 @@ class TaskPlanner:
         timing: TimingRequest | None = None,
     ) -> TaskPlan:
         """The plan at another ``beta``, from another ``start`` (dof,): what was proven before is known."""
-        clock, self.clock, robot = self.clock, Stopwatch(), self.options.modes.robot
+        clock, self.clock, robot = self.clock, Stopwatch(), self.candidates.modes.robot
         request = self.request if beta is None else self.request.with_options(beta=beta)
-        draft = TaskPlan(request, self.task, Outcome.NO_PATH, robot, self.scene, self.options, timings=clock.seconds)
+        quality = request.quality
+        draft = TaskPlan(request, Outcome.NO_PATH, self.task, robot, self.scene, self.candidates, timings=clock.seconds)
         if start is None:
-            world = self.options.modes.checker
+            world = self.candidates.modes.checker
             told = other_turns(parse_target(self.task.start), world, states_of(robot, world.world.scene))
             draft = replace(draft, end_notes=tuple(told))
         if self.search is None or self.roadmap is None:
-            return replace(draft, reason=why_stuck(self.options, None))
+            return replace(draft, reason=why_stuck(self.candidates, None))
         search = known = self.search
         with clock("gabf"):
             if start is not None:
-                checker = self.options.modes.checker_of(self.options.first)
+                checker = self.candidates.modes.checker_of(self.candidates.first)
                 q = free_configuration(np.asarray(start, dtype=float), checker, "start")
-                search = known.started(known.network.started(self.options, self.roadmap, q, request.quality.objective))
-            found = search.path(request.quality.beta, progress)
+                search = known.started(known.network.started(self.candidates, self.roadmap, q, quality.objective))
+            found = search.path(quality.beta, progress)
             known.refused |= search.refused[: len(known.refused)]
         draft = replace(
             draft,
             roadmap=self.roadmap,
             network=search.network,
             cost_to_go=found.field,
-            rounds=found.rounds,
-            refused=found.refused,
+            modes=ModesRecord(
+                modes=len(search.network.modes),
+                nodes=search.network.nodes,
+                arcs=len(search.network.tails),
+                pieces_proven=self.candidates.modes.pieces_proven,
+                rounds=found.rounds,
+                arcs_refused=found.refused,
+            ),
         )
         if progress.stopped:
             return replace(draft, outcome=Outcome.INTERRUPTED)
         if not len(found.arcs):
-            return replace(draft, reason=why_stuck(self.options, search))
+            return replace(draft, reason=why_stuck(self.candidates, search))
         with clock("timing"):
             return self._solved(draft, found, timing)
 
@@ -158,15 +161,24 @@ class TaskPlanner:
         return [] if self.search is None else self.search.pieces()
 
     def _solved(self, draft: TaskPlan, found: Found, timing: TimingRequest | None) -> TaskPlan:
-        network, request = draft.network, draft.request
+        network, quality = draft.network, draft.request.quality
         assert network is not None and self.roadmap is not None  # noqa: PT018
         omega, distance = (float(total) for total in network.costs[found.arcs].sum(axis=0))
-        cost = PathCost(request.quality.objective.total(omega, distance), omega, distance, request.quality.beta)
-        segments = segments_of(self.options, network, found.arcs)
+        cost = PathCost(quality.objective.total(omega, distance), omega, distance, quality.beta)
+        segments, modes = segments_of(self.candidates, network, found.arcs)
+        motions = None
         if timing is not None:
-            segments = timed(segments, self.options, timing, request.quality.objective, self.roadmap.scale)
-        events = events_of(segments, self.options)
-        return replace(draft, outcome=Outcome.SOLVED, cost=cost, segments=tuple(segments), events=events)
+            how = timing, quality.objective, self.roadmap.scale
+            motions = time_segments(segments, modes, self.candidates, *how)
+        timed, events, trajectory = join(segments, modes, motions, self.candidates)
+        return replace(
+            draft,
+            outcome=Outcome.SOLVED,
+            cost=cost,
+            segments=tuple(timed),
+            events=tuple(events),
+            trajectory=trajectory,
+        )
 
 
 def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes]:
@@ -186,12 +198,57 @@ def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes
     return scene, modes
 
 
-def _ends(options: Options, modes: Modes) -> Floats:
+def _ends(candidates: Candidates, modes: Modes) -> Floats:
     """Ends of lines, evenly of all steps, and the goals of moves, that the roadmap grows towards; free of the fixed."""
     chosen = []
-    for step in sorted(options.steps, key=lambda step: NOTHING not in step):  # moves first
-        listed = [option for found in step.values() for option in found]
+    for step in sorted(candidates.steps, key=lambda step: NOTHING not in step):  # moves first
+        listed = [one for found in step.values() for one in found]
         for k in np.unique(np.linspace(0, len(listed) - 1, min(len(listed), _ENDS)).round().astype(int)):
             chosen.append(listed[k].ends[: 1 + len(listed[k].motions)])
     found = np.vstack(chosen)
     return found[[contact_of(modes.checker, q) is None for q in found]]
+
+
+def why_stuck(candidates: Candidates, search: LazySearch | None) -> StepFails:
+    """The first step without candidates, or the one that no path gets beyond."""
+    dead = candidates.dead_end
+    number = dead if dead is not None else search.reached() if search is not None else 0
+    number = min(number, len(candidates.task.steps) - 1)
+    step, rejected = candidates.task.steps[number], deepcopy(candidates.rejected[number])
+    lost = search is not None and not isinstance(step, Move) and _all_blocked(candidates, search, number, rejected)
+    what = "no_path"
+    if dead is not None or lost:
+        what = "no_grasp" if isinstance(step, Pick) else "no_placement"
+    return StepFails(
+        step=number + 1,
+        doing=step_text(step),
+        what=what,
+        tried=rejected.of,
+        out_of_reach=len(rejected.out_of_reach),
+        strays=rejected.strays,
+        contacts=dict(rejected.contacts.most_common()),
+        conditions=candidates.modes.checker.world.keeps.texts,
+        beyond=_beyond(candidates, rejected),
+    )
+
+
+def _beyond(candidates: Candidates, rejected: Rejected) -> float | None:
+    """How far (m) the nearest is proven beyond reach; None where not all are."""
+    if len(rejected.out_of_reach) < rejected.of or not rejected.of:
+        return None
+    shortest = min(beyond_reach(candidates.modes.robot, position) for position in rejected.out_of_reach)
+    return shortest if shortest >= _LEAST_BEYOND else None
+
+
+def _all_blocked(candidates: Candidates, search: LazySearch, number: int, rejected: Rejected) -> bool:
+    """Whether the lines of every candidate of a step are refused in every mode; their contacts are counted."""
+    net, hits, left = search.network, [], False
+    whole = net.at(0.5)
+    for way in (way for way in net.transitions if way.step == number):
+        arcs = whole.arcs_along(np.arange(way.first, way.last + 1))
+        refused = arcs[search.refused[arcs]].tolist()
+        left = left or not refused
+        why = (candidates.modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused)
+        hits.append((way.candidate, next((hit for hit in why if hit), None)))
+    rejected.count_blocked(hits)
+    return bool(hits) and not left

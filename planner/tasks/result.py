@@ -2,84 +2,172 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.files import StrPath, staged
-from planner.base.progress import Stopwatch, rounded
+from planner.base.errors import Reason, choices, metric
 from planner.base.resolutions import RECHECK
+from planner.base.yamlfile import Whole
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.planning.result import JSON_NAME, NAMES, PAGE_NAME, field_record, motion_record, save_parts
-from planner.planning.run_record import run_record
-from planner.planning.summary import cost_text, field_rows
-from planner.problem.outcome import Outcome
+from planner.planning.result import Plan
+from planner.planning.run import ROADMAP_NAME, FieldRecord, MotionRecord, Result, RunRecord, cost_text
+from planner.problem.outcome import Record, Rows
 from planner.problem.request import TaskRequest
-from planner.roadmap.record_text import roadmap_text
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.roadmap import Roadmap, RoadmapRecord
+from planner.roadmap.storage import save_roadmap
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
-from planner.tasks.file import Task
-from planner.tasks.judge import SegmentReport, Stage, TaskRecord, judged
+from planner.tasks.candidates import Candidates
 from planner.tasks.network import TaskNetwork
-from planner.tasks.options import Options
-from planner.tasks.record import Event, ModesRecord, SegmentRecord, StepFails, TaskPlanRecord
-from planner.tasks.segments import Segment, begins_of, joined
+from planner.tasks.replay import EventReplay, TaskRecord, check_task
+from planner.tasks.segments import Event, Segment
+from planner.tasks.task import Task
+from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.report import Report
 from planner.trajectory.trajectory import Trajectory
-from planner.view.page import Content, page, save_page
-from planner.view.shown_path import Rows, ShownMotion, ShownPath, path_rows
+from planner.view.motion import ShownMotion, ShownPath, path_rows
+from planner.view.page import Page
 
 _SHOWN_APART = 0.02  # s between two poses of an object that a page moves
+_NAMED = 3  # contacts in the sentence of a reason
 
 
-@dataclass(frozen=True, eq=False)
-class TaskPlan:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StepFails(Reason):
+    """The first step that cannot be done: no grasp or placement of it is left, or no path leads there."""
+
+    kind: Literal["step_fails"] = "step_fails"
+    step: Whole
+    """from 1"""
+    doing: str
+    """the step in words"""
+    what: Literal["no_grasp", "no_placement", "no_path"]
+    tried: int
+    """grasps, or pairs of a grasp and a placement"""
+    out_of_reach: int
+    """of these"""
+    strays: int
+    """and so many that leave what motions keep"""
+    contacts: dict[str, int]
+    """how often which two things were the first that touch, where all configurations of one were in contact"""
+    conditions: tuple[str, ...] = ()
+    """what motions keep"""
+    beyond: float | None = None
+    """m that the nearest is beyond where the arm can ever bring the tool: as much nearer is the least that could work;
+    null where that is not proven of all"""
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(part.strip("'") for pair in self.contacts for part in pair.split("' and '"))
+
+    @property
+    def sentence(self) -> str:
+        seen = f"{self.out_of_reach} of {self.tried} out of reach"
+        seen += f" (the nearest by {metric(self.beyond, 'm')} or more)" if self.beyond else ""
+        for pair, count in list(self.contacts.items())[:_NAMED]:
+            seen += f", {count} in contact ({pair})"
+        if self.strays:
+            seen += f", {self.strays} straying from what is kept ({choices(self.conditions)})"
+        less = ", or keep less" if self.strays else ""
+        why = {
+            "no_grasp": f"no grasp is left, {seen}: move the object or the robot, or give other grasps{less}.",
+            "no_placement": f"no placement is left, {seen}: give another region, or more samples{less}.",
+            "no_path": f"no path leads there within the budget{f' ({seen})' if self.tried else ''}: raise --nodes, or "
+            "try another --seed.",
+        }
+        return f"Step {self.step} ({self.doing}) cannot be done: {why[self.what]}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModesRecord(Record):
+    """The network over all modes, and what was proven of it."""
+
+    modes: int
+    nodes: int
+    arcs: int
+    pieces_proven: int
+    rounds: int
+    """how often the field was solved"""
+    arcs_refused: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TaskPlanRecord(RunRecord):
+    """What ``planner task`` writes as plan.json; units rad, m and s."""
+
+    task: str
+    reason: StepFails | None
+    """which step cannot be done, and why"""
+    path: list[list[float]]
+    """joint waypoints of all segments, start first"""
+    cost: PathCost | None
+    segments: list[Segment]
+    events: list[Event]
+    trajectory: MotionRecord | None
+    """of all segments; null without times"""
+    roadmap: RoadmapRecord | None
+    """null where a step has no grasp or placement at all"""
+    modes: ModesRecord | None
+    gabf: FieldRecord | None
+
+    @property
+    def rows(self) -> Rows:
+        rows: Rows = [] if self.roadmap is None else [("roadmap", self.roadmap.text)]
+        if self.modes is not None:
+            m = self.modes
+            rows.append(("modes", f"{m.modes} over {m.nodes} nodes, {m.arcs_refused} of {m.arcs} arcs refused"))
+        if self.cost is not None:
+            rows.append(("cost", cost_text(self.cost)))
+        for k, segment in enumerate(self.segments, start=1):
+            held, timed = f", holding {segment.carried}" if segment.carried else "", segment.trajectory
+            motion = f", {timed.duration:.2f} s{'' if timed.proven else ', NOT proven'}" if timed else ""
+            what = f"step {segment.step}, {segment.doing}: {segment.part}{held}{motion}"
+            rows.append((f"segment {k}", what))
+        if self.trajectory is not None:
+            proven = "all proven" if self.trajectory.proven else "not all proven"
+            rows.append(("motion", f"{self.trajectory.duration:.2f} s, {proven}"))
+        return rows + (self.gabf.rows if self.gabf else [])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TaskPlan(Result[TaskPlanRecord]):
     """A task's plan; ``segments`` and ``events`` are empty where there is none, and ``reason`` says why.
 
     ``cost`` is that of the path over the roadmaps, as eq. (finew) sums it; ``cost_to_go`` the field over all modes,
-    which knows it of every node of ``network``. ``rounds`` is how often the field was solved, ``refused`` how many arcs
-    of the network were refused meanwhile.
+    which knows it of every node of ``network``. ``trajectory`` is one motion of all segments, at rest while a gripper
+    moves; None without times.
     """
+
+    FILES: ClassVar = Plan.FILES
 
     request: TaskRequest
     task: Task
-    outcome: Outcome
     robot: Robot
     scene: Scene
-    options: Options
+    candidates: Candidates
     roadmap: Roadmap | None = None
     network: TaskNetwork | None = None
     cost_to_go: gabf.CostToGo | None = None
     cost: PathCost | None = None
     segments: tuple[Segment, ...] = ()
     events: tuple[Event, ...] = ()
-    reason: StepFails | None = None
-    rounds: int = 0
-    refused: int = 0
-    end_notes: tuple[str, ...] = ()  # on the start
-    timings: dict[str, float] = field(default_factory=dict)
+    trajectory: Trajectory | None = None
+    reason: StepFails | None = field(default=None, kw_only=True)
+    modes: ModesRecord | None = None
 
     def __repr__(self) -> str:
         size = f"{len(self.segments)} segments" if self.segments else "no plan"
         return f"<TaskPlan: {self.task.name} by {self.robot.name}, {self.outcome.key}, {size}>"
-
-    @property
-    def solved(self) -> bool:
-        """Whether there is a path."""
-        return self.outcome is Outcome.SOLVED
-
-    @property
-    def message(self) -> str:
-        """How the task ended, in one sentence."""
-        return self.outcome.value if self.reason is None else self.reason.sentence
 
     @cached_property
     def path(self) -> Floats:
@@ -88,64 +176,50 @@ class TaskPlan:
             return np.zeros((0, self.robot.dof))
         return np.vstack([self.segments[0].path[:1], *(segment.path[1:] for segment in self.segments)])
 
-    @cached_property
-    def trajectory(self) -> Trajectory | None:
-        """One motion of all segments, at rest while a gripper moves; None without times."""
-        return joined(self.segments, self.events)
-
-    def check(self, step: float = RECHECK) -> list[SegmentReport]:
-        """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
-        names, path, events = list(self.robot.joints), self.path.tolist(), list(self.events)
-        record = TaskRecord(outcome=self.outcome.key, joints=names, path=path, segments=self._segments(), events=events)
-        return [report for _, report in judged(record, self.judge, self.trajectory, step)]
+    def check(self, step: float = RECHECK, checker: CollisionChecker | None = None) -> Report:
+        """The report on the task, from its record as :func:`planner.tasks.replay.check_task` replays it."""
+        record = TaskRecord(
+            outcome=self.outcome.key,
+            joints=list(self.robot.joints),
+            path=self.path.tolist(),
+            segments=list(self.segments),
+            events=list(self.events),
+        )
+        return check_task(record, checker or self.judge, self.trajectory, step)
 
     @cached_property
     def judge(self) -> CollisionChecker:
         """A checker of the scene before the task."""
-        world = self.options.modes.checker.world
+        world = self.candidates.modes.checker.world
         return make_checker(world.robot, self.scene, self.request.what.collision, world.margin, world.conditions)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The keys of ``plan.json``; units in rad, m and s."""
-        begun: dict[str, Any] = run_record(self.request, self.outcome, self.robot, self.scene)
-        begun |= {"message": self.message, "notes": [*begun["notes"], *self.end_notes]}
-        net, x = self.network, self.cost_to_go
-        record = TaskPlanRecord(
-            **begun,
+    @cached_property
+    def record(self) -> TaskPlanRecord:
+        """What ``plan.json`` holds; units in rad, m and s."""
+        record = TaskPlanRecord.of(
+            self,
+            self.robot,
+            self.scene,
             task=self.task.name,
             reason=self.reason,
             path=self.path.tolist(),
             cost=self.cost,
-            segments=self._segments(),
+            segments=list(self.segments),
             events=list(self.events),
-            trajectory=motion_record(self.trajectory, self.robot),
+            trajectory=MotionRecord.of(self.trajectory, self.robot),
             roadmap=None if self.roadmap is None else self.roadmap.record(),
-            modes=None
-            if net is None
-            else ModesRecord(
-                modes=len(net.modes),
-                nodes=net.nodes,
-                arcs=len(net.tails),
-                pieces_proven=self.options.modes.pieces_proven,
-                rounds=self.rounds,
-                arcs_refused=self.refused,
-            ),
-            gabf=None
-            if x is None
-            else field_record(
-                self.request.quality, x, gabf.certify(x.network, x.law, x), gabf.max_error(x, gabf.oracle(x.network))
-            ),
-            timings_s=rounded(self.timings),
+            modes=self.modes,
+            gabf=FieldRecord.of(self.request.quality, self.cost_to_go),
         )
-        return record.to_dict()
-
-    def _segments(self) -> list[SegmentRecord]:
-        begins = begins_of(self.segments, self.events)
-        return [segment.record(begin / 1e9) for segment, begin in zip(self.segments, begins, strict=True)]
+        world = {"robot": self.task.robot, "scene": self.task.scene}  # as the task names them
+        names = {
+            key: str(value) if isinstance(value, str | os.PathLike) else value.name for key, value in world.items()
+        }
+        return replace(record, config=record.config | names)
 
     def page(self) -> str:
         """The page as HTML text: the whole motion, the objects that are picked going along with the hand."""
-        scene, start, paths = self.scene, self.options.start[0], []
+        scene, start, paths = self.scene, self.candidates.start[0], []
         if self.cost is not None:
             motion = self.trajectory
             if motion is not None:
@@ -153,61 +227,25 @@ class TaskPlan:
             rows = path_rows(self.robot, self.path, self.cost.manipulability, self.cost.distance)
             start, shown = self.path[0], None if motion is None else ShownMotion(motion, None)
             paths = [ShownPath(self.path, rows, motion=shown)]
-        content = Content(
-            self.robot,
-            scene,
-            self.message,
-            start,
-            details=task_rows(self.to_dict()),
-            roadmap=None if self.roadmap is None else replace(self.roadmap, goals=self.roadmap.goals[:0]),
-            paths=paths,
-            beta=self.request.quality.beta,
-            touching=frozenset() if self.reason is None else self.reason.names,
-        )
-        return page(content)
+        touching = frozenset() if self.reason is None else self.reason.names
+        page = Page(self.robot, scene, start, self.message, self.record.rows, touching=touching)
+        if self.roadmap is not None:
+            page.add_roadmap(replace(self.roadmap, goals=self.roadmap.goals[:0]))
+        if paths:
+            page.add_paths(paths, beta=self.request.quality.beta)
+        return page.html()
 
-    def save(self, folder: StrPath) -> None:
-        """Write ``plan.json``, ``plan.html``, and where there are such ``roadmap.npz`` and ``trajectory.json``."""
-        save_task(self, Path(folder))
-
-
-def save_task(plan: TaskPlan, folder: Path, clock: Stopwatch | None = None) -> dict[str, Any]:
-    """Write the files; the stages of ``clock`` go with the plan's own. Returns the record that was written."""
-    clock = clock or Stopwatch(plan.timings)
-    clock.seconds.update(plan.timings)
-    with staged(folder, NAMES) as inner:
-        with clock("files"):
-            save_parts(inner, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
-        with clock("record"):
-            record = plan.to_dict()
-        return save_page(plan.page, inner / PAGE_NAME, record, inner / JSON_NAME, clock)
-
-
-def task_rows(record: dict[str, Any]) -> Rows:
-    """What the terminal's table and the page say about a planned task."""
-    rows: Rows = []
-    if record["roadmap"]:
-        rows.append(("roadmap", roadmap_text(record["roadmap"])))
-    if record["modes"]:
-        m = record["modes"]
-        rows.append(("modes", f"{m['modes']} over {m['nodes']} nodes, {m['arcs_refused']} of {m['arcs']} arcs refused"))
-    if record["cost"]:
-        rows.append(("cost", cost_text(record["cost"])))
-    for k, segment in enumerate(record["segments"], start=1):
-        held = f", holding {segment['carried']}" if segment["carried"] else ""
-        timed = segment["trajectory"]
-        motion = f", {timed['duration']:.2f} s{'' if timed['proven'] else ', NOT proven'}" if timed else ""
-        what = f"step {segment['step']}, {segment['doing']}: {segment['part']}{held}{motion}"
-        rows.append((f"segment {k}", what))
-    if record["trajectory"]:
-        whole = record["trajectory"]
-        rows.append(("motion", f"{whole['duration']:.2f} s, {'all proven' if whole['proven'] else 'not all proven'}"))
-    return rows + (field_rows(record["gabf"]) if record["gabf"] else [])
+    def write(self, folder: Path) -> None:
+        """Write ``roadmap.npz`` and ``trajectory.json`` into an empty ``folder``, as far as there are such."""
+        if self.roadmap is not None:
+            save_roadmap(self.roadmap, folder / ROADMAP_NAME)
+        if self.trajectory is not None:
+            save_trajectory(self.trajectory, folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
 
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     """The scene with what is picked as obstacles that move as the hand moves them."""
-    names, stage = plan.options.modes.objects, Stage(plan.judge, plan.events)
+    names, stage = plan.candidates.modes.objects, EventReplay(plan.judge, plan.events)
     times = np.linspace(0.0, motion.duration, max(2, int(motion.duration / _SHOWN_APART)))
     left = [(event.t, event) for event in plan.events if event.t is not None]
     at = np.unique(np.concatenate([times, [t for t, _ in left]]))
@@ -216,7 +254,7 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     for now in at.tolist():
         while left and left[0][0] <= now:
             t, event = left.pop(0)
-            stage.after(event, motion.at(t)[0])
+            stage.apply(event, motion.at(t)[0])
         for name, found in poses.items():
             found.append(stage.pose(name, motion.at(now)[0]))
     moving = tuple(

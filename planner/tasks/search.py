@@ -1,10 +1,7 @@
-"""The cheapest way through all modes, proven: lazily, along the paths that the field prefers.
+"""The cheapest way through all modes, proven: an arc is proven in its mode once the field's path uses it.
 
-Every arc counts as free until the field's path uses it; then its mode's clauses are proven, and what is refused goes.
-Only arcs that are refused ever go, so each network on the way holds every path over free arcs, and its cheapest path
-costs no more than the cheapest of these. The first that is free throughout therefore costs exactly what the cheapest
-of all combinations of grasp, configuration, path and placement costs, planned one by one on the same roadmaps.
-(Lazy PRM, Bohlin and Kavraki 2000, over modes, with a field that heals in the place of a search.)
+No arc but a refused one ever goes, so the path costs exactly what the cheapest of all combinations of grasp,
+configuration, path and placement costs, planned one by one on the same roadmaps; see :mod:`planner.search.search`.
 """
 
 from __future__ import annotations
@@ -21,6 +18,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.looks import straight
 from planner.collision.second_look import second_look
 from planner.native.graphs import reached
+from planner.search.search import search
 from planner.tasks.modes import BLOCKED, NONE, OPEN, Mode, Modes
 from planner.tasks.network import TaskNetwork
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
@@ -66,44 +64,23 @@ class LazySearch:
 
     def path(self, beta: float, progress: Progress = QUIET) -> Found:
         """The cheapest proven path from the start at ``beta``, from the field at the nearest beta on."""
-        x, whole, rounds = None, self.network.at(beta), 0
-        if self.fields:
-            x = self.fields[min(self.fields, key=lambda known: abs(known - beta))]
-            x = np.append(x, np.full(self.network.nodes - len(x), np.inf))
-        while True:
-            refused, rounds = np.flatnonzero(self.refused), rounds + 1
-            net = whole.without_arcs(refused)
-            if x is None or self.law.needs_overestimate:
-                field = gabf.solve(net, law=self.law)
-            else:
-                field = gabf.heal(net, x, self.law).cost_to_go
-            x = field.x
-            progress("modes", rounds, rounds + 1)
-            arcs = whole.arcs_along(gabf.cheapest_path(field, np.array([self.network.start])))
-            if not len(arcs) or progress.stopped or self._holds(arcs):
-                break
-        progress("modes", rounds, rounds)
-        if len(arcs) and not progress.stopped:
-            self.fields[beta] = x[: self._lasting]
-        return Found(field, arcs, rounds, len(refused))
+        nearest = min(self.fields, key=lambda known: abs(known - beta), default=None)
+        paths, report = _Paths(self, beta), progress.renamed(lambda _, done, total: progress("modes", done, total))
+        found = search(paths, self.law, None if nearest is None else self.fields[nearest], progress=report)
+        if len(found.steps):
+            self.fields[beta] = found.field.x[: self._lasting]
+        refused = len(self.refused) - found.field.network.n_arcs
+        return Found(found.field, paths.whole.arcs_along(found.steps), found.rounds, refused)
 
     def pieces(self) -> list[Piece]:
-        """Every path that some beta makes the cheapest proven one, with its exact interval of beta; none for no path.
+        """Every path that some beta makes the cheapest proven one, with its interval of beta; none for no path."""
+        envelope = EnvelopeSearch(_Paths(self, 0.5), self.law)
+        while not envelope.done:
+            envelope.step()
+        return pieces(envelope.supports)
 
-        All corners of the least cost over beta on what is not refused; as long as one of their paths is, once more.
-        """
-        whole = self.network.at(0.5)
-        while True:
-            net = whole.without_arcs(np.flatnonzero(self.refused))
-            envelope = EnvelopeSearch(net, np.array([self.network.start]), self.law)
-            while not envelope.done:
-                envelope.step()
-            holds = [self._holds(whole.arcs_along(support.nodes)) for support in envelope.supports]
-            if all(holds):
-                return pieces(envelope.supports)
-
-    def _holds(self, arcs: Ints) -> bool:
-        """Whether a path is free, proven and looked at once more; if not, what is refused of it, and more, is gone."""
+    def holds(self, arcs: Ints) -> bool:
+        """Whether a path is proven and holds a second look; if not, what is refused of it, and more, is gone."""
         for mode in np.unique(self.network.mode[arcs]).tolist():
             mine = arcs[self.network.mode[arcs] == mode]
             for clause in self.modes.clauses(self.network.modes[mode]):
@@ -162,3 +139,18 @@ class LazySearch:
         begin[net.start] = True
         arcs = np.stack([net.tails, net.heads], axis=1)[~self.refused]
         return int(net.reaches[reached(begin, arcs)].max())
+
+
+class _Paths:
+    """The paths of a task's network at a beta, without the arcs that are refused; a lazy network."""
+
+    def __init__(self, search: LazySearch, beta: float) -> None:
+        self._search, self.whole = search, search.network.at(beta)
+        self.starts = np.array([search.network.start])
+
+    @property
+    def network(self) -> gabf.Network:
+        return self.whole.without_arcs(np.flatnonzero(self._search.refused))
+
+    def holds(self, steps: Ints) -> bool:
+        return self._search.holds(self.whole.arcs_along(steps))

@@ -12,7 +12,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.problem.options import TimeLaw
-from planner.problem.run_schema import Record
+from planner.problem.outcome import Record
 from planner.robot.robot import Robot
 from planner.tool_paths.tube import Tube
 from planner.trajectory.limits import MotionLimits

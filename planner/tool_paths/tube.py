@@ -16,7 +16,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
 from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
-from planner.problem.run_schema import Record
+from planner.problem.outcome import Record
 from planner.robot.robot import Robot
 from planner.tool_paths.tool_path import ToolPath, rotation_angles
 from planner.trajectory.trajectory import Trajectory

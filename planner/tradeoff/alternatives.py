@@ -8,8 +8,9 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.planning.result import Plan
 from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
+from planner.search.search import ProvenNetwork
 from planner.tradeoff.envelope import EnvelopeSearch, pieces
-from planner.view.shown_path import ShownPath, path_rows
+from planner.view.motion import ShownPath, path_rows
 
 
 def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
@@ -28,7 +29,7 @@ def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
 
 
 def _paths_for_every_beta(plan: Plan, layered: LayeredNetwork, progress: Progress) -> tuple[ShownPath, ...]:
-    search = EnvelopeSearch(layered.network, layered.starts)
+    search = EnvelopeSearch(ProvenNetwork(layered.network, layered.starts))
     while not search.done:
         if progress.stopped:
             return ()

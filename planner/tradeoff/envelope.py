@@ -15,8 +15,10 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.progress import Stopwatch
 from planner.base.shares import traded_off
 from planner.search.network import at_beta, path_cost
+from planner.search.search import LazyNetwork
 
 TOLERANCE = 1e-12  # relative to max(1, cost): far above the rounding of a sum of costs, far below any difference
 
@@ -50,17 +52,22 @@ class Piece:
 
 
 class EnvelopeSearch:
-    """The search for all supports from some of ``starts`` (s,), resting between two solves.
+    """The search for all supports of a lazy network, resting between two solves.
 
-    ``supports`` are sorted by beta; the first ``settled`` gaps between them are proven to hold no further path. The
-    leftmost open gap is searched first, so the settled part goes from 0 up to :attr:`reach`.
+    ``supports`` are sorted by beta, and their paths hold; the first ``settled`` gaps between them are proven to hold no
+    further path. The leftmost open gap is searched first, so the settled part goes from 0 up to :attr:`reach`. Where a
+    path fails it is removed, and the search starts over on what is left.
     Every field is where the dynamics of ``law`` settles, or without a law what :func:`planner.gabf.oracle` finds: the
     same to 1e-9, mostly to the bit. ``solves`` counts runs of the dynamics, ``max_error`` is their largest relative
     error against the oracle.
     """
 
-    def __init__(self, network: gabf.Network, starts: Ints, law: gabf.Law | None = None) -> None:
-        self.network, self.starts, self.law = network, starts, law
+    def __init__(self, lazy: LazyNetwork, law: gabf.Law | None = None, clock: Stopwatch | None = None) -> None:
+        self.lazy, self.law, self._clock = lazy, law, clock or Stopwatch()
+        self._begin()
+
+    def _begin(self) -> None:
+        self.network, self.starts = self.lazy.network, self.lazy.starts
         self.supports: list[Support] = []
         self.settled = 0
         self.connected = True
@@ -77,25 +84,33 @@ class EnvelopeSearch:
         """The beta up to which everything is proven."""
         return self.supports[self.settled].beta if self.supports else float(not self.connected)
 
-    def step(self) -> Support | None:
-        """One end, or one solve in the leftmost open gap; the new support, if there is one."""
+    def step(self) -> None:
+        """Search one end, or solve once in the leftmost open gap; prove the path that is found."""
+        with self._clock("gabf"):
+            place, found = self._next()
+        if found is None:
+            return
+        with self._clock("path"):
+            holds = self.lazy.holds(found.nodes)
+        if holds:
+            self.supports.insert(place, found)
+        else:
+            self._begin()
+
+    def _next(self) -> tuple[int, Support | None]:
+        """The next support and its place among the others; none where a gap is settled or no start reaches a goal."""
         if len(self.supports) < 2:
-            return self._add(len(self.supports), self._end(float(len(self.supports))))
+            found = self._end(float(len(self.supports)))
+            self.connected = found is not None
+            return len(self.supports), found
         left, right = self.supports[self.settled : self.settled + 2]
         if not _same(left, right):
             beta = crossing(left, right)
             found = self._between(beta, left, right)
             if found.at(beta) < left.at(beta) - _slack(left.at(beta)):
-                return self._add(self.settled + 1, found)
+                return self.settled + 1, found
         self.settled += 1
-        return None
-
-    def _add(self, place: int, found: Support | None) -> Support | None:
-        if found is None:
-            self.connected = False
-        else:
-            self.supports.insert(place, found)
-        return found
+        return self.settled, None
 
     def _end(self, beta: float) -> Support | None:
         """The path of least D among those of least Omega (``beta`` 0), or the reverse (1); None if there is no path.

@@ -1,138 +1,260 @@
-"""A check of a trajectory from any source: what a controller makes of its points, against scene and limits."""
+"""A check of a path or a trajectory from any source, as a controller runs it: samples, proofs, limits, clearance."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, numbers
-from planner.base.errors import FileError
-from planner.base.polynomials import bernstein
+from planner.base.arrays import Floats
+from planner.base.errors import FileError, OptionError
+from planner.base.polylines import parts_of
+from planner.base.polynomials import bernstein, derivative, evaluate
 from planner.base.progress import QUIET, Progress
-from planner.base.resolutions import PROOF_OF_CHECK, RECHECK
+from planner.base.resolutions import PROOF, PROOF_OF_CHECK, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
+from planner.collision.clearance import Clearance
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.collision.looks import Seen, first_seen
+from planner.collision.looks import straight
 from planner.collision.second_look import second_look
 from planner.collision.world import Contact
-from planner.constraints.keeps import Kept
+from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.query.resolve import looks_like_degrees
-from planner.trajectory.clearance import Nearest, nearest_in_motion
-from planner.trajectory.limits import MotionLimits
-from planner.trajectory.moving_obstacles import first_touch_in_time
-from planner.trajectory.path_check import PathReport, check_path, require_step
+from planner.query.resolve import DEGREES, beyond_limits, looks_like_degrees
+from planner.trajectory.clearance import nearest_on_pieces, slack
+from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.moving_obstacles import first_touch_in_time, prove_in_time
 from planner.trajectory.path_file import FAR
 from planner.trajectory.points import Points
-from planner.trajectory.proof import MotionProof, limits_exceeded, prove_motion, require_joints
-from planner.trajectory.trajectory import Trajectory
+from planner.trajectory.proof import prove_pieces, require_joints
+from planner.trajectory.report import Finding, Report
+from planner.trajectory.trajectory import Trajectory, whole_nanoseconds
+from planner.trajectory.violations import largest_jump, limits_exceeded, unit_of
 
-_W_APART, _LOOKS = 0.01, 10_000  # s between two looks at w, and how many there are at most
+_AT_REST = float(np.finfo(np.float32).eps)  # rad/s: what ROS 2's controller lets a trajectory end with
+_MOST_STATES = 100_000  # at which w is looked at
 
-
-@dataclass(frozen=True, eq=False)
-class TrajectoryContact:
-    """Where a trajectory touches: between ``begin`` and ``end`` s; at ``begin``, in ``q``, where it was sampled."""
-
-    begin: float
-    end: float
-    contact: Contact
-    q: Floats | None
+Touch = tuple[float, Contact, Floats]  # a place, what touches there, and the configuration (dof,)
 
 
-@dataclass(frozen=True, eq=False)
-class TrajectoryReport:
-    """What was found on a trajectory, true if ok; where times are at ``fault`` or all in ``degrees`` nothing else.
-
-    ``contact`` is the first one, seen by coal every ``step`` metres of motion, by the checker at fewer states, or by a
-    proof. ``w`` (n,) and what is ``kept`` are sampled at ``w_times`` (n,). ``nearest`` is the smallest clearance, None
-    where there is none.
-    """
-
-    checker: CollisionChecker
-    points: Points
-    limits: MotionLimits
-    step: float
-    fault: str | None
-    degrees: bool = False
-    trajectory: Trajectory | None = None
-    proof: MotionProof | None = None
-    contact: TrajectoryContact | None = None
-    w: Floats | None = None
-    w_times: Floats | None = None
-    nearest: Nearest | None = None
-    kept: tuple[Kept, ...] = ()
-
-    def __bool__(self) -> bool:
-        return self.ok
-
-    def __repr__(self) -> str:
-        return f"<TrajectoryReport: {len(self.points.times)} points, {'ok' if self.ok else 'not ok'}>"
-
-    @property
-    def ok(self) -> bool:
-        """A controller runs it, within all limits, and no contact was found."""
-        if self.fault or self.degrees or self.proof is None:
-            return False
-        return not self.proof.excesses and self.contact is None and not any(each.strays for each in self.kept)
+def require_step(step: float) -> None:
+    """Raise :class:`OptionError` unless ``step`` (m) is a usable distance between the samples of a path."""
+    if not 1e-6 <= step <= 1.0:
+        raise OptionError(f"step must be a distance from 0.000001 to 1 m, got {step:g}.")
 
 
-def check(
-    what: Floats | Sequence[Sequence[float]] | Trajectory,
-    checker: CollisionChecker,
-    step: float = RECHECK,
-    progress: Progress = QUIET,
-) -> PathReport | TrajectoryReport:
-    """What is found on a path (k, dof) rad, or on a trajectory within the limits that it was made for.
+def check_path(checker: CollisionChecker, path: Floats, step: float = RECHECK, progress: Progress = QUIET) -> Report:
+    """The report on a joint path (k, dof), straight in joint space between its waypoints.
 
-    What ``planner check`` does: limits, contacts every ``step`` (m) of motion by the second checker, proofs, clearance
-    and w, whoever made the path; ``report.ok`` is the verdict. A trajectory that says no limits is held to the robot's
-    own. Raises :class:`ArrayError` for an array of another shape.
+    A path that looks like degrees is checked no further: the motions between its rows mean nothing.
     """
     require_step(step)
-    if not isinstance(what, Trajectory):
-        return check_path(checker, numbers("path", what, ("k", len(checker.robot.joints)), most=FAR), step, progress)
-    require_joints(what, checker)
-    limits = what.limits or MotionLimits.of(checker.robot)
-    return check_trajectory(checker, Points(what.joints, what.times, what.columns, limits), limits, step, progress)
+    begun = Report(checker, step, timed=False, measures={"points": len(path)})
+    beyond = _beyond_waypoint(path, checker)
+    if beyond and looks_like_degrees(checker.robot, path):
+        return replace(begun, findings=(_degrees((0.0, len(path) - 1.0), timed=False),))
+    pieces = straight(path[:-1], np.diff(path, axis=0)) if len(path) > 1 else straight(path, 0.0 * path)
+    return _examine(replace(begun, findings=beyond), pieces, np.arange(len(pieces) + 1.0), progress)
 
 
 def check_trajectory(
     checker: CollisionChecker,
-    points: Points,
-    limits: MotionLimits,
+    points: Points | Trajectory,
+    limits: MotionLimits | None = None,
     step: float = RECHECK,
     progress: Progress = QUIET,
-) -> TrajectoryReport:
-    """Rebuild what a controller runs between ``points``; prove it or refute it against the scene and ``limits``."""
-    report = TrajectoryReport(checker, points, limits, step, points.fault())
-    if report.fault:
-        return report
-    trajectory = points.trajectory()
+) -> Report:
+    """The report on what a ROS 2 joint trajectory controller runs between ``points``: lines, cubics or quintics.
+
+    ``limits`` are in place of those that the trajectory was made for, and these in place of the robot's own. Times that
+    no controller runs and positions that look like degrees are checked no further.
+    """
+    require_step(step)
+    robot = checker.robot
+    require_joints(points.joints, checker)
+    limits = limits or points.limits or MotionLimits.of(robot)
+    measures = {"points": len(points.times), "limits": {**limits.to_dict(), "text": limits.text(robot)}}
+    begun = Report(checker, step, timed=True, measures=measures, notes=_notes(points))
+    if faults := _faults(points):
+        return replace(begun, findings=faults)
+    trajectory = points if isinstance(points, Trajectory) else points.trajectory()
     _require_within_reason(trajectory)
-    degrees = bool(limits_exceeded(trajectory, checker.robot, limits)) and looks_like_degrees(
-        checker.robot, points.columns[0]
+    exceeded = limits_exceeded(trajectory, robot, limits)
+    if exceeded and looks_like_degrees(robot, points.columns[0]):
+        return replace(begun, findings=(_degrees((float(trajectory.times[0]), float(trajectory.times[-1]))),))
+    jump, in_time = largest_jump(trajectory, limits), prove_in_time(trajectory, checker)
+    infinite = () if jump is None else jump.infinite
+    shares = {
+        kind: None if kind in infinite else trajectory.worst(order, getattr(limits, kind))[0]
+        for order, kind in enumerate(KINDS, start=1)
+    }
+    measures |= {
+        "duration": trajectory.duration,
+        "begin": float(trajectory.times[0]),
+        "interpolation": trajectory.interpolation,
+        "shares": shares,
+        "jump": None if jump is None else jump.text(robot),
+        "not_judged": [kind for kind in infinite if not limits.given(kind)],
+        **in_time.to_dict(),
+    }
+    touch = first_touch_in_time(trajectory, checker, checker.world.scene.moving, step)
+    begun = replace(begun, findings=exceeded, measures=measures)
+    return _examine(begun, trajectory.coefficients, trajectory.times, progress, touch, int((~in_time.free).sum()))
+
+
+def _examine(
+    begun: Report,
+    pieces: Floats,
+    places: Floats,
+    progress: Progress,
+    touch: Touch | None = None,
+    late: int = 0,
+) -> Report:
+    """The report with what pieces (k, degree + 1, dof) between ``places`` (k + 1,) touch, keep and are proven to do.
+
+    ``touch`` is a contact that is known already, of a motion of which ``late`` pieces are not proven in time.
+    """
+    checker, count, findings = begun.checker, len(pieces), list(begun.findings)
+    seen = second_look(checker, pieces, begun.step, progress=lambda done: progress("contacts", done, count))
+    touches = [] if touch is None else [touch]
+    if seen is not None:
+        at = places[seen.piece] + seen.s * (places[seen.piece + 1] - places[seen.piece])
+        touches.append((float(at), seen.contact, seen.q))
+    progress("clearance", 0, count)
+    nearest = nearest_on_pieces(pieces, places, checker)
+    progress("clearance", count, count)
+    prover = EdgeProver(checker)
+    verdict, pair = prove_pieces(pieces, prover, PROOF_OF_CHECK)
+    progress("proofs", count, count)
+    if touches:
+        at, contact, q = min(touches, key=lambda item: item[0])
+        findings.append(_contact(checker, contact, (at, at), begun.timed, q))
+    elif (verdict == Verdict.COLLIDES).any():
+        k = int((verdict == Verdict.COLLIDES).argmax())
+        contact = prover.static_contact or checker.world.contact(int(pair[k]))
+        findings.append(_contact(checker, contact, (float(places[k]), float(places[k + 1])), begun.timed))
+    strayed, measured = _measure(begun, pieces, places)
+    free, bound = bool((verdict == Verdict.FREE).all()), None
+    if free and nearest is not None:
+        bound = proven_distance(checker, pieces, nearest.min)
+    undecided = max(int((verdict == Verdict.UNDECIDED).sum()), late)
+    return replace(
+        begun,
+        findings=(*findings, *strayed),
+        pieces={each.name.lower(): int((verdict == each).sum()) for each in Verdict},
+        clearance=nearest,
+        measures=begun.measures | measured | {"proven_distance": bound, "undecided": undecided},
     )
-    if degrees:
-        return TrajectoryReport(checker, points, limits, step, None, True)
-    pieces = len(trajectory.coefficients)
-    seen = _earliest(
-        looked_at(trajectory, checker, step, progress),
-        _contact_in_time(trajectory, checker, step),
-    )
-    proof = prove_motion(trajectory, EdgeProver(checker), limits, room=PROOF_OF_CHECK)
-    progress("proofs", pieces, pieces)
-    times = np.linspace(trajectory.times[0], trajectory.times[-1], min(int(trajectory.duration / _W_APART), _LOOKS) + 2)
-    states = trajectory.at(times)
-    w, kept = manipulability(checker.robot, states), checker.world.keeps.along(states, trajectory.coefficients)
-    contact = seen or _proven_contact(trajectory, proof, checker)
-    nearest = nearest_in_motion(trajectory, checker)
-    return TrajectoryReport(
-        checker, points, limits, step, None, False, trajectory, proof, contact, w, times, nearest, kept
-    )
+
+
+def _measure(begun: Report, pieces: Floats, places: Floats) -> tuple[list[Finding], dict[str, Any]]:
+    """Constraints that pieces break, and lengths, w and what constraints have to spare at states along the pieces."""
+    checker, robot = begun.checker, begun.checker.robot
+    motion = np.abs(bernstein(derivative(pieces))).max(axis=(1, 2))
+    parts = parts_of(motion, max(W_ALONG_PATH, motion.sum() / _MOST_STATES))
+    piece = np.repeat(np.arange(len(parts)), parts)
+    s = (np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[piece]
+    q = np.vstack([evaluate(pieces[piece], s), pieces[-1:].sum(axis=1)])
+    at = np.append(places[piece] + s * np.diff(places)[piece], places[-1])
+    findings, constraints = [], []
+    for kept in checker.world.keeps.along(q, pieces):
+        text, unit, where = kept.condition.text, kept.condition.unit, float(at[kept.row])
+        told = {"condition": text, "unit": unit, "spare": kept.spare, "at": where, "proven": kept.proven}
+        constraints.append(told | {"strays": kept.strays})
+        if kept.strays:
+            findings.append(Finding("constraint", (text,), (where, where), -kept.spare, 0.0, unit, begun.timed))
+    w, tool = manipulability(robot, q), tool_positions(robot, q)
+    return findings, {
+        "joint_length": float(np.linalg.norm(np.diff(q, axis=0), axis=1).sum()),
+        "workspace_length": float(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum()),
+        "w_min": float(w.min()),
+        "w_mean": float(w.mean()),
+        "w_at": float(at[w.argmin()]),
+        "constraints": constraints,
+    }
+
+
+def proven_distance(checker: CollisionChecker, pieces: Floats, clearance: float) -> float:
+    """A distance (m) that pieces, proven free at the checker's margin, are proven to keep: that margin or more.
+
+    Proofs are tried at margins a little below the ``clearance`` that was found, so it may be smaller than the truth.
+    """
+    world = checker.world
+    for margin in (clearance - slack(clearance) - PROOF_OF_CHECK, 0.5 * clearance):
+        if world.margin < margin < np.inf:
+            wider = type(checker)(replace(world, margin=margin))
+            if EdgeProver(wider).all_free(pieces, PROOF):
+                return float(margin)
+    return world.margin
+
+
+def _contact(
+    checker: CollisionChecker, contact: Contact, where: tuple[float, float], timed: bool, q: Floats | None = None
+) -> Finding:
+    """The finding on a contact: a clearance below the margin where the two do not touch."""
+    margin, pair = checker.world.margin, (contact.first, contact.second)
+    gap = 0.0 if q is None else float(Clearance(checker)(q[None])[0])
+    closer = margin > 0.0 and not contact.enclosed and (q is None or gap > 0.0)
+    note = ", one wholly inside the other, a closed mesh" if contact.enclosed else ""
+    note += "" if q is None else f", q:{','.join(f'{value:.4f}' for value in q)}"
+    value = None if q is None else gap
+    return Finding("clearance" if closer else "contact", pair, where, value, margin, "m", timed, q, note)
+
+
+def _beyond_waypoint(path: Floats, checker: CollisionChecker) -> tuple[Finding, ...]:
+    """The value farthest beyond a joint limit; between waypoints within limits the path is within them too."""
+    robot, beyond = checker.robot, beyond_limits(checker.robot, path)
+    row, joint = (int(k) for k in np.unravel_index(int(beyond.argmax()), beyond.shape))
+    if not beyond[row, joint]:
+        return ()
+    value, name = float(path[row, joint]), robot.joints[joint]
+    allowed = float((robot.lower if value < robot.lower[joint] else robot.upper)[joint])
+    at = (float(row), float(row))
+    return (Finding("limit", ("position", name), at, value, allowed, unit_of(robot, name), timed=False),)
+
+
+def _degrees(where: tuple[float, float], timed: bool = True) -> Finding:
+    text = f"positions are beyond the joint limits: {DEGREES}"
+    return Finding("limit", ("position", ""), where, unit="rad", timed=timed, text=text)
+
+
+def _faults(points: Points | Trajectory) -> tuple[Finding, ...]:
+    """Why no controller runs these times and velocities; empty where one does."""
+    times, late = points.times, np.flatnonzero(np.diff(whole_nanoseconds(points.times)) <= 0)
+    if len(late):
+        k, (a, b) = int(late[0]), times[late[0] : late[0] + 2].tolist()
+        text = f"time does not increase from point {k + 1} to point {k + 2} ({a:.10g} s, {b:.10g} s)"
+        return (Finding("discontinuity", ("time",), (a, b), b - a, 1e-9, "s", text=text),)
+    if times[0] < 0:
+        text = f"the first point is {-times[0]:g} s before the start"
+        return (Finding("discontinuity", ("time",), (float(times[0]), 0.0), float(times[0]), 0.0, "s", text=text),)
+    joint, velocity = _fastest(points, -1)
+    if abs(velocity) <= _AT_REST:
+        return ()
+    text = f"the last velocity is not 0: joint '{joint}' ends with {velocity:.3g}"
+    text += ", which a ROS 2 joint trajectory controller refuses"
+    end = (float(times[-1]), float(times[-1]))
+    return (Finding("discontinuity", ("velocity", joint), end, velocity, 0.0, "rad/s", text=text),)
+
+
+def _notes(points: Points | Trajectory) -> tuple[str, ...]:
+    """Notes of the file, and on how the motion begins: what comes before its first point is the controller's."""
+    notes = list(points.notes) if isinstance(points, Points) else []
+    if points.times[0] > 0:
+        notes.append(f"until {points.times[0]:g} s it moves there from where the robot is: that is not checked")
+    joint, velocity = _fastest(points, 0)
+    if abs(velocity) > _AT_REST:
+        moves = f"joint '{joint}' begins with a velocity of {velocity:.3g}"
+        notes.append(f"{moves}: right only for a robot that moves so already")
+    return tuple(notes)
+
+
+def _fastest(points: Points | Trajectory, row: int) -> tuple[str, float]:
+    """The joint of the largest velocity that is given for a point, and this velocity; 0 where none is given."""
+    velocity = points.columns[1][row] if len(points.columns) > 1 else np.zeros(1)
+    joint = int(np.abs(velocity).argmax())
+    return points.joints[joint], float(velocity[joint])
 
 
 def _require_within_reason(trajectory: Trajectory) -> None:
@@ -144,44 +266,3 @@ def _require_within_reason(trajectory: Trajectory) -> None:
             f"between {trajectory.times[k]:g} and {trajectory.times[k + 1]:g} s the trajectory swings as far as "
             f"{hull[k]:.3g}: mend its positions or velocities."
         )
-
-
-def looked_at(
-    trajectory: Trajectory, checker: CollisionChecker, step: float = RECHECK, progress: Progress = QUIET
-) -> TrajectoryContact | None:
-    """The first contact that :func:`second_look` sees on a trajectory, coal every ``step`` metres of motion."""
-    pieces = len(trajectory.coefficients)
-    seen = second_look(checker, trajectory.coefficients, step, progress=lambda done: progress("contacts", done, pieces))
-    return _at_time(trajectory, seen)
-
-
-def sampled_contact(trajectory: Trajectory, judge: CollisionChecker, step: float) -> TrajectoryContact | None:
-    """The first contact that one checker sees on a trajectory every ``step`` metres of motion."""
-    return _at_time(trajectory, first_seen(judge, trajectory.coefficients, step))
-
-
-def _at_time(trajectory: Trajectory, seen: Seen | None) -> TrajectoryContact | None:
-    """The contact that was ``seen`` on one of the trajectory's pieces, with its time."""
-    if seen is None:
-        return None
-    t = float(trajectory.times[seen.piece] + seen.s * trajectory.seconds[seen.piece])
-    return TrajectoryContact(t, t, seen.contact, seen.q)
-
-
-def _contact_in_time(trajectory: Trajectory, checker: CollisionChecker, step: float) -> TrajectoryContact | None:
-    """The first contact with an obstacle that moves along a known motion."""
-    found = first_touch_in_time(trajectory, checker, checker.world.scene.moving, step)
-    return None if found is None else TrajectoryContact(found[0], found[0], found[1], found[2])
-
-
-def _earliest(*contacts: TrajectoryContact | None) -> TrajectoryContact | None:
-    return min((item for item in contacts if item is not None), key=lambda item: item.begin, default=None)
-
-
-def _proven_contact(trajectory: Trajectory, proof: MotionProof, checker: CollisionChecker) -> TrajectoryContact | None:
-    """The first piece that is proven to touch, where no sample has met it."""
-    for k, (begin, end) in enumerate(itertools.pairwise(trajectory.times.tolist())):
-        if proof.verdict[k] == Verdict.COLLIDES:
-            contact = EdgeProver(checker).static_contact or checker.world.contact(int(proof.pair[k]))
-            return TrajectoryContact(begin, end, contact, None)
-    return None

@@ -1,4 +1,4 @@
-"""How near a path and its motion come to anything that is checked, where, and what to do where that is too near."""
+"""The smallest clearance of a path or a motion, to a tolerance: which two things, where, and what is too close."""
 
 from __future__ import annotations
 
@@ -8,19 +8,23 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, so_far
-from planner.base.polylines import lengths_of
+from planner.base.polylines import lengths_along
 from planner.base.polynomials import bernstein, derivative, evaluate
+from planner.base.resolutions import CLEARANCE_FIRST
 from planner.collision.checker import CollisionChecker
-from planner.trajectory.path_clearance import (
-    CLOSE,
-    TOO_CLOSE,
-    TOO_CLOSE_TEXT,
-    clearance_text,
-    nearest_pair,
-    smallest_clearance,
-)
+from planner.collision.clearance import Clearance
+from planner.collision.world import Contact
 from planner.trajectory.trajectory import Trajectory
 
+TOLERANCE, SHARE = 1e-3, 0.1  # m, and of the clearance itself: what is reported is too large by less than either
+CLOSE = 5e-3  # m: models of one robot differ by a millimetre, and calibrations by more
+TOO_CLOSE = "close"  # the row of the summary that is there only where something comes closer than CLOSE
+TOO_CLOSE_TEXT = (
+    f"less than {1000 * CLOSE:g} mm, by which the robot's true shape or place may differ: --margin 0.005 keeps a "
+    "distance for certain, at start and goal too; --room 0.01 lets refined paths keep more where there is more"
+)
+SHOWN = 1e-4  # m: the smallest clearance that is printed; proofs need about twice that
+NOTHING_NEAR = "there is nothing to come near to"
 _CHORD = 1e-5  # rad (m): how far a motion may be from the chords along which its clearance is looked for
 
 
@@ -42,60 +46,121 @@ class Nearest:
 
 def nearest_on_path(path: Floats, checker: CollisionChecker) -> Nearest | None:
     """The smallest clearance along a joint path (k, dof), to a tenth; None where no joint moves a checked pair."""
-    lengths = lengths_of(path)
-    passed = so_far(lengths)
-    return _nearest(path, passed / max(float(passed[-1]), 1e-300), checker)
+    along = lengths_along(path)
+    return _nearest(path, along / max(float(along[-1]), 1e-300), checker)
 
 
 def nearest_in_motion(trajectory: Trajectory, checker: CollisionChecker) -> Nearest | None:
-    """The same along a motion."""
+    """The smallest clearance along a motion."""
     return nearest_on_pieces(trajectory.coefficients, trajectory.times, checker)
 
 
-def nearest_on_pieces(coefficients: Floats, times: Floats, checker: CollisionChecker) -> Nearest | None:
-    """The same along pieces (k, degree + 1, dof) between ``times`` (k + 1,) s, along chords within 0.01 mrad."""
-    h = np.diff(times)
+def nearest_on_pieces(coefficients: Floats, places: Floats, checker: CollisionChecker) -> Nearest | None:
+    """The smallest clearance on pieces (k, degree + 1, dof) between ``places`` (k + 1,), along chords within 0.01 mrad.
+
+    ``at`` of the result lies between two places, such as times.
+    """
+    length = np.diff(places)
     bend = np.abs(bernstein(derivative(coefficients, 2))).max(axis=(1, 2), initial=0.0)
     counts = np.maximum(1, np.ceil(np.sqrt(bend / (8.0 * _CHORD)))).astype(int)
     piece = np.repeat(np.arange(len(counts)), counts)
     u = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[piece]
     q = np.vstack([evaluate(coefficients[piece], u), coefficients[-1:].sum(axis=1)])
-    return _nearest(q, np.append(times[piece] + u * h[piece], times[-1]), checker)
+    return _nearest(q, np.append(places[piece] + u * length[piece], places[-1]), checker)
 
 
-def _nearest(q: Floats, places: Floats, checker: CollisionChecker) -> Nearest | None:
-    """The smallest clearance along configurations (k, dof) at ``places`` (k,)."""
-    found = smallest_clearance(checker, q)
-    pair = None if found is None else nearest_pair(checker, found.q)
+def _nearest(path: Floats, places: Floats, checker: CollisionChecker) -> Nearest | None:
+    """The smallest clearance along a path (k, dof), whose rows are at ``places`` (k,)."""
+    found = smallest_clearance(checker, path)
+    pair = None if found is None else nearest_pair(checker, found[3])
     if found is None or pair is None:
         return None
-    ends = places[found.segment : found.segment + 2]
-    return Nearest(found.value, (pair.first, pair.second), float(ends[0] + found.share * (ends[-1] - ends[0])))
+    value, segment, share, _ = found
+    ends = places[segment : segment + 2]
+    return Nearest(value, (pair.first, pair.second), float(ends[0] + share * (ends[-1] - ends[0])))
 
 
-def clearance_rows(clearance: dict[str, Any], asked: float) -> list[tuple[str, str]]:
-    """What is said of a record of ``path``, ``motion`` and what is ``kept`` (m), where ``asked`` (m) was asked for."""
-    path, motion, kept = (clearance[key] for key in ("path", "motion", "kept"))
-    if path is None:
-        return [("clearance", "there is nothing to come near to")]
-    text = f"{_text(path)} at {100 * path['at']:.0f} % of the path"
-    if motion is not None:
-        text += f"; {_text(motion)} at {motion['at']:.3f} s of the motion"
-    if 0 < kept < asked:
-        text += f". Refined paths keep {1000 * kept:.2g} of {1000 * asked:g} mm: start, goal or a passage leave no more"
-    least = min(item["min"] for item in (path, motion) if item is not None)
-    return [("clearance", text), *([(TOO_CLOSE, TOO_CLOSE_TEXT)] if least < CLOSE else [])]
+def smallest_clearance(checker: CollisionChecker, path: Floats) -> tuple[float, int, float, Floats] | None:
+    """The smallest clearance (m) along a path (k, dof), to 1 mm and to a tenth; None where no pair is checked.
+
+    With it the segment, the share of its length and the configuration (dof,) there. A distance changes by no more than
+    its two bodies move, so between two samples at ``left`` and ``right``, ``motion`` apart, it is at least
+    (left + right - motion) / 2. Pieces that may hide one that is smaller by more than that are halved, all at a time,
+    until there are none (Piyavskii 1972). The backend's own error comes on top.
+    """
+    search = _Search(checker, path)
+    while search.halve():
+        pass
+    return search.best if np.isfinite(search.best[0]) else None
 
 
-def check_rows(nearest: Nearest | None, touches: bool, unit: str) -> list[tuple[str, str]]:
-    """What a check of somebody's motion says of its clearance; ``touches`` where a contact was found."""
-    if nearest is None:
-        return [("smallest clearance", "there is nothing to come near to")]
-    if touches and nearest.min <= 0.0:
-        return [("smallest clearance", f"none at {nearest.at:.3f} {unit}")]
-    close = [(TOO_CLOSE, TOO_CLOSE_TEXT)] if nearest.min < CLOSE else []
-    return [("smallest clearance", f"{_text(nearest.to_dict())} at {nearest.at:.3f} {unit}"), *close]
+def slack(clearance: float) -> float:
+    """By how much (m) a reported ``clearance`` may be too large."""
+    return min(TOLERANCE, SHARE * clearance)
 
 
-def _text(item: dict[str, Any]) -> str:
-    return f"{clearance_text(item['min'])} ('{item['pair'][0]}' and '{item['pair'][1]}')"
+def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
+    """The checked pair that is nearest at ``q`` (dof,), of those that some joint can move; None where there is none."""
+    world = checker.world
+    checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
+    pairs = np.flatnonzero(checked & world.moving)
+    if not len(pairs):
+        return None
+    return world.contact(int(pairs[checker.gaps(q, pairs).argmin()]))
+
+
+class _Search:
+    """Pieces of the path that are halved where they may hide a smaller clearance.
+
+    They are ``CLEARANCE_FIRST`` long at first, whatever the waypoints: a trajectory has thousands of them.
+    """
+
+    def __init__(self, checker: CollisionChecker, path: Floats) -> None:
+        self.path, self.clearance = path, Clearance(checker)
+        # two bodies may come nearer by what both of them move
+        motion = (checker.chain.sizes(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
+        self.passed = so_far(motion)  # (k,) motion from the start to each waypoint
+        self.best: tuple[float, int, float, Floats] = (np.inf, 0, 0.0, path[0])
+        length = float(self.passed[-1])
+        places = np.linspace(0.0, length, max(1, int(np.ceil(length / CLEARANCE_FIRST))) + 1)
+        values = self._look(places)
+        # (4, n): from where to where they go, in metres of motion from the start, and the clearance or less there
+        self._pieces = np.stack([places[:-1], places[1:], values[:-1], values[1:]])
+
+    def halve(self) -> bool:
+        """Look in the middle of the pieces that could hold a smaller clearance; whether there were any."""
+        low, high, left, right = self._pieces
+        bound = np.maximum(0.0, 0.5 * (left + right - (high - low)))
+        hiding = np.isfinite(bound) & (bound < self.best[0] - slack(self.best[0]))
+        if not hiding.any():
+            return False
+        low, high, left, right = self._pieces[:, hiding]
+        middle = 0.5 * (low + high)
+        value = self._look(middle)
+        self._pieces = np.concatenate([[low, middle, left, value], [middle, high, value, right]], axis=1)
+        return True
+
+    def _look(self, places: Floats) -> Floats:
+        """The clearances (n,) at ``places`` (n,) of which one is a new best one, if any is; lower bounds of others."""
+        segment = np.clip(np.searchsorted(self.passed, places, side="right") - 1, 0, max(0, len(self.path) - 2))
+        ahead = np.minimum(segment + 1, len(self.path) - 1)
+        a, b = self.path[segment], self.path[ahead]
+        share = (places - self.passed[segment]) / np.maximum(self.passed[ahead] - self.passed[segment], 1e-300)
+        q = a + share[:, None] * (b - a)
+        values = self.clearance.smallest(q, self.best[0])
+        row = int(values.argmin())
+        if values[row] < self.best[0]:
+            self.best = float(values[row]), int(segment[row]), float(share[row]), q[row]
+        return values
+
+
+def clearance_text(clearance: float) -> str:
+    """A clearance (m) for people: one that would be printed as 0.0 mm says what it means."""
+    if clearance >= SHOWN:
+        return f"{1000 * clearance:.1f} mm"
+    return f"less than {1000 * SHOWN:g} mm, which no proof can tell from contact"
+
+
+def nearest_text(near: Nearest) -> str:
+    """A clearance and its two things."""
+    return f"{clearance_text(near.min)} ('{near.pair[0]}' and '{near.pair[1]}')"

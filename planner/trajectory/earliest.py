@@ -122,7 +122,7 @@ def _touching_edge(
     path: Floats = path_waypoints(roadmap, checker.robot, route.nodes)
     contact = path_contact(second_checker(checker), path)
     if contact is not None:
-        return nodes[contact.segment], nodes[contact.segment + 1]
+        return nodes[contact.piece], nodes[contact.piece + 1]
     seen = first_touch_in_time(trajectory, checker, checker.world.scene.moving, RECHECK)
     if seen is None:
         return None

@@ -1,27 +1,45 @@
-"""A trajectory in the formats that controllers and other programs take.
+"""A trajectory for controllers and other programs: its own points, or rows of a clock, as a file of their formats.
 
 A ROS 2 joint trajectory controller runs positions as lines, positions and velocities as cubics, and with accelerations
 as quintics. The points are the knots of the trajectory's own polynomials, with what makes the controller interpolate
-these and nothing more: what it runs is what was proven. Other points are made by :mod:`planner.trajectory.grid`.
+these and nothing more: what it runs is what was proven.
+
+Samples of the curve would not do as rows of a clock. Between two of them a controller runs one polynomial, and where
+the jerk of the curve changes that takes up to 1.75 times the jerk, at any rate. So the rows are those of a uniform
+B-spline with the curve at every period as control points, of degree 1, 2 or 3 for lines, cubics or quintics. Its
+derivatives are means of the curve's, weighted with what is nowhere negative (de Boor: A Practical Guide to Splines,
+1978): it keeps each limit that the curve keeps, at any rate, and rests where the curve rests. Between two rows it is
+one polynomial, the one that a controller makes of the rows. It is behind by half a period for each degree above 1, and
+off the curve by a sixth of the acceleration times the period squared at most (quintics): so it is proven again.
 """
 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from fractions import Fraction
+from math import ceil
 from typing import Any, Literal
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import FileError, OptionError, choices
+from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import EdgeProver
+from planner.trajectory.curve import apart_for
+from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.proof import prove_motion
 from planner.trajectory.ros_bag import write_bag
-from planner.trajectory.trajectory import Trajectory
+from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 Format = Literal["ros-json", "csv", "mcap"]
 SUFFIX: dict[Format, str] = {"ros-json": "json", "csv": "csv", "mcap": "mcap"}
-
 _PER_SECOND = 1_000_000_000
 _LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
+_MOST_ROWS = 5_000_000
+_AT_REST = 1e-9  # of a limit's unit: what rounding makes of nothing
+_WEIGHTS = {1: (1.0,), 2: (0.5, 0.5), 3: (1 / 6, 4 / 6, 1 / 6)}  # of neighbouring control points, by degree
 SENDER_NAME = "send_trajectory.py"
 SENDER = """\
 # Runs a trajectory of 'planner export --format ros-json': python3 send_trajectory.py FILE [CONTROLLER]
@@ -109,3 +127,120 @@ def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> s
     for t, row in zip(nanoseconds.tolist(), np.concatenate(columns, axis=1).tolist(), strict=True):
         lines.append(",".join([f"{t // _PER_SECOND}.{t % _PER_SECOND:09d}", *map(repr, row)]))
     return "\n".join(lines) + "\n"
+
+
+def require_rate(rate: float) -> None:
+    """Raise :class:`OptionError` unless ``rate`` (Hz) is one that a controller can have."""
+    if not 0.1 <= rate <= 10_000.0:
+        raise OptionError(f"rate {rate:g} Hz is not usable: give a number from 0.1 to 10000.")
+
+
+def period_of(rate: float) -> Fraction:
+    """Nanoseconds from one row to the next at a ``rate`` (Hz), taken as the decimal number that it is written as."""
+    require_rate(rate)
+    return _PER_SECOND / Fraction(str(rate))
+
+
+def on_grid(trajectory: Trajectory, rate: float, checker: CollisionChecker | None = None) -> Trajectory:
+    """The motion with a row at every k / ``rate`` s, to the nanosecond, from rest to rest: the end is held to a row.
+
+    It takes up to a period longer than the trajectory, and one more (cubics) or two (quintics), and keeps the same
+    limits. It is proven where a ``checker`` is given, and only there. Raises :class:`OptionError` for a rate at which
+    rounding breaks the limits, and :class:`FileError` for a trajectory that does not begin and end at rest.
+    """
+    period = period_of(rate)
+    _require_rest(trajectory)
+    _require_apart(trajectory, rate)
+    _require_few(trajectory, rate)
+    degree = len(trajectory.columns)
+    cycles = ceil(int(trajectory.nanoseconds[-1] - trajectory.nanoseconds[0]) / period)
+    clock, late = _clock_of_rows(period, cycles + degree)
+    points = _control_points(trajectory, period, late if degree == 1 else np.zeros(cycles + 1))
+    columns = _rows(points, degree, float(period) * NANOSECOND, late)
+    made = Trajectory(trajectory.joints, trajectory.nanoseconds[0] + clock, columns, trajectory.law, trajectory.limits)
+    return made if checker is None else _proven(made, trajectory, checker)
+
+
+def off_the_curve(made: Trajectory, trajectory: Trajectory) -> float:
+    """How far (rad, m) a motion of :func:`on_grid` leaves ``trajectory``, at its rows and halfway between them."""
+    clock = np.sort(np.concatenate([made.nanoseconds, made.nanoseconds[:-1] + np.diff(made.nanoseconds) // 2]))
+    behind = 0.5 * (len(made.columns) - 1) * float(np.diff(made.nanoseconds).mean())
+    return float(np.abs(made.at_nanoseconds(clock) - _sampled(trajectory, clock.astype(np.float64) - behind)).max())
+
+
+def _control_points(trajectory: Trajectory, period: Fraction, late: Floats) -> Floats:
+    """The curve at every period, each ``late`` (n,) s, its ends as often as the spline needs to rest there (m, dof)."""
+    begin, more = int(trajectory.nanoseconds[0]), len(trajectory.columns) - 1
+    times = np.array([k * period.numerator / period.denominator for k in range(len(late))])
+    points = _sampled(trajectory, begin + times + late / NANOSECOND)
+    points[0], points[-1] = trajectory.columns[0][0], trajectory.columns[0][-1]
+    return np.concatenate([np.repeat(points[:1], more, axis=0), points, np.repeat(points[-1:], more, axis=0)])
+
+
+def _sampled(trajectory: Trajectory, clock: Floats) -> Floats:
+    """Positions (n, dof) at moments (n,) ns, which need not be whole; where it stands before and after."""
+    clock = np.clip(clock, trajectory.nanoseconds[0], trajectory.nanoseconds[-1])
+    piece = trajectory.piece_at(clock.astype(np.int64))
+    return trajectory.on(piece, (clock - trajectory.nanoseconds[piece]) * NANOSECOND)
+
+
+def _clock_of_rows(period: Fraction, count: int) -> tuple[Ints, Floats]:
+    """The first ``count`` rows' times (count,) in whole nanoseconds, and by how many seconds each is late for that."""
+    n, d = period.numerator, period.denominator
+    clock = [(2 * k * n + d) // (2 * d) for k in range(count)]
+    late = [(t * d - k * n) / d * NANOSECOND for k, t in enumerate(clock)]
+    return np.array(clock, dtype=np.int64), np.array(late)
+
+
+def _rows(points: Floats, degree: int, seconds: float, late: Floats) -> tuple[Floats, ...]:
+    """Positions of the B-spline, and derivatives below its ``degree``, at every row (n, dof) each, ``late`` (n,) s."""
+    count = len(points) - degree + 1
+    q = sum((weight * points[k : k + count] for k, weight in enumerate(_WEIGHTS[degree])), np.zeros(1))
+    if degree == 1:
+        return (q,)
+    qd = (points[degree - 1 :] - points[:count]) / ((degree - 1) * seconds)
+    qdd = np.zeros_like(q) if degree == 2 else np.diff(points, 2, axis=0) / seconds**2
+    found = q + late[:, None] * qd, qd + late[:, None] * qdd, qdd
+    for rows, ends in zip(found, (points[[0, -1]], 0.0, 0.0), strict=True):
+        rows[[0, -1]] = ends
+    return found[:degree]
+
+
+def _proven(made: Trajectory, original: Trajectory, checker: CollisionChecker) -> Trajectory:
+    floor = original.proof.get("floor", {}).get("asked", 0.0)
+    limits = made.limits or MotionLimits.of(checker.robot)
+    proof = prove_motion(made, EdgeProver(checker), limits, floor, kinds=KINDS[: len(made.columns)])
+    return replace(made, proven=proof.whole, proof=proof.to_dict(checker.world.margin, checker.name))
+
+
+def _require_rest(trajectory: Trajectory) -> None:
+    for name, ends in zip(("velocity", "acceleration"), trajectory.columns[1:], strict=False):
+        for when, row in (("begins", ends[0]), ("ends", ends[-1])):
+            joint = int(np.abs(row).argmax())
+            if abs(row[joint]) > _AT_REST:
+                raise FileError(
+                    f"the trajectory {when} with a {name} of {row[joint]:.3g} of joint '{trajectory.joints[joint]}', "
+                    "and on a grid a motion is from rest to rest: leave --rate out."
+                )
+
+
+def _require_apart(trajectory: Trajectory, rate: float) -> float:
+    """Nanoseconds that rounding asks rows to keep apart; :class:`OptionError` for a rate that is too high for that."""
+    if trajectory.limits is None:
+        return 0.0
+    apart = apart_for(trajectory.limits, trajectory.columns[0], KINDS[: len(trajectory.columns)])
+    if apart > period_of(rate):
+        raise OptionError(
+            f"rate {rate:g} Hz is too high for this trajectory: the rounding of positions in points that near to one "
+            f"another breaks its limits; give {10 * _PER_SECOND // apart / 10:g} Hz or less."
+        )
+    return apart
+
+
+def _require_few(trajectory: Trajectory, rate: float) -> None:
+    rows = trajectory.duration * rate
+    if rows > _MOST_ROWS:
+        raise OptionError(
+            f"rate {rate:g} Hz makes {rows:.3g} rows of {trajectory.duration:g} s: give one that makes {_MOST_ROWS} at "
+            "most."
+        )

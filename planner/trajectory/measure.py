@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,23 +12,12 @@ from planner.base.polylines import cut, parts_of
 from planner.base.resolutions import CLEARANCE_ALONG_PATH, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
-from planner.collision.looks import dense_states, first_seen, straight
-from planner.collision.world import Contact
+from planner.collision.looks import Seen, dense_states, first_seen, straight
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.robot.robot import Robot
 
 _STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
-
-
-@dataclass(frozen=True, eq=False)
-class PathContact:
-    """Where a path first touches something: on segment ``segment`` at ``share`` of its length, configuration ``q``."""
-
-    segment: int
-    share: float
-    q: Floats
-    contact: Contact
 
 
 def dense_path(path: Floats, step: float = W_ALONG_PATH) -> Floats:
@@ -82,17 +70,10 @@ def corners(path: Floats) -> int:
     return int((np.linalg.norm(np.diff(ahead, axis=0), axis=1) > _STRAIGHT).sum())
 
 
-def path_contact(
-    checker: CollisionChecker, path: Floats, step: float = RECHECK, progress: Callable[[int], None] = lambda done: None
-) -> PathContact | None:
-    """The first contact along a joint path sampled every ``step`` metres of motion, without bounds or proofs.
-
-    ``progress`` is called with the number of segments that have been sampled.
-    """
-    if len(path) == 1 and (touching := checker.first_contact(path)):
-        return PathContact(0, 0.0, path[0], touching[1])
-    found = first_seen(checker, straight(path[:-1], np.diff(path, axis=0)), step, progress)
-    return None if found is None else PathContact(found.piece, found.s, found.q, found.contact)
+def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK) -> Seen | None:
+    """The first contact along a joint path sampled every ``step`` metres of motion, without bounds or proofs."""
+    start = path[:-1] if len(path) > 1 else path
+    return first_seen(checker, straight(start, np.diff(path, axis=0) if len(path) > 1 else 0.0 * path), step)
 
 
 def path_clearance(checker: CollisionChecker, path: Floats) -> tuple[Floats, Floats]:

@@ -9,17 +9,15 @@ import logging
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
-from planner.base.files import StrPath
 from planner.base.formats import require_readable_version
 from planner.base.words import number
-from planner.base.yamlfile import object_of, read_text, shown
+from planner.base.yamlfile import object_of, shown
 from planner.robot.robot import HALF_TURN, Robot
 
 _log = logging.getLogger(__name__)
@@ -54,24 +52,14 @@ class PathFile:
     notes: tuple[str, ...] = ()
 
 
-def read_joint_path(path: StrPath, robot: Robot) -> Floats:
-    """The joint path (k, dof) of a .json or .csv file, in the robot's order of joints, rad (m where prismatic).
+def joint_path(content: PathFile, robot: Robot, where: str) -> Floats:
+    """The joint path (k, dof) of a file's content, in the robot's order of joints, rad (m where prismatic).
 
     Named columns are put in order, those of joints that are not planned left out, with a warning; without names there
-    must be one column a planned joint. What else a file holds and nobody knows is refused.
-    Continuous joints are unwound: each step is below half a turn, with a warning where the file has it the longer way.
-    Raises :class:`FileError` for a file that cannot be read, is for another robot, or does not tell which way round.
+    must be one column a planned joint. Continuous joints are unwound: each step is below half a turn, with a warning
+    where the file has it the longer way. Raises :class:`FileError` for content of another robot, or a step of half a
+    turn.
     """
-    path = Path(path)
-    where = f"joint path {path}"
-    text = read_text(path, "joint path")
-    match path.suffix.lower():
-        case ".json":
-            content = _from_json(parse(text, where), where)
-        case ".csv":
-            content = _from_csv(text, robot, where)
-        case other:
-            raise FileError(f"{where} ends in '{other}': give a .json or .csv file.")
     rows = in_order(content, robot, where)
     for note in (*content.notes, *left_out(content.names, robot)):
         _log.warning("%s: %s", where, note)
@@ -200,7 +188,7 @@ def parse(text: str, where: str) -> Any:
         raise FileError(f"{where} is nested too deeply to be a joint path; give {_FORMATS}.") from None
 
 
-def _from_json(data: Any, where: str) -> PathFile:
+def path_in_json(data: Any, where: str) -> PathFile:
     """A path out of plain data; trajectories may be wrapped as ROS messages wrap them."""
     if isinstance(data, list):
         return PathFile(matrix(data, where))
@@ -261,8 +249,8 @@ def _text(value: Any) -> str | None:
     return value if isinstance(value, str) else None
 
 
-def _from_csv(text: str, robot: Robot, where: str) -> PathFile:
-    names, table = csv_table(text, where)
+def path_in_csv(names: tuple[str, ...] | None, table: list[list[str]], robot: Robot, where: str) -> PathFile:
+    """A path out of the rows of a CSV without times."""
     if names is not None:
         require_columns(names, table, robot, where)
         rate = next((name for name in names if name.endswith(ENDINGS)), None)

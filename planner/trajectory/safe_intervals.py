@@ -14,8 +14,10 @@ moves later than twice the arrival costs nothing but the proof that the goal can
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -23,14 +25,179 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.progress import QUIET, Progress
 from planner.collision.moving_prover import TimedProver
 from planner.roadmap.roadmap import Roadmap, path_waypoints
-from planner.trajectory.certified_times import CertifiedTimes, TimeGrid
 from planner.trajectory.limits import LEAST_JERK, USED, MotionLimits
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 LAW = "safe-intervals"
+_State: TypeAlias = tuple[int, int]  # a node and the number of one of its stretches
 _SHORTEST = 1e-6  # s: a shorter wait is none
 # of the motion from rest to rest along a line that has the least jerk: 10 u^3 - 15 u^4 + 6 u^5
 _QUINTIC = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
+_CELL, _FINEST = 0.5, 1 / 64  # s: cells of time are halved from the one down to the other
+_FIRST = 8  # cells of the first block
+_PART = 32  # cells of a block that are worked out at once: more at a time are quicker, and more than may be asked for
+
+Proven: TypeAlias = Callable[[Floats, Floats], Bools]
+"""Which of the cells of time from ``low`` (n,) to ``high`` (n,) s are proven, each as a whole."""
+
+
+class TimeGrid:
+    """Cells of time from 0 to ``end`` (s), from when on nothing moves, in blocks, each as long as all before it."""
+
+    def __init__(self, end: float) -> None:
+        self.corners = np.linspace(0.0, end, int(np.ceil(end / _CELL)) + 1)
+
+    @cached_property
+    def _begins(self) -> list[int]:
+        """The first cell of each block; the last block is all that comes after the end."""
+        begins, last = [0], len(self.corners) - 1
+        while begins[-1] < last:
+            begins.append(min(max(_FIRST, 2 * begins[-1]), last))
+        return begins
+
+    @cached_property
+    def _times(self) -> Floats:
+        """When each block begins, s."""
+        return self.corners[self._begins]
+
+    def blocks(self, low: float, high: float) -> range:
+        """The numbers of the blocks that hold [low, high] s."""
+        first = int(np.searchsorted(self._times, low, side="right")) - 1
+        return range(first, max(first + 1, int(np.searchsorted(self._times, high, side="left"))))
+
+    def corners_of(self, block: int) -> Floats:
+        """The corners (n + 1,) of the cells of a block; of the last one, which has no cells, the end (1,)."""
+        begin, after = self._begins[block], [*self._begins, len(self.corners) - 1][block + 1]
+        return self.corners[begin : after + 1]
+
+    def horizons(self, least: float) -> Iterator[float]:
+        """Until when (s) whole blocks reach that hold ``least``, one block more each time; inf is the last."""
+        yield from (float(time) for time in self._times[1:] if time >= least)
+        yield np.inf
+
+
+class CertifiedTimes:
+    """When something is ``proven``, worked out block by block as it is asked for, and kept."""
+
+    def __init__(self, proven: Proven, grid: TimeGrid) -> None:
+        self._proven, self._grid = proven, grid
+        self._blocks: dict[int, Floats] = {}
+        self._known: dict[tuple[float, float], Floats | None] = {}
+        self._joined: dict[range, Floats] = {}
+
+    def within(self, low: float, high: float) -> Floats:
+        """Stretches (k, 2) of time, ascending, which do not touch; all that are proven of the blocks of [low, high]."""
+        blocks = self._grid.blocks(low, high)
+        if blocks not in self._joined:
+            self._joined[blocks] = _joined(np.concatenate([self._block(block) for block in blocks]))
+        return self._joined[blocks]
+
+    def first(self, low: float, high: float) -> float:
+        """The first time (s) of [low, high] that is proven; inf for none. What ends before or comes after is left."""
+        for block in self._grid.blocks(low, high):
+            for stretches in self._parts(self._grid.corners_of(block), low):
+                row = int(np.searchsorted(stretches[:, 1], low))
+                if row < len(stretches):
+                    found = max(low, float(stretches[row, 0]))
+                    return found if found <= high else np.inf
+        return np.inf
+
+    def _block(self, block: int) -> Floats:
+        if block not in self._blocks:
+            self._blocks[block] = np.concatenate(list(self._parts(self._grid.corners_of(block))))
+        return self._blocks[block]
+
+    def _parts(self, corners: Floats, low: float = 0.0) -> Iterator[Floats]:
+        """The stretches of a block, ascending, in parts that do not end before ``low``; as :func:`certified_cells`."""
+        end = np.inf if len(corners) == 1 else float(corners[-1])
+        part, middle = (float(corners[0]), end), (len(corners) - 1) // 2
+        if end < low:
+            return
+        if part not in self._known:
+            self._known[part] = self._whole(corners)
+        known = self._known[part]
+        if known is not None:
+            yield known
+        else:
+            yield from self._parts(corners[: middle + 1], low)
+            yield from self._parts(corners[middle:], low)
+
+    def _whole(self, corners: Floats) -> Floats | None:
+        """The stretches of a part that is short or proven at once; None for others."""
+        if len(corners) == 1:
+            return self._after(corners)
+        if len(corners) - 1 <= _PART:
+            return _joined(certified_cells(self._proven, corners))
+        return corners[[0, -1]][None] if self._proven(corners[:1], corners[-1:])[0] else None
+
+    def _after(self, end: Floats) -> Floats:
+        return np.array([[end[0], np.inf]]) if self._proven(end, end)[0] else np.zeros((0, 2))
+
+    def for_good_from(self) -> float:
+        """The time (s) from which on all is proven; inf where there is none.
+
+        Looked for from the end: what is proven as a whole is not looked into.
+        """
+        corners, since = self._grid.corners, np.inf
+        if len(self._after(corners[-1:])):
+            since, waiting = float(corners[-1]), [(0, len(corners) - 1)]
+            while waiting:
+                first, last = waiting.pop()
+                if first == last:
+                    continue
+                if self._proven(corners[first : first + 1], corners[last : last + 1])[0]:
+                    since = float(corners[first])
+                elif last - first > 1:
+                    waiting += [(first, (first + last) // 2), ((first + last) // 2, last)]
+                else:
+                    cells = _joined(_halves(self._proven, corners[first : first + 1], corners[last : last + 1]))
+                    return float(cells[-1, 0]) if len(cells) and cells[-1, 1] == since else since
+        return since
+
+
+def certified_cells(proven: Proven, corners: Floats) -> Floats:
+    """Cells (k, 2) from the first to the last of ``corners`` (n + 1,) that are proven, in no order.
+
+    All of it is asked for at once; what is not proven by halves, cells down to 1/64 s.
+    """
+    first, last = np.array([0]), np.array([len(corners) - 1])
+    found, single = [np.zeros((0, 2))], []
+    while len(first):
+        low, high = corners[first], corners[last]
+        free = proven(low, high)
+        found.append(np.column_stack([low, high])[free])
+        first, last = first[~free], last[~free]
+        single.append(first[last - first == 1])
+        first, last = first[last - first > 1], last[last - first > 1]
+        middle = (first + last) // 2
+        first, last = np.concatenate([first, middle]), np.concatenate([middle, last])
+    cells = np.concatenate(single)
+    return np.concatenate([*found, _halves(proven, corners[cells], corners[cells + 1])])
+
+
+def _halves(proven: Proven, low: Floats, high: Floats) -> Floats:
+    """Parts (k, 2) that are proven of cells from ``low`` to ``high`` (n,), which as a whole are not."""
+    found = [np.zeros((0, 2))]
+    while True:
+        wide = high - low > _FINEST
+        low, high = low[wide], high[wide]
+        if not len(low):
+            return np.concatenate(found)
+        middle = 0.5 * (low + high)
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        free = proven(low, high)
+        found.append(np.column_stack([low, high])[free])
+        low, high = low[~free], high[~free]
+
+
+def _joined(cells: Floats) -> Floats:
+    """Cells (n, 2) that meet at their ends as one."""
+    cells = cells[np.argsort(cells[:, 0], kind="stable")]
+    if not len(cells):
+        return cells
+    begins = np.concatenate([[True], cells[1:, 0] > cells[:-1, 1]])
+    ends = np.concatenate([begins[1:], [True]])
+    return np.column_stack([cells[begins, 0], cells[ends, 1]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,14 +309,6 @@ def rest_to_rest(delta: Floats, limits: MotionLimits) -> Floats:
     return (np.ceil(np.max(shares, axis=(0, 2), initial=1e-3) / NANOSECOND) + 1.0) * NANOSECOND
 
 
-@dataclass(frozen=True, order=True)
-class _State:
-    """A node in one of its stretches."""
-
-    node: int
-    stretch: int
-
-
 def earliest_route(timed: RoadmapInTime, starts: Ints, goals: Ints, progress: Progress = QUIET) -> TimedRoute | None:
     """The route that is the first to reach one of ``goals`` and can stay there for good; None where there is none.
 
@@ -191,24 +350,25 @@ class _Search:
         queue: list[tuple[float, float, _State]] = []
         for start in starts:
             if len(stays := self.timed.stays(start, self.horizon)) and stays[0, 0] == 0.0:
-                self.arrival[_State(start, 0)] = 0.0
-                heapq.heappush(queue, (float(self.left[start]), 0.0, _State(start, 0)))
+                self.arrival[(start, 0)] = 0.0
+                heapq.heappush(queue, (float(self.left[start]), 0.0, (start, 0)))
         while queue and not progress.stopped:
             _, now, state = heapq.heappop(queue)
+            node, stretch = state
             if now > self.arrival[state]:
                 continue
-            end = float(self.timed.stays(state.node, self.horizon)[state.stretch, 1])
-            if state.node in self.good and self.good[state.node] <= end:
+            end = float(self.timed.stays(node, self.horizon)[stretch, 1])
+            if node in self.good and self.good[node] <= end:
                 return _route(state, self.arrival, self.before)
-            for reached, departure, at in self._moves(state, now, end):
+            for reached, departure, at in self._moves(node, now, end):
                 if at < self.arrival.get(reached, np.inf):
                     self.arrival[reached], self.before[reached] = at, (state, departure)
-                    heapq.heappush(queue, (at + float(self.left[reached.node]), at, reached))
+                    heapq.heappush(queue, (at + float(self.left[reached[0]]), at, reached))
         return None
 
-    def _moves(self, state: _State, now: float, end: float) -> Iterator[tuple[_State, float, float]]:
-        """What is reached from a state at ``now`` over one edge, left by ``end``; when it is left and reached first."""
-        for other, edge in self.timed.neighbours[state.node]:
+    def _moves(self, node: int, now: float, end: float) -> Iterator[tuple[_State, float, float]]:
+        """What is reached from a node at ``now`` over one edge, left by ``end``; when it is left and reached first."""
+        for other, edge in self.timed.neighbours[node]:
             if np.isinf(self.left[other]):
                 continue
             takes = float(self.timed.seconds[edge])
@@ -217,16 +377,16 @@ class _Search:
             if now > latest:
                 continue
             for k, low, high in self._worth_it(other, takes, now, latest):
-                departure = self.timed.departures(state.node, other, edge).first(low, high)
+                departure = self.timed.departures(node, other, edge).first(low, high)
                 if departure <= high:
-                    yield _State(other, k), departure, departure + takes
+                    yield (other, k), departure, departure + takes
 
     def _worth_it(self, other: int, takes: float, now: float, latest: float) -> Iterator[tuple[int, float, float]]:
         """Stretches at a node that leaving in [``now``, ``latest``] may reach sooner than known, and when to leave."""
         stays = self.timed.stays(other, self.horizon)
         low, high = np.maximum(now, stays[:, 0] - takes), np.minimum(latest, stays[:, 1] - takes)
         for k in np.flatnonzero(low <= high).tolist():
-            if low[k] + takes < self.arrival.get(_State(other, k), np.inf):
+            if low[k] + takes < self.arrival.get((other, k), np.inf):
                 yield k, float(low[k]), float(high[k])
 
 
@@ -236,7 +396,5 @@ def _route(last: _State, arrival: dict[_State, float], before: dict[_State, tupl
         state, departure = before[states[-1]]
         states.append(state)
         departures.append(departure)
-    states.reverse()
-    departures.reverse()
-    nodes = frozen([state.node for state in states], np.int64)
-    return TimedRoute(nodes, frozen([arrival[state] for state in states]), frozen(departures))
+    nodes = frozen([node for node, _ in states[::-1]], np.int64)
+    return TimedRoute(nodes, frozen([arrival[state] for state in states[::-1]]), frozen(departures[::-1]))

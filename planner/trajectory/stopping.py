@@ -12,10 +12,10 @@ from planner.base.arrays import Floats, numbers
 from planner.base.polynomials import derivative
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.curve import apart_for
+from planner.trajectory.limits import KINDS, LimitError, MotionLimits
 from planner.trajectory.moving_obstacles import prove_stop_in_time
 from planner.trajectory.proof import prove_motion, require_joints
-from planner.trajectory.smoothing import apart_for
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 _LIMITED = KINDS[:2]  # where braking begins the acceleration jumps: no limit on the jerk can be kept
@@ -54,17 +54,23 @@ class Stop:
         return f"at rest after {self.trajectory.duration:.3f} s, {kept}, {'proven free' if self.proven else proof}"
 
 
-def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits, checker: CollisionChecker | None = None) -> Stop:
-    """Brake from ``t`` s on as hard as ``limits`` allow while following the curve of ``trajectory``.
+def stop_at(
+    trajectory: Trajectory, t: float, checker: CollisionChecker | None = None, limits: MotionLimits | None = None
+) -> Stop:
+    """Brake from ``t`` s on as hard as ``limits`` allow, the trajectory's own by default, along its curve.
 
     With c = ds/dt of the trajectory's own time s the joints' acceleration is q' dc/dt + q'' c²: from point to point c
     falls evenly, by as much as keeps the cubic between the points within the limits. That it does not fall does so
     always, as the trajectory keeps them itself (:func:`~planner.trajectory.timing.time_path` leaves room for the
     cubics), so that at worst the motion ends where the trajectory does. The cubics stay within 1e-7 rad of the
-    curve. With a ``checker`` they are proven; without one ``proven`` is False.
+    curve. With a ``checker`` they are proven; without one ``proven`` is False. Raises :class:`LimitError` where neither
+    the call nor the trajectory has limits.
     """
+    limits = limits or trajectory.limits
+    if limits is None:
+        raise LimitError("the trajectory has no limits to brake within: give stop_at the limits.")
     if checker is not None:
-        require_joints(trajectory, checker)
+        require_joints(trajectory.joints, checker)
     t = float(np.clip(numbers("t", t, ()), trajectory.times[0], trajectory.times[-1]))
     braking = _Braking(trajectory, limits)
     if np.abs(trajectory.at(t, 1)).max() < _STILL or t == trajectory.times[-1]:

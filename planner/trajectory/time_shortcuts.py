@@ -19,9 +19,8 @@ from planner.collision.edge_prover import EdgeProver, Ramp
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.compiled import curve_chords
 from planner.query.resolve import position_bounds
-from planner.trajectory.curve import Curve, spliced
+from planner.trajectory.curve import Curve, duration_of, quickest, spliced
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.time_optimal import Phases, quickest
 
 TRIES = 60  # with twice as many motions take 2 % less, and timing them 1.6 times as long
 _SHARES = np.linspace(0.3, 0.98, 35)  # of the time between two moments: how long a ramp may take
@@ -47,12 +46,12 @@ def curve_cost(pieces: Floats, cost: Cost) -> float:
 
 
 class Shortened(NamedTuple):
-    """A curve with shortcuts, the ``quickest`` motion along it, and the one ``before``, without them."""
+    """A curve with shortcuts, the phases of the ``quickest`` motion along it, and those ``before``, without them."""
 
     curve: Curve
-    quickest: Phases
+    quickest: Floats
     shortcuts: int
-    before: Phases
+    before: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,16 +84,17 @@ class Shortcuts:
                 phases = self._quickest(curve)
         return Shortened(curve, phases, found, before)
 
-    def _quickest(self, curve: Curve) -> Phases:
+    def _quickest(self, curve: Curve) -> Floats:
         return quickest(curve, self.limits.velocity, self.limits.acceleration)
 
-    def _next_ramp(self, curve: Curve, phases: Phases, spans: Floats, draws: Floats) -> Ramp | None:
+    def _next_ramp(self, curve: Curve, phases: Floats, spans: Floats, draws: Floats) -> Ramp | None:
         """The next proven ramp between two moments of the motion, ``spans`` (k,) of it apart, that takes less time."""
-        spans = phases.duration * spans
-        early = draws * (phases.duration - spans)
+        duration = duration_of(phases)
+        spans = duration * spans
+        early = draws * (duration - spans)
         moments, positions = np.stack([early, early + spans], axis=1), position_bounds(self.prover.robot)
         limits = self.limits.velocity, self.limits.acceleration
-        return self.prover.next_ramp(curve.coefficients, phases.rows, moments, _SHARES, limits, positions)
+        return self.prover.next_ramp(curve.coefficients, phases, moments, _SHARES, limits, positions)
 
     def _above_floor(self, ramp: Floats) -> bool:
         return self.floor <= 0 or bool(prove_floor(self.prover.robot, ramp, self.floor).holds.all())

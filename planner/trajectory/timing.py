@@ -17,11 +17,19 @@ from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.compiled import motion_shares
 from planner.problem.options import TimeLaw
 from planner.problem.request import RoadmapQuality, TimingRequest
-from planner.trajectory.curve import Curve, blends, rounded, straight, without_standstill
+from planner.trajectory.curve import (
+    Curve,
+    Spacing,
+    blends,
+    duration_of,
+    mean_motion,
+    quickest,
+    rounded,
+    straight,
+    without_standstill,
+)
 from planner.trajectory.limits import USED, MotionLimits, own_limits
 from planner.trajectory.proof import MotionProof, prove_motion
-from planner.trajectory.smoothing import Spacing, Timed, knots_of, smoothed, standstill
-from planner.trajectory.time_optimal import Phases, quickest
 from planner.trajectory.time_shortcuts import Cost, Shortcuts, curve_cost, joint_motion
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
@@ -87,23 +95,19 @@ class _Asked:
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """A motion along a curve; ``places`` (k, 0 or 1) of its knots along a guide."""
+    """A motion along a curve: ``piece`` (m,) of the curve under each of its own, ``places`` of knots along a guide."""
 
     curve: Curve
-    timed: Timed
-    places: Floats
-
-    @property
-    def nanoseconds(self) -> int:
-        """How long it takes."""
-        return int(self.timed.nanoseconds[-1])
+    trajectory: Trajectory
+    piece: Ints
+    places: Floats  # (m + 1, 0 or 1)
 
     def proven_for(self, asked: _Asked, widths: Floats) -> _Proven:
         """The same with what is proven of it."""
-        trajectory = self.timed.trajectory(asked.limits.joints, "")
+        trajectory = self.trajectory
         proof = prove_motion(trajectory, asked.prover, asked.limits, asked.floor)
         inside = asked.inside(trajectory.coefficients, self.places[:-1, :1].ravel(), self.places[1:, :1].ravel())
-        return _Proven(self.curve, self.timed, self.places, proof, inside, widths)
+        return _Proven(self.curve, trajectory, self.piece, self.places, proof, inside, widths)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,11 +178,10 @@ def timed_curve(
     found, shortcuts = _proven_motion(asked, law, rules)
     record = found.proof.to_dict(checker.world.margin, checker.name)
     record |= {"corners": len(found.widths), "corners_blended": int((found.widths > 0).sum()), "shortcuts": shortcuts}
-    made = found.timed.trajectory(limits.joints, law)
     if guide is not None:
         record |= {"pieces_inside": int(found.inside.sum())}
     proven = found.proof.whole and bool(found.inside.all())
-    return replace(made, limits=limits, proven=proven, proof=record), found.curve
+    return replace(found.trajectory, law=law, limits=limits, proven=proven, proof=record), found.curve
 
 
 def _proven_motion(asked: _Asked, law: TimeLaw, rules: Shortcuts | None) -> tuple[_Proven, int]:
@@ -205,8 +208,9 @@ def _shortened(asked: _Asked, curve: Curve, widths: Floats, rules: Shortcuts | N
     if not (found and found.shortcuts):
         return None
     motion = _motion(asked, found.curve, found.quickest)
-    at_least = found.before.duration / NANOSECOND  # without the window that smoothing takes
-    if motion.nanoseconds >= at_least and motion.nanoseconds >= _motion(asked, curve, found.before).nanoseconds:
+    takes = motion.trajectory.nanoseconds[-1]
+    at_least = duration_of(found.before) / NANOSECOND  # without the window of the mean
+    if takes >= at_least and takes >= _motion(asked, curve, found.before).trajectory.nanoseconds[-1]:
         return None
     proven = motion.proven_for(asked, widths)
     return (proven, found.shortcuts) if proven.proof.whole else None
@@ -241,7 +245,7 @@ def _levels(asked: _Asked) -> Floats:
     return np.where(above[:-2] & above[1:-1] & above[2:], asked.floor, 0.0)
 
 
-def _motion(asked: _Asked, curve: Curve, phases: Phases | None = None) -> _Motion:
+def _motion(asked: _Asked, curve: Curve, phases: Floats | None = None) -> _Motion:
     """The smoothed motion along a curve, as slow as it takes to be within limits exactly.
 
     ``phases``: the quickest motion along it, where that is known.
@@ -249,43 +253,48 @@ def _motion(asked: _Asked, curve: Curve, phases: Phases | None = None) -> _Motio
     limits = asked.used
     spacing = Spacing.of(limits, asked.path[:, : asked.dof])
     if len(asked.path) == 1:
-        return _Motion(curve, *_apart(standstill(asked.path[0], spacing.window), asked.dof))
-    phases = phases or _quickest(asked, curve)
-    stretch, timed, needed, places = 1.0, None, np.inf, np.zeros((0, 0))
-    while timed is None or needed > 1.0:
-        timed, places = _apart(smoothed(knots_of(curve, phases, stretch, spacing), spacing), asked.dof)
-        needed = _stretch_needed(timed, limits)
+        q = asked.path[[0, 0]]
+        still = Trajectory(asked.limits.joints, np.array([0, spacing.window]), (q, 0.0 * q, 0.0 * q))
+        trajectory, places = _without_places(still, asked.dof)
+        return _Motion(curve, trajectory, np.zeros(1, dtype=np.int64), places)
+    phases = _quickest(asked, curve) if phases is None else phases
+    stretch = 1.0
+    while True:
+        lifted, piece = mean_motion(curve, phases, stretch, spacing, asked.limits.joints)
+        trajectory, places = _without_places(lifted, asked.dof)
+        needed = _stretch_needed(trajectory, limits)
+        if needed <= 1.0:
+            return _Motion(curve, trajectory, piece, places)
         stretch *= needed * (1.0 + _EXTRA)
-    return _Motion(curve, timed, places)
 
 
-def _quickest(asked: _Asked, curve: Curve) -> Phases:
-    """The quickest motion along a curve, before it is smoothed."""
+def _quickest(asked: _Asked, curve: Curve) -> Floats:
+    """The phases (p, 5) of the quickest motion along a curve."""
     velocity, acceleration = asked.used.velocity, asked.used.acceleration
     if asked.guide is not None:
         velocity, acceleration = np.append(velocity, asked.guide.fastest), np.append(acceleration, _FREELY)
     return quickest(curve, velocity, acceleration)
 
 
-def _apart(timed: Timed, dof: int) -> tuple[Timed, Floats]:
+def _without_places(lifted: Trajectory, dof: int) -> tuple[Trajectory, Floats]:
     """The motion of the joints, and the places (k, 0 or 1) of its knots along a guide."""
-    if timed.q.shape[1] == dof:
-        return timed, timed.q[:, dof:]
-    columns = {name: np.ascontiguousarray(getattr(timed, name)[:, :dof]) for name in ("q", "qd", "qdd")}
-    return replace(timed, **columns), timed.q[:, dof:]
+    places = lifted.columns[0][:, dof:]
+    if not places.size:
+        return lifted, places
+    return replace(lifted, columns=tuple(np.ascontiguousarray(rows[:, :dof]) for rows in lifted.columns)), places
 
 
-def _stretch_needed(timed: Timed, limits: MotionLimits) -> float:
+def _stretch_needed(motion: Trajectory, limits: MotionLimits) -> float:
     """By how much the motion would have to be slower to keep all limits: 1 or less where it does."""
-    assert timed.qdd is not None  # it is smoothed
-    shares = motion_shares(timed.nanoseconds, timed.q, timed.qd, timed.qdd, limits.rows)
+    q, qd, qdd = motion.columns
+    shares = motion_shares(motion.nanoseconds, q, qd, qdd, limits.rows)
     return float(max(share ** (1.0 / order) for order, share in enumerate(shares.tolist(), start=1)))
 
 
 def _narrowed(motion: _Proven, asked: _Asked) -> Floats | None:
     """Half the width for corners next to which something is not proven, or that are passed too far away; else None."""
     bad = np.flatnonzero((motion.proof.verdict != 0) | ~motion.proof.floor_holds | ~motion.inside)
-    pieces, corner = motion.timed.piece[bad], motion.curve.corner
+    pieces, corner = motion.piece[bad], motion.curve.corner
     near = np.unique(np.concatenate([pieces, pieces - 1, pieces + 1]).clip(0, len(corner) - 1))
     corners = corner[near]
     corners = np.append(corners[corners > 0] - 1, _passed_too_far_away(motion, asked))
@@ -301,10 +310,10 @@ def _passed_too_far_away(motion: _Proven, asked: _Asked) -> Ints:
     rounded = np.flatnonzero(motion.curve.corner > 0)
     if not len(rounded) or np.isinf(asked.deviation):
         return np.zeros(0, dtype=np.int64)
-    timed, corner = motion.timed, motion.curve.corner[rounded]
-    first, behind = (np.searchsorted(timed.piece, rounded, side=side) for side in ("left", "right"))
+    trajectory, corner = motion.trajectory, motion.curve.corner[rounded]
+    first, behind = (np.searchsorted(motion.piece, rounded, side=side) for side in ("left", "right"))
     window = Spacing.of(asked.used, asked.path[:, : asked.dof]).window
-    clock = np.linspace(timed.nanoseconds[first], timed.nanoseconds[behind] + window, _LOOKS) * NANOSECOND
-    q = timed.trajectory(asked.limits.joints, "").at(clock.ravel()).reshape(_LOOKS, len(corner), -1)
+    clock = np.linspace(trajectory.nanoseconds[first], trajectory.nanoseconds[behind] + window, _LOOKS) * NANOSECOND
+    q = trajectory.at(clock.ravel()).reshape(_LOOKS, len(corner), -1)
     off = np.abs(q - asked.path[corner, : asked.dof]).max(axis=2).min(axis=0)
     return corner[off > asked.deviation] - 1

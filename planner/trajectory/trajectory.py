@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,10 +14,6 @@ from planner.base.errors import ArrayError, choices
 from planner.base.polynomials import derivative, evaluate
 from planner.native.compiled import polynomial_extrema, polynomial_worst
 from planner.trajectory.limits import LimitError, MotionLimits
-
-if TYPE_CHECKING:
-    from planner.collision.checker import CollisionChecker
-    from planner.trajectory.stopping import Stop
 
 NANOSECOND = 1e-9  # s
 Interpolation = Literal["lines", "cubics", "quintics"]
@@ -32,8 +29,7 @@ class Trajectory:
     ``columns`` are positions (k + 1, dof) at the points, perhaps velocities and accelerations: lines, cubics or
     quintics run through them, as in a ROS 2 joint trajectory controller. The points are all that there is, to the last
     bit what an export holds; all else follows: ``times`` (k + 1,) s, ``seconds`` (k,) that piece i takes from
-    ``times[i]`` to ``times[i + 1]``, and ``coefficients`` (k, degree + 1, dof) of u in [0, 1] along it, ascending
-    powers.
+    ``times[i]`` to ``times[i + 1]``, and ``coefficients``.
 
     ``law`` says how the times came about, ``limits`` what they were made for, ``proven`` whether all of it is proven,
     and ``proof`` what. ``events`` are what happens meanwhile, each with its time ``t`` (s), as ``trajectory.json`` has
@@ -50,7 +46,6 @@ class Trajectory:
     events: tuple[Mapping[str, Any], ...] = ()
     times: Floats = field(init=False)
     seconds: Floats = field(init=False)
-    coefficients: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         clock, columns = frozen(self.nanoseconds, np.int64), tuple(map(frozen, self.columns))
@@ -63,8 +58,13 @@ class Trajectory:
         # a difference of integers has no rounding; one of seconds is rounded by what the clock shows
         seconds = np.diff(clock) / 1e9
         made = {"nanoseconds": clock, "columns": columns, "times": frozen(clock / 1e9), "seconds": frozen(seconds)}
-        for name, value in (made | {"coefficients": frozen(pieces_through(seconds[:, None], *columns))}).items():
+        for name, value in made.items():
             object.__setattr__(self, name, value)
+
+    @cached_property
+    def coefficients(self) -> Floats:
+        """The pieces (k, degree + 1, dof) of u in [0, 1] along each, ascending powers."""
+        return frozen(pieces_through(self.seconds[:, None], *self.columns))
 
     def __repr__(self) -> str:
         size = f"{len(self.joints)} joints, {len(self.times)} points, {self.duration:.3f} s"
@@ -147,20 +147,6 @@ class Trajectory:
         order, h = self._order(order), self.seconds[:, None]
         slope = derivative(self.coefficients, order)
         return slope.sum(axis=1) / h**order, slope[:, 0] / h**order
-
-    def stop_at(self, t: float, checker: CollisionChecker | None = None) -> Stop:
-        """Braking from ``t`` s on along the same curve, within the limits that the trajectory was made for.
-
-        It is proven where a ``checker`` is given, and only there. Raises :class:`LimitError` where the trajectory was
-        made for no limits: see :func:`planner.trajectory.stopping.stop_at`.
-        """
-        from planner.trajectory.stopping import stop_at
-
-        if self.limits is None:
-            raise LimitError(
-                "the trajectory says no limits to brake within: give them to planner.trajectory.stopping.stop_at."
-            )
-        return stop_at(self, t, self.limits, checker)
 
     def extrema(self, order: int = 0) -> tuple[Floats, Floats]:
         """The least and largest value (k, dof) of a derivative on every piece, exact but for rounding."""

@@ -19,8 +19,7 @@ import umsgpack
 
 from planner.base.arrays import Floats
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from planner.view.colours import hex_colour
-from planner.view.surfaces import tube
+from planner.view.surfaces import capsule_mesh, hex_colour
 
 _SCRIPTS = (  # one script, in this order
     *("page_robot.js", "page_roadmap.js", "page_pointer.js", "page_joints.js", "page_choice.js"),
@@ -128,14 +127,3 @@ def _geometry(shape: Shape) -> g.Geometry:
             return _geometry(capsule_mesh(shape))
         case Mesh(vertices, triangles):
             return g.TriangularMeshGeometry(vertices, triangles)
-
-
-def capsule_mesh(shape: Capsule) -> Mesh:
-    """A tube whose ends are drawn in to half spheres."""
-    angle = np.linspace(-np.pi / 2, np.pi / 2, 16)
-    z = shape.radius * np.sin(angle) + np.where(angle < 0, -0.5, 0.5) * shape.length
-    radius = np.maximum(shape.radius * np.cos(angle), 1e-6)
-    straight = tube(np.column_stack([0 * z, 0 * z, z]), 1.0, 20)
-    vertices = straight.vertices.copy()
-    vertices[:, :2] *= np.repeat(radius, 20)[:, None]
-    return Mesh(vertices, straight.triangles)

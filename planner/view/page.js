@@ -293,7 +293,7 @@ function showCollision() {
 
 function startPanel() {
   element("message").textContent = data.message;
-  fillTable(element("about"), data.about);
+  fillTable(element("about"), data.about, data.wrong);
   element("about-section").hidden = !data.about.length;
   drawEffort();
   element("joints-section").open = !narrow();

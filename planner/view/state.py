@@ -12,10 +12,11 @@ from planner.collision.clearance import Clearance
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
+from planner.problem.outcome import Rows
 from planner.query.resolve import beyond_limits
-from planner.trajectory.path_clearance import SHOWN, clearance_text
-from planner.view.page import Content, page
-from planner.view.shown_path import W_UNIT, Rows
+from planner.trajectory.clearance import SHOWN, clearance_text
+from planner.view.motion import W_UNIT, ShownPath
+from planner.view.page import Page
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,16 +71,11 @@ def inspect_state(checker: CollisionChecker, q: Floats) -> StateReport:
 def state_page(report: StateReport) -> str:
     """The page of a robot standing still; what touches is red."""
     world = report.checker.world
-    content = Content(
-        world.robot,
-        world.scene,
-        report.sentence,
-        report.q,
-        facts=_facts(report),
-        touching=frozenset(name for pair in report.contacts for name in (pair.first, pair.second)),
-        highlighted=("contact", *(joint for joint, out in zip(world.robot.joints, report.outside, strict=True) if out)),
-    )
-    return page(content)
+    beyond = [joint for joint, out in zip(world.robot.joints, report.outside, strict=True) if out]
+    touching = {name for pair in report.contacts for name in (pair.first, pair.second)}
+    page = Page(world.robot, world.scene, report.q, report.sentence, touching=touching, wrong=("contact", *beyond))
+    page.add_paths([ShownPath(report.q[None], _facts(report))])
+    return page.html()
 
 
 def _contacts(checker: CollisionChecker, q: Floats) -> tuple[Contact, ...]:

@@ -1,4 +1,4 @@
-"""Triangles to look at: smooth where a surface is smooth, sharp where it has an edge; tubes along paths."""
+"""Triangles and colours to look at: smooth surfaces, tubes along paths, numbers as colours."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.robot.files.meshes import split_at_creases
-from planner.robot.shapes import Mesh, Shape
+from planner.robot.shapes import Capsule, Mesh, Shape
 
 _CREASE = np.radians(35.0)  # an edge at which faces meet at a larger angle stays sharp
+# from dark blue to yellow; lightness rises evenly, so order survives a black and white print
+_STOPS = np.array([[0.16, 0.11, 0.33], [0.20, 0.32, 0.55], [0.13, 0.54, 0.55], [0.38, 0.74, 0.38], [0.98, 0.88, 0.22]])
 
 
 def smoothed(shape: Shape) -> Shape:
@@ -51,3 +53,31 @@ def tube(points: Floats, radius: float, sides: int = 10) -> Mesh:
     a, b = k + s, k + (s + 1) % sides
     triangles = np.concatenate([np.stack([a, b, a + sides], -1), np.stack([b, b + sides, a + sides], -1)])
     return Mesh(vertices, triangles.reshape(-1, 3))
+
+
+def capsule_mesh(shape: Capsule) -> Mesh:
+    """A tube whose ends are drawn in to half spheres."""
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 16)
+    z = shape.radius * np.sin(angle) + np.where(angle < 0, -0.5, 0.5) * shape.length
+    radius = np.maximum(shape.radius * np.cos(angle), 1e-6)
+    straight = tube(np.column_stack([0 * z, 0 * z, z]), 1.0, 20)
+    vertices = straight.vertices.copy()
+    vertices[:, :2] *= np.repeat(radius, 20)[:, None]
+    return Mesh(vertices, straight.triangles)
+
+
+def ramp_stops() -> list[list[float]]:
+    """The ramp as red, green, blue in [0, 1] at evenly spaced places, straight lines between."""
+    return _STOPS.tolist()
+
+
+def css_gradient() -> str:
+    """The ramp as a CSS gradient, for a legend."""
+    stops = ", ".join("#" + "".join(f"{round(255 * c):02x}" for c in stop) for stop in _STOPS)
+    return f"linear-gradient(to right, {stops})"
+
+
+def hex_colour(rgb: tuple[float, ...] | Floats) -> int:
+    """Red, green, blue in [0, 1] as the number 0xrrggbb."""
+    red, green, blue = (round(255 * float(value)) for value in rgb[:3])
+    return (red << 16) + (green << 8) + blue

@@ -13,8 +13,7 @@ from planner.base.progress import QUIET, Progress
 from planner.problem.options import PAPER_NODES
 from planner.problem.request import SweepRequest
 from planner.query.query import Query
-from planner.view.figures.profiles import path_profiles
-from planner.view.figures.workspace import tool_paths
+from planner.view.figures.paths import path_profiles, tool_paths
 from reproduce.figures import Figure, beta_costs
 from reproduce.manipulator.case import (
     BETAS,

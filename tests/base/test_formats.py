@@ -9,7 +9,7 @@ import pytest
 
 from planner.base.errors import FileError
 from planner.base.formats import FORMAT_VERSION, require_readable_version
-from planner.planning.result import Plan, plan_record
+from planner.planning.result import Plan
 from tests.command_line import Run
 
 
@@ -20,7 +20,7 @@ def test_other_versions_are_refused_with_the_remedy(version: object) -> None:
 
 
 def test_a_plan_of_an_older_planner_is_read_and_of_a_newer_one_refused(solved: Plan, tmp_path: Path, run: Run) -> None:
-    record, path = plan_record(solved), tmp_path / "plan.json"
+    record, path = solved.to_dict(), tmp_path / "plan.json"
     assert record.pop("format_version") == FORMAT_VERSION
     path.write_text(json.dumps(record))
     assert run("check", str(path), "--step", "0.1")[0] == 0

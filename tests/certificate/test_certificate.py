@@ -20,7 +20,6 @@ from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.planning.plan import plan
-from planner.planning.result import save_plan_without_page
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
@@ -37,13 +36,13 @@ TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
 def test_plans_are_certified_and_accepted(robot: str, scene: str, tmp_path: Path) -> None:
     found = plan(PlanRequest.from_options(robot=robot, scene=scene, path_only=True, effort=0), timing=TimingRequest())
     assert found.solved
-    save_plan_without_page(found, tmp_path, certificate=True)
+    found.save_without_page(tmp_path, certificate=True)
     said = verify(tmp_path, found.checker.world)
     ends = f"{found.path[0].tolist()} to {found.path[-1].tolist()}"
     assert f"path of {len(found.path)} waypoints from {ends} and of the motion" in said
     assert "Joints and shapes are those of" in said
     assert (tmp_path / PROOF_NAME).stat().st_size < 5e6
-    save_plan_without_page(found, tmp_path)
+    found.save_without_page(tmp_path)
     assert not (tmp_path / PROOF_NAME).exists(), "a proof of another plan is not left behind"
 
 

@@ -15,7 +15,6 @@ from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_pose
 from planner.planning.plan import plan
-from planner.planning.result import save_plan_without_page
 from planner.problem.request import PlanRequest
 from planner.robot.scene import Scene
 from tests.worlds import load
@@ -97,7 +96,7 @@ def test_a_goal_that_nobody_asked_for_is_refused(case: Case) -> None:
 @pytest.mark.parametrize("goal", ["xyz:-0.52,-0.04,1.13", "home;xyz:-0.52,-0.04,1.13"])
 def test_the_ends_of_plans_are_judged(goal: str, tmp_path: Path) -> None:
     found = plan(PlanRequest.from_options(robot="iiwa14", scene="paper", goal=goal, path_only=True, effort=0))
-    save_plan_without_page(found, tmp_path, certificate=True)
+    found.save_without_page(tmp_path, certificate=True)
     said = verify_proof.check(tmp_path)
     assert "Its start is 'start', 'xyz:" in said
     assert f"Its goal is {found.goal!r}" in said

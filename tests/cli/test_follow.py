@@ -31,7 +31,7 @@ def test_a_seam_is_followed_and_its_record_and_page_say_so(run: Run, tmp_path: P
     assert "at the 0.2 m/s asked for" in words
     assert (out / "plan.html").exists()
     stages = {"import", "setup", "ladder", "proofs", "costs", "gabf", "path", "timing", "alternatives"}
-    assert_total_covers(record["timings_s"], stages | {"files", "settling", "record", "page"})
+    assert_total_covers(record["timings_s"], stages | {"files", "record", "page"})
     code, text, _ = run("check", str(out / "trajectory.json"), "--robot", "panda", "--scene", "table")
     assert code == 0, text
 

@@ -104,7 +104,7 @@ ROWS = [
     ("check none.json --robot planar_2r --scene window", 3, "none.json not found"),
     ("check page.html --robot planar_2r --scene window", 3, "ends in '.html'"),
     ("check three.csv --robot planar_2r --scene window", 3, "2 planned joints"),
-    ("check three.csv --step 0", 2, "step 0 m is not usable"),
+    ("check three.csv --step 0", 2, "step must be"),
     ("check two.csv --robot planar_2r --scene window --acceleration 3", 2, "leave --limits"),
     ("export .", 3, ""),
     ("export trajectory.json", 3, "plan first, with times"),

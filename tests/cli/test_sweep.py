@@ -7,8 +7,11 @@ import signal
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from planner.collision.looks import Seen
+from planner.collision.world import Contact
 from planner.tradeoff.envelope import EnvelopeSearch
 from tests.command_line import Run, assert_total_covers, command
 
@@ -40,7 +43,7 @@ def test_sweep_writes_the_contract(swept: tuple[Path, str]) -> None:
     keys = {"beta_min", "beta_max", "path_nodes", "manipulability_cost", "distance_cost", "w_min", "w_mean"}
     assert all(set(interval) >= keys | {"workspace_length"} for interval in intervals)
     assert (record["complete"], record["max_error_vs_oracle"]) == (True, 0.0)
-    stages = {"import", "setup", "roadmap", "costs", "gabf", "path", "measures", "files", "page"}
+    stages = {"import", "setup", "roadmap", "costs", "gabf", "path", "measures", "files", "record", "page"}
     assert_total_covers(record["timings_s"], stages)
     assert (out / "sweep.csv").read_text().count("\n") == 1 + len(intervals)
     assert max(map(len, text.splitlines()[: 4 + len(intervals)])) <= 80
@@ -82,7 +85,8 @@ def test_no_path_is_an_outcome(
     swept: tuple[Path, str], tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where every edge fails when it is looked at again."""
-    monkeypatch.setattr("planner.search.healing.HealingNetwork._first_contact", lambda healing, edges: 0)
+    contact = Seen(0, 0.0, np.zeros(2), Contact("link_2", "post"))
+    monkeypatch.setattr("planner.search.search.second_look", lambda checker, pieces: contact)
     out, roadmap = tmp_path / "out", str(swept[0] / "roadmap.npz")
     code, text, _ = run("sweep", *SMALL, "--roadmap", roadmap, "--out", str(out))
     assert code == 4, text

@@ -49,20 +49,21 @@ def test_it_writes_segments_and_events(tidy: Path) -> None:
 
 @pytest.mark.parametrize("name", ["", "trajectory.json"])
 def test_it_is_checked_whole(tidy: Path, run: Run, name: str) -> None:
-    code, text, _ = run("check", str(tidy / name), "--robot", "panda", "--scene", SCENE)
-    assert code == 0
+    """By the robot and the scene of its plan.json."""
+    code, text, error = run("check", str(tidy / name))
+    assert code == 0, error
     assert text.rstrip().endswith("All segments are free.")
 
 
 def test_in_another_scene_it_is_not_free(tidy: Path, run: Run, tmp_path: Path) -> None:
     other = tmp_path / "other.yaml"
     other.write_text(Path(SCENE).read_text().replace("[0.5, 0.35, 0.21]", "[0.5, 0.35, 0.25]"))
-    code, text, _ = run("check", str(tidy), "--robot", "panda", "--scene", str(other), "--json")
+    code, text, _ = run("check", str(tidy), "--scene", str(other), "--json")
     assert code == 4
     assert not json.loads(text)["ok"]
-    code, _, error = run("check", str(tidy), "--robot", "panda", "--scene", "empty")
+    code, _, error = run("check", str(tidy), "--scene", "empty")
     assert code == 3
-    assert "the task takes 'mug', which is not in scene 'empty'" in error
+    assert "'mug', which is not in scene 'empty'" in error
 
 
 def without(kind: str) -> Callable[[dict], None]:
@@ -104,7 +105,7 @@ DAMAGES: dict[str, tuple[Callable[[dict, dict], object], int, str]] = {  # of a 
     "a waypoint in contact": (lambda plan, _: shifted(plan, 3, 1, 1.2), 4, "segments are not free"),
     "a waypoint beyond all": (lambda plan, _: shifted(plan, 3, 1, 1e300), 3, "puts joint 'panda_joint2' at 1e+300"),
     "an end elsewhere": (lambda plan, _: shifted(plan, 0, -1, 0.01), 3, "plan again"),
-    "a segment lacks": (lambda plan, _: plan["segments"].pop(3), 3, "segment 4 begins elsewhere"),
+    "a segment lacks": (lambda plan, _: plan["segments"].pop(3), 3, "after segment 3"),
     "another is held": (lambda plan, _: plan["segments"][3].update(carried=None), 3, "says that nothing is held"),
     "other joints": (lambda plan, _: plan["joints"].reverse(), 3, "must be panda_joint1, panda_joint2"),
     "a failure": (lambda plan, _: plan.update(outcome="no_path"), 3, "must be solved, got 'no_path', 7 segments"),
@@ -164,7 +165,7 @@ def checked(folder: Path, run: Run, plan: dict, motion: dict | None = None) -> t
     if motion is not None:
         (folder / "trajectory.json").write_text(json.dumps(motion))
     told = ["--json"] if motion is None else []
-    code, out, error = run("check", str(folder), "--robot", "panda", "--scene", SCENE, *told)
+    code, out, error = run("check", str(folder), *told)
     assert "Traceback" not in error
     return code, " ".join((out + error).split())
 
@@ -205,7 +206,7 @@ def test_what_may_touch_is_told_and_not_believed(tidy: Path, run: Run, tmp_path:
     plan["segments"][3]["may_touch"] = [["mug", "board"], ["mug", "panda_link5"]]
     (tmp_path / "plan.json").write_text(json.dumps(plan))
     (tmp_path / "trajectory.json").write_text((tidy / "trajectory.json").read_text())
-    code, out, _ = run("check", str(tmp_path), "--robot", "panda", "--scene", SCENE, "--json")
+    code, out, _ = run("check", str(tmp_path), "--json")
     assert code == 0
     fingers = [["mug", "panda_leftfinger"], ["mug", "panda_rightfinger"]]
     told = [segment["may_touch"] for segment in json.loads(out)["segments"]]
@@ -220,7 +221,7 @@ def test_an_object_that_stands_elsewhere_is_seen(tidy: Path, run: Run, tmp_path:
     other = tmp_path / "other.yaml"
     assert old in Path(SCENE).read_text()
     other.write_text(Path(SCENE).read_text().replace(old, new))
-    code, _, error = run("check", str(tidy), "--robot", "panda", "--scene", str(other))
+    code, _, error = run("check", str(tidy), "--scene", str(other))
     assert code in (3, 4)
     assert code == 4 or "at its attach 'mug' is" in error
 

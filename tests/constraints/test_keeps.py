@@ -12,7 +12,7 @@ from planner.base.errors import PlannerError
 from planner.base.polynomials import evaluate
 from planner.constraints.keeps import _FINEST, FORGIVEN, Keeps, bound_to, require_bound
 from planner.kinematics.tool_bound import prove_along
-from planner.problem.conditions import KeepBox, parse_keeps
+from planner.problem.conditions import parse_keeps
 from planner.robot.robot import Robot
 
 QUATERNION = "0.9,0.3,0.1,0.3"
@@ -186,8 +186,3 @@ def test_a_turn_is_about_the_orientation_at_the_start(panda):
     assert beyond(panda, turn, panda.home) == pytest.approx(-0.1, abs=1e-7)
     with pytest.raises(PlannerError, match="orientation at a start"):
         require_bound(parse_keeps("turn:0.1"), panda)
-
-
-def test_frames_are_the_robots(panda):
-    with pytest.raises(PlannerError, match="frame 'panda_lnk7' not found"):
-        require_bound((KeepBox((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), frame="panda_lnk7"),), panda)

@@ -1,15 +1,16 @@
 """The judgement on a path: where it is worst, and the floor that is reachable."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
 from planner.kinematics.manipulability import manipulability
-from planner.planning.conditioning import judge_conditioning, reachable_floor
+from planner.planning.conditioning import judge_conditioning
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest
+from planner.search.manipulability_floor import highest_floor
+from planner.search.network import build_network
 from tests.worlds import load, post_roadmap
 
 ROBOT = load("planar_2r")
@@ -19,46 +20,12 @@ def ends(start: int, goal: int):
     return replace(post_roadmap(), starts=np.array([start]), goals=np.array([goal]))
 
 
-@cache
-def dense_minima():
-    """The smallest w on every edge of the roadmap, at 400 states."""
-    a, b = (post_roadmap().nodes[rows] for rows in post_roadmap().edges.T)
-    states = a[:, None] + np.linspace(0, 1, 400)[:, None] * (b - a)[:, None]
-    return manipulability(ROBOT, states.reshape(-1, 2)).reshape(len(a), -1).min(axis=1)
-
-
-def widest(roadmap):
-    """The largest smallest edge w on a path from start to goal, by Floyd and Warshall's recursion."""
-    n = len(roadmap.nodes)
-    width = np.full((n, n), -1.0)
-    i, j = roadmap.edges.T
-    width[i, j] = width[j, i] = dense_minima()
-    for k in range(n):
-        width = np.maximum(width, np.minimum(width[:, k, None], width[k]))
-    return width[roadmap.starts[0], roadmap.goals[0]]
-
-
-def test_the_reachable_floor_is_that_of_the_widest_path():
-    rng = np.random.default_rng(2)
-    for _ in range(10):
-        roadmap = ends(*rng.choice(60, 2, replace=False))
-        floor, width = reachable_floor(ROBOT, roadmap), widest(roadmap)
-        assert 0.85 * width - 0.01 <= floor <= width + 0.01
-
-
-def test_where_nothing_is_joined_no_floor_is_reachable():
-    roadmap = post_roadmap().part(np.ones(60, dtype=bool), np.zeros(len(post_roadmap().edges), dtype=bool))
-    assert reachable_floor(ROBOT, roadmap) == 0.0
-
-
 def test_a_singular_place_is_found():
     path = np.array([[-1.0, 1.2], [-0.9, 0.6], [-0.6, -0.6]])  # stretched out half way along the second motion
     found = judge_conditioning(
         ROBOT, post_roadmap(), path, PlanRequest.from_options(robot="planar_2r", charge="edges").quality
     )
     assert found.poor
-    assert found.waypoint == 1
-    np.testing.assert_allclose(found.configuration, [-0.75, 0.0], atol=0.01)
     assert found.typical == np.median(post_roadmap().manipulability)
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
     assert found.share == pytest.approx((lengths[0] + 0.5 * lengths[1]) / lengths.sum(), abs=0.01)
@@ -85,9 +52,10 @@ def test_an_end_that_is_singular_is_named():
 def test_a_singular_start_that_is_the_goal(q: list[float]) -> None:
     """Its path has no edge, and the highest floor is its own w."""
     found = plan(PlanRequest.from_options(robot="planar_2r", scene="empty", nodes=10, effort=0), start=q, goal=q)
-    assert found.conditioning is not None
-    assert found.conditioning.poor
-    floor = found.conditioning.reachable_floor
+    worst = found.record.conditioning
+    assert worst is not None
+    assert worst.poor
+    floor = worst.reachable_floor
     assert floor is not None
     assert 0.0 <= floor <= manipulability(found.robot, np.array([q]))[0]
 
@@ -98,8 +66,9 @@ def test_the_floor_that_is_advised_can_be_kept(tmp_path):
         nodes=150, collision="coal", beta=1.0, seed=1
     )  # with 0 it ends in a goal below the floor
     found = plan(request)
-    floor = reachable_floor(found.robot, found.roadmap)
+    floor = highest_floor(found.robot, found.roadmap, build_network(found.roadmap))
     found.save(tmp_path)
     better = plan(request, roadmap=tmp_path / "roadmap.npz", min_manipulability=floor)
-    assert better.conditioning is not None
-    assert better.conditioning.w_min >= floor
+    worst = better.record.conditioning
+    assert worst is not None
+    assert worst.w_min >= floor

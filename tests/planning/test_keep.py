@@ -136,7 +136,7 @@ def test_a_scene_keeps_too_and_check_judges_it(tmp_path, capsys, upright):
     path = tmp_path / "path.csv"
     np.savetxt(path, upright.path, delimiter=",")
     assert run(["check", str(path), "--robot", "panda", "--scene", str(tmp_path / "bar.yaml"), "--json"]) == 0
-    (kept,) = json.loads(capsys.readouterr().out)["kept"]
+    (kept,) = json.loads(capsys.readouterr().out)["constraints"]
     assert kept["proven"]
     tipped = upright.path.copy()
     tipped[1, 5] += 0.3

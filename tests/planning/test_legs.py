@@ -12,7 +12,6 @@ from planner.base.errors import KeywordError, PlannerError, SceneError
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.planning.summary import summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
@@ -61,7 +60,7 @@ def test_the_motion_keeps_to_both_lines(found: Plan, tmp_path: Path) -> None:
     np.testing.assert_allclose(found.path[0], found.robot.home)
     found.save(tmp_path)
     record = json.loads((tmp_path / "plan.json").read_text())
-    rows = dict(summary_rows(record))
+    rows = dict(found.record.rows)
     assert rows["retreat"].startswith("0.05 m straight along the tool's z axis; path and motion at most 0.0")
     assert rows["approach"].endswith("proven within 1 mm and 0.0087 rad")
     said = record["legs"]

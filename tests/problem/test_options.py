@@ -53,7 +53,7 @@ def test_an_objective_says_its_options_at_once_and_none_of_them_twice() -> None:
     assert request.quality.objective == objective
     for name in (*own, "min_manipulability"):
         with pytest.raises(KeywordError, match=f"{name} is a part of the objective"):
-            planner.plan(objective=objective, **dict[str, Any]({name: 0.5}))
+            planner.plan(objective=objective, **{name: {**own, "min_manipulability": 0.0}[name]})
     small: dict[str, Any] = {"robot": "planar_2r", "scene": "empty", "path_only": True}
     by_objective = planner.plan(objective=planner.Objective(0.2), **small)
     np.testing.assert_array_equal(planner.plan(beta=0.2, **small).path, by_objective.path)

@@ -1,18 +1,45 @@
-"""How runs end: a key for files, a sentence for people, a code for scripts."""
+"""How runs end, and records: what is written is the record, key by key."""
 
-from planner.problem.outcome import Outcome
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pydantic
+
+from planner.cost.scale import CostScale
+from planner.problem.outcome import Outcome, Record
 
 
-def test_keys_codes_and_sentences() -> None:
-    assert {outcome.key: outcome.exit_code for outcome in Outcome} == {
-        "solved": 0,
-        "no_path": 4,
-        "too_singular": 4,
-        "partly_followed": 4,
-        "interrupted": 130,
-    }
+def test_outcomes_are_sentences_with_keys_and_codes() -> None:
+    codes = {"solved": 0, "no_path": 4, "too_singular": 4, "partly_followed": 4, "interrupted": 130}
+    assert {outcome.key: outcome.exit_code for outcome in Outcome} == codes
     for outcome in Outcome:
         assert outcome.value.endswith(".")
         assert any(word in outcome.value for word in ("--nodes", "widen")) == (outcome.exit_code == 4), (
             "an unsolved problem comes with a remedy"
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inner(Record):
+    at: tuple[float, ...]
+    """m"""
+    more: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outer(Record):
+    inner: Inner | None
+    scale: CostScale
+
+
+def test_a_record_is_what_is_written_key_by_key() -> None:
+    """Records and other dataclasses in it as plain data; null is written, a default is not."""
+    scale = CostScale(0.1, 0.2, 3.0, 1.0, 0.01)
+    whole = {"inner": {"at": [1.0, 2.0]}, "scale": vars(scale)}
+    assert Outer(inner=Inner(at=(1.0, 2.0)), scale=scale).to_dict() == whole
+    assert Outer(inner=None, scale=scale).to_dict()["inner"] is None
+    assert Inner(at=(), more=3).to_dict() == {"at": [], "more": 3}
+    read = pydantic.TypeAdapter(Outer)
+    assert read.validate_python(whole | {"from_the_future": 1}).to_dict() == whole
+    assert read.json_schema()["$defs"]["Inner"]["properties"]["at"]["description"] == "m"

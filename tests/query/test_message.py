@@ -13,15 +13,13 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-import planner
 from planner.base.errors import PlannerError
 from planner.problem.conditions import KeepAxis, KeepTurn
 from planner.problem.request import LimitsRequest, PlanRequest
 from planner.problem.targets import ToolGoal
 from planner.query.query import Query, make_query
 from planner.robot.model_checks import notes
-from planner.robot.moveit.message import goals_of
-from planner.robot.moveit.requests import read_motion_plan_request
+from planner.robot.moveit.requests import goals_of, read_motion_plan_request
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.trajectory.limits import MotionLimits
@@ -79,14 +77,6 @@ def test_a_goal_of_any_link_brings_that_link_there(link: str, tmp_path: Path) ->
     assert (f" of {link}" in query.goal_names[0]) == (link != "panda_hand_tcp")
 
 
-def test_an_offset_is_a_point_of_the_link(tmp_path: Path) -> None:
-    turn = [{"link_name": "panda_hand", "orientation": [0.9, 0.1, 0.2, 0.1]}]
-    goal = link_goal("panda_hand", place={"target_point_offset": [0.01, 0.02, 0.1]}, orientation_constraints=turn)
-    query = asked(tmp_path, goal)
-    reached = placement(query.robot, "panda_hand", query.goals[0]) @ [0.01, 0.02, 0.1, 1]
-    np.testing.assert_allclose(reached[:3], [0.45, 0.25, 0.5], atol=1e-3)
-
-
 def test_every_place_of_a_region_is_a_goal(tmp_path: Path) -> None:
     goal = link_goal("panda_hand")
     region = goal["goal_constraints"][0]["position_constraints"][0]["constraint_region"]
@@ -95,17 +85,6 @@ def test_every_place_of_a_region_is_a_goal(tmp_path: Path) -> None:
     query = asked(tmp_path, goal)
     reached = [placement(query.robot, "panda_hand", q)[:3, 3] for q in query.goals]
     np.testing.assert_allclose(reached, [[0.45, 0.25, 0.5], [0.45, -0.25, 0.5]], atol=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("link", "part"),
-    [
-        ("panda_hnd", "is for link 'panda_hnd' (did you mean 'panda_hand'?), which robot 'panda' has not"),
-        ("panda_link0", "which no planned joint moves"),
-    ],
-)
-def test_a_goal_of_no_link_that_moves_is_refused(link: str, part: str, tmp_path: Path) -> None:
-    assert part in refusal_of(lambda: asked(tmp_path, link_goal(link)))
 
 
 def test_a_goal_in_a_fixed_frame(tmp_path: Path) -> None:
@@ -216,41 +195,6 @@ def test_joints_that_are_held_must_be_where_a_goal_wants_them(tmp_path: Path) ->
     assert "says nothing of panda_joint7" in refusal_of(lambda: asked(tmp_path, lacking))
 
 
-def test_the_group_is_what_is_planned(tmp_path: Path) -> None:
-    """The Panda's SRDF has the group arm_and_hand: with it a finger is planned, unless the options say otherwise."""
-    wide = changed(REQUEST, "group_name", "arm_and_hand")
-    wide["goal_constraints"][0]["joint_constraints"] += [{"joint_name": "panda_finger_joint1", "position": 0.02}]
-    assert "panda_finger_joint1" in refusal_of(lambda: asked(tmp_path, wide))  # which the robot file holds
-    arm = asked(tmp_path, changed(REQUEST, "group_name", "arm"))
-    assert arm.robot.joints == tuple(f"panda_joint{k}" for k in range(1, 8))
-    assert "group_name" not in told(arm)
-    named = link_goal("panda_hand")
-    assert "group_name 'panda_arm' is no group that the robot knows; planned are panda_joint1" in told(
-        asked(tmp_path, named)
-    )
-    assert "group_name" not in told(asked(tmp_path, changed(named, "group_name", "arm")))
-
-
-def test_what_the_robot_cannot_make_use_of_is_noted(tmp_path: Path) -> None:
-    request = changed(REQUEST, "start_state.joint_state.name.8", "gripper_joint")
-    query = asked(tmp_path, request, changed(SCENE, "robot_model_name", "fanuc"))
-    assert "names joints that the robot lacks, passed over: gripper_joint" in told(query)
-    assert "scene 'example' was made for robot 'fanuc', and this one is 'panda'" in told(query)
-    assert told(asked(tmp_path, REQUEST)) == ""
-    as_is = asked(tmp_path, REQUEST, robot=Robot.load("panda"))
-    assert "the robot holds panda_finger_joint1, panda_finger_joint2 elsewhere than start_state says" in told(as_is)
-
-
-def test_the_state_of_a_scene_counts_with_a_request_only(tmp_path: Path) -> None:
-    scene = changed(SCENE, "robot_state.joint_state", REQUEST["start_state"]["joint_state"])
-    (tmp_path / "s.yaml").write_text(yaml.safe_dump(scene))
-    state = "q:-0.6,0.25,0,-2.1,0,2.35,0.2"
-    query = make_query(
-        PlanRequest.from_options(robot="panda", scene=str(tmp_path / "s.yaml"), start=state, goal="home").what
-    )
-    assert "robot_state.joint_state of scene 'example' counts with a request only" in told(query)
-
-
 def kept(**constraints: Any) -> dict:
     return changed(REQUEST, "path_constraints", constraints)
 
@@ -346,13 +290,6 @@ def test_a_range_of_a_joint_narrows_its_limits(tmp_path: Path) -> None:
         assert words in refusal_of(lambda change=change: asked(tmp_path, kept(joint_constraints=[around | change])))
 
 
-def test_a_constraint_that_the_start_breaks_or_that_is_too_thin_is_refused(tmp_path: Path) -> None:
-    text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.1, 0.1, 0.1, orientation=[0, 0, 0, 1]))))
-    assert text.startswith("start lies outside 'turn:0.1,0,0,0,1 of panda_hand'")
-    text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.0, 0.1, 0.1))))
-    assert "path_constraints: 'axis:z,0,0,-1,0 of panda_hand' leaves 0 rad" in text
-
-
 def test_tolerances_of_a_goal_are_met_and_used(tmp_path: Path) -> None:
     """Within them, but all over them: a goal that may turn about its axis is reached in many turns."""
     goal = link_goal("panda_hand", **tolerances(0.05, 0.1, 4))
@@ -365,19 +302,6 @@ def test_tolerances_of_a_goal_are_met_and_used(tmp_path: Path) -> None:
         assert (np.abs(off[:2]) <= [0.05 + 2e-6, 0.1 + 2e-6]).all()
         turns.append(off[2])
     assert np.ptp(turns) > 1.0
-
-
-def test_a_pose_goal_as_moveit_writes_it_is_planned_to(tmp_path: Path) -> None:
-    """kinematic_constraints::constructGoalConstraints: a sphere of 1e-3 m, three tolerances of 0.01 rad."""
-    (tmp_path / "r.yaml").write_text(yaml.safe_dump(link_goal("panda_hand", **tolerances(0.01, 0.01, 0.01))))
-    (tmp_path / "s.yaml").write_text(yaml.safe_dump(SCENE))
-    plan = planner.plan(
-        robot="panda", scene=tmp_path / "s.yaml", motion_plan_request=tmp_path / "r.yaml", path_only=True, margin=0.0
-    )
-    assert plan.solved
-    reached = placement(plan.robot, "panda_hand", plan.path[-1])
-    assert np.linalg.norm(reached[:3, 3] - [0.45, 0.25, 0.5]) <= 1e-3
-    assert Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]) @ reached[:3, :3]).magnitude() <= 0.01
 
 
 def of_palletizer(goal: dict[str, float], rod: float = 0.2, kept: list[dict] | None = None) -> dict:

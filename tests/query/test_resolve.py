@@ -24,7 +24,7 @@ from planner.query.resolve import (
 )
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
-from planner.tasks.reach import along, solutions
+from planner.tasks.candidates import along, solutions
 from tests.worlds import POST_GOAL, POST_START, ROBOTS, arm_of_few_axes, checker_of, load, make_post, random_q, scene_of
 
 

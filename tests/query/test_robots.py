@@ -59,11 +59,3 @@ def test_what_changed_is_seen_even_at_the_same_time_and_length(in_place: bool, a
     os.utime(other, (1e9, 1e9))
     other.replace(file)
     assert not np.array_equal(robot(arm).upper, known.upper)
-
-
-def test_what_may_include_files_that_nobody_names_is_read_each_time(arm: Path) -> None:
-    file = arm / "arm.xml"
-    shutil.copy2(next(arm.glob("*.urdf")), file)
-    one, other = (robot_of(WorldRequest(str(file)), Scene("empty"), None) for _ in range(2))
-    assert one is not other
-    assert one.joints == other.joints

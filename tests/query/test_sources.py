@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from planner.problem.request import SweepRequest
-from planner.query import sources
-from planner.query.sources import sources_hash
+from planner.query.robots import robot_sources, scene_sources, sources_hash
 from tests.worlds import joint_xml, link_xml
 
 TRIANGLES = "".join(f"f {face}\n" for face in ("1 3 2", "1 2 4", "2 3 4", "1 4 3"))
@@ -82,18 +81,6 @@ def test_another_srdf_counts_in_place_of_the_robots_own(request_of_files: SweepR
     assert sources_hash(given) == before
 
 
-def test_what_is_not_touched_is_read_once(request_of_files: SweepRequest, tmp_path: Path) -> None:
-    before = sources_hash(request_of_files)
-    counted = (sources._content, sources._description, sources._scene_meshes)
-    reads = [each.cache_info().misses for each in counted]
-    for _ in range(20):
-        assert sources_hash(request_of_files) == before
-    assert [each.cache_info().misses for each in counted] == reads
-    (tmp_path / "b.obj").touch()  # the same text at another time
-    os.utime(tmp_path / "b.obj", ns=(1, 1))
-    assert sources_hash(request_of_files) == before
-
-
 def test_robots_and_scenes_of_the_package_count_too_and_what_is_not_there_is_told_by_the_plan() -> None:
     found = {
         sources_hash(SweepRequest.from_options(robot=robot, scene=scene))
@@ -102,6 +89,6 @@ def test_robots_and_scenes_of_the_package_count_too_and_what_is_not_there_is_tol
     }
     assert len(found) == 4
     assert sources_hash(SweepRequest.from_options(robot="nobody", scene="nowhere.yaml"))
-    names = {path.name for path in sources._sources(SweepRequest.from_options(robot="panda", scene="shelf"))}
+    names = {path.name for path in (*robot_sources("panda"), *scene_sources("shelf"))}
     assert {"robot.yaml", "panda.urdf", "panda.srdf", "shelf.yaml"} < names
     assert any(name.endswith((".stl", ".obj", ".dae")) for name in names)

@@ -13,7 +13,6 @@ from planner.collision.world import Contact
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.node_checks import nobody, with_checked_nodes
-from planner.roadmap.record_text import checks_text
 from planner.robot.scene import Scene
 from tests.worlds import load, make_post, post_roadmap
 
@@ -72,6 +71,10 @@ def test_a_query_has_its_new_nodes_checked_only() -> None:
 
 
 def test_words() -> None:
-    assert checks_text({"fcl": 5, "coal": 0}, 5) == "each checked by fcl"
-    assert checks_text({"fcl": 3, "coal": 1}, 5) == "3 checked by fcl, 1 checked by coal"
-    assert checks_text({"fcl": 0, "coal": 0}, 5) == "checked by no library"
+    record = post_roadmap().record()
+    for checked, words in (
+        ({"fcl": 60, "coal": 0}, "each checked by fcl"),
+        ({"fcl": 3, "coal": 1}, "3 checked by fcl, 1 checked by coal"),
+        ({"fcl": 0, "coal": 0}, "checked by no library"),
+    ):
+        assert replace(record, nodes_checked=checked).text.startswith(f"60 nodes ({words}), ")

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.summary import summary
 from tests.worlds import post_roadmap
 
@@ -45,4 +44,4 @@ def test_a_roadmap_without_edges_or_with_nothing_to_touch_has_no_numbers_for_the
     assert summary(bare)["joint_length"]["max"] is None
     assert not summary(bare)["connected"]
     assert "none" in bare._repr_html_()
-    assert roadmap_text(bare.record().to_dict()).endswith(f"{len(bare.nodes)} components")
+    assert bare.record().text.endswith(f"{len(bare.nodes)} components")

@@ -25,7 +25,6 @@ from planner.robot.shapes import Mesh
 from tests.robot.test_solids import box
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, scene_of
 
-SEEN = '<visual><geometry><sphere radius="0.1"/></geometry></visual></link>'
 OPEN = Mesh(box(0.3).vertices, box(0.3).triangles[1:])
 
 
@@ -41,15 +40,6 @@ def test_built_in_robots_raise_no_doubt(name: str) -> None:
 def test_links_that_are_seen_and_cannot_be_touched() -> None:
     (text,) = grave(load("z1"), Scene.load("empty"))
     assert "no collision geometry on link01, link05" in text
-
-
-def test_links_that_stand_still_need_geometry_as_well(urdf_file: Callable[..., str]) -> None:
-    still = "".join(link_xml(name).replace("</link>", SEEN) for name in ("world", "pedestal"))
-    inside = still + joint_xml("weld", "world", "pedestal", "fixed") + link_xml("unseen")
-    inside += link_xml("b", '<sphere radius="0.1"/>') + joint_xml("j", "pedestal", "b")
-    inside += joint_xml("weld2", "world", "unseen", "fixed")
-    (text,) = grave(Robot.load(urdf_file(inside), tool="b"), Scene.load("empty"))
-    assert "no collision geometry on pedestal, world:" in text
 
 
 def test_a_robot_that_nothing_can_touch_is_refused(urdf_file: Callable[..., str]) -> None:
@@ -115,33 +105,10 @@ def test_shapes_in_millimetres(kind: str, tmp_path: Path) -> None:
     assert doubted("panda", scene_file(tmp_path, kind, 1.0, base=800.0)) == []
 
 
-@pytest.mark.parametrize(("unit", "names"), [(1.0, []), (1000.0, ["crate, rod would reach"])])
-def test_a_planning_scene_in_millimetres(tmp_path: Path, unit: float, names: list[str]) -> None:
-    sizes, place = ([unit * value for value in values] for values in ([0.1, 0.2, 0.3], [0.1, 0.5, 0.2]))
-    box = {"type": "box", "dimensions": sizes}
-    crate = {"id": "crate", "primitives": [box], "primitive_poses": [{"position": place}]}
-    rod = {"link_name": "panda_hand", "object": {**crate, "id": "rod", "header": {"frame_id": "panda_hand"}}}
-    message = {"world": {"collision_objects": [crate]}, "robot_state": {"attached_collision_objects": [rod]}}
-    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(message))
-    found = doubted("panda", Scene.load(tmp_path / "scene.yaml"))
-    assert len(found) == len(names)
-    assert all(name in text for name, text in zip(names, found, strict=True))
-
-
 @pytest.mark.parametrize("name", ROBOTS)
 def test_no_built_in_scene_is_doubted(name: str) -> None:
     for scene in (*scene_names(), *published_scene_names()):
         assert not [note for note in notes(load(name), Scene.load(scene)) if "millimetres" in note.text]
-
-
-def test_a_link_in_millimetres(tmp_path: Path, urdf_file: Callable[..., str]) -> None:
-    lines = ["v {} {} {}".format(*row) for row in box(100.0).vertices]
-    lines += ["f {} {} {}".format(*(row + 1)) for row in box(100.0).triangles]
-    (tmp_path / "link.obj").write_text("\n".join(lines) + "\n")
-    links = link_xml("a") + link_xml("b", '<mesh filename="link.obj"/>') + link_xml("tip")
-    robot = Robot.load(urdf_file(links + joint_xml("j", "a", "b") + joint_xml("k", "b", "tip", xyz="0.5 0 0")))
-    (text,) = grave(robot, Scene.load("empty"))
-    assert "b would reach 100 m far, and the arm is 0.5 m long: if their numbers are in millimetres" in text
 
 
 def test_a_library_call_holds_doubts_and_logs_them_at_debug_only(caplog: pytest.LogCaptureFixture) -> None:
@@ -155,14 +122,6 @@ def test_a_library_call_holds_doubts_and_logs_them_at_debug_only(caplog: pytest.
     assert max(record.levelno for record in caplog.records) == logging.DEBUG
     assert set(doubts) <= set(plan.notes)
     assert list(plan.notes) == plan.to_dict()["notes"]
-
-
-def test_widened_limits_are_noted() -> None:
-    arm = load("iiwa14")
-    goal = np.where(np.arange(7) == 6, arm.upper + 0.01, arm.home)
-    plan = planner.plan(robot=arm, scene="empty", start=arm.home, goal=goal, widen_limits=True, path_only=True)
-    (note,) = (note for note in plan.notes if "widened" in note)
-    assert note == f"limits of {arm.joints[6]} widened to [{arm.lower[6]:.4f}, {goal[6]:.4f}]"
 
 
 # degrees

@@ -55,12 +55,8 @@ BAD = {
     "no time in between": ([0.0, 1e-300], [pose(), pose([1, 0, 0])], "at least 1e-06 s apart, and 0 s and 1e-300 s"),
     "a jump": ([0.0, 1.0, 1.0 + 1e-9], [pose(), pose(), pose([1, 0, 0])], "at least 1e-06 s apart"),
     "true for a time": ([False, True], [pose(), pose()], "true or false"),
-    "true among times": ([0.0, True], [pose(), pose()], "true or false"),
-    "no times": ([], [], "are none"),
     "a reflection": ([0.0], [np.diag([1.0, 1, -1, 1])], "rigid"),
     "a NaN": ([0.0, np.nan], [pose(), pose()], "times"),
-    "too few poses": ([0.0, 1.0], [pose()], "poses"),
-    "a pose that stretches": ([0.0], [np.diag([2.0, 1, 1, 1])], "rigid"),
 }
 
 
@@ -70,12 +66,6 @@ def test_a_motion_that_is_none(name: str) -> None:
     with pytest.raises(SceneError, match=words) as caught:
         KnownMotion(times, poses)
     assert "\n" not in str(caught.value)
-
-
-def test_rounded_rotations_become_rotations() -> None:
-    turned = pose((1, 2, 3), rpy=(0.1, 0.2, 0.3))
-    scaled = turned * np.array([[1 - 4e-7] * 3 + [1]])
-    np.testing.assert_allclose(KnownMotion([0.0, 1.0], [scaled, turned]).poses, [turned, turned], atol=1e-15)
 
 
 def test_what_vanishes_within_a_microsecond_is_a_motion() -> None:
@@ -118,14 +108,9 @@ def test_a_scene_file_says_what_moves(tmp_path: Path) -> None:
         ("motion: [{t: 1, position: [0, 0, 0]}]", "begin at 0"),
         ("motion: [{t: 0}, {t: 2}, {t: 2}]", "increase"),
         ("motion: [{t: 0}, {t: 1.0e-300}]", "at least 1e-06 s apart"),
-        ("motion: [{t: 0}, {t: 1.0e-9, position: [1, 0, 0]}]", "at least 1e-06 s apart"),
         ("motion: [{t: false}, {t: true}]", "false is no number"),
         ("motion: [{t: 0, position: [yes, 0, 0]}]", "true is no number"),
         ("motion: []", "are none"),
-        ("motion: [], position: [0, 0, 1]", "not both|are none"),
-        ("speed_limit: true", "true is no number"),
-        ("motion: [{t: 0, position: [0, 0, .nan]}]", "motion.0.position"),
-        ("motion: [{t: 0, where: [0, 0, 0]}]", "where"),
         ("position: [0, 0, 0], motion: [{t: 0}]", "not both"),
         ("speed_limit: 0.1, motion: [{t: 0}]", "not both"),
         ("speed_limit: -1", "speed_limit"),
@@ -137,10 +122,3 @@ def test_a_scene_file_that_says_it_wrongly(tmp_path: Path, more: str, words: str
     with pytest.raises(PlannerError, match=words) as caught:
         Scene.load(str(path))
     assert "\n" not in str(caught.value)
-
-
-def test_what_is_carried_does_not_move_by_itself(tmp_path: Path) -> None:
-    path = tmp_path / "held.yaml"
-    path.write_text("carried: [{link: hand, name: x, type: sphere, radius: 0.1, speed_limit: 0.1}]")
-    with pytest.raises(SceneError, match="speed_limit"):
-        Scene.load(str(path))

@@ -63,11 +63,6 @@ def test_a_hollow_body_is_hollow() -> None:
     assert inside(room, (0, 0, 0), (1.2, 0, 0), (2, 0, 0)) == [False, True, False]
 
 
-def test_pieces_that_overlap_are_one_solid() -> None:
-    both = together(box(1.0), box(1.0, (0.5, 0, 0)))
-    assert inside(both, (0.25, 0, 0), (-0.4, 0, 0), (0.9, 0, 0), (1.2, 0, 0)) == [True, True, True, False]
-
-
 def test_an_open_mesh_encloses_nothing() -> None:
     lidless = Mesh(CUBE.vertices, CUBE.triangles[:-1])
     assert not is_watertight(lidless)

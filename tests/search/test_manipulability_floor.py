@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from planner import gabf
 from planner.base.resolutions import W_STATES_PER_EDGE
@@ -19,10 +22,11 @@ from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
-from planner.search.manipulability_floor import LayeredNetwork, first_violation, layered_network, rounded_down
-from planner.search.network import build_network
+from planner.search.manipulability_floor import first_violation, highest_floor, layered_network, rounded_down
+from planner.search.network import build_network, edge_rows
 from planner.trajectory.measure import dense_path
-from tests.worlds import load, small_plan
+from tests.random_shapes import QUICK
+from tests.worlds import load, post_roadmap, small_plan
 
 
 def invented(seed: int, n: int = 9, floor: float = 0.5) -> Roadmap:
@@ -102,26 +106,6 @@ def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None
     assert min(x[layered.starts]) == pytest.approx(best, rel=1e-9)
 
 
-def test_these_brute_force_cases_differ_from_having_no_floor() -> None:
-    counts = {"none": 0, "longer": 0, "same": 0}
-    for seed in range(25):
-        roadmap = invented(seed)
-        network = build_network(roadmap, 0.5)
-        free = gabf.oracle(network)[roadmap.starts].min()
-        layered = layered_network(roadmap, network, 0.5)
-        held = gabf.oracle(layered.network)[layered.starts].min()
-        counts["none" if np.isinf(held) else "longer" if held > free + 1e-9 else "same"] += 1
-    assert min(counts.values()) >= 2, counts
-
-
-def test_without_a_floor_the_course_is_the_roadmap() -> None:
-    roadmap = invented(3)
-    network = build_network(roadmap, 0.5)
-    layered = layered_network(roadmap, network)
-    assert layered.network is network
-    np.testing.assert_array_equal(layered.roadmap_node, np.arange(len(roadmap.nodes)))
-
-
 @pytest.mark.parametrize("charge", ["nodes", "edges"])
 def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> None:
     floor = 0.05  # start and goal of the paper's scenario lie below
@@ -139,23 +123,6 @@ def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> No
     v = manipulability(plain.robot, dense_path(plain.path, 1e-3))
     above = np.flatnonzero(v >= floor)
     assert not len(above) or v[above[0] : above[-1]].min() < floor
-
-
-def test_a_floor_that_no_path_keeps_is_an_outcome_of_its_own(tmp_path: Path) -> None:
-    """With q2 above 0 at the start and below 0 at the goal every path passes w = 0."""
-    request = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60)
-    free = plan(request)
-    assert free.outcome is Outcome.SOLVED
-    kept = tmp_path / "roadmap.npz"
-    save_roadmap(free.roadmap, kept)
-    for held in (
-        request.with_options(min_manipulability=0.05, roadmap=kept),
-        request.with_options(min_manipulability=0.05),
-    ):
-        found = plan(held)
-        assert found.outcome is Outcome.TOO_SINGULAR
-        assert found.outcome.exit_code == 4
-        assert "--min-manipulability" in found.outcome.value
 
 
 def test_breach_names_the_segment() -> None:
@@ -177,12 +144,6 @@ def test_rounding_never_goes_up(w, down):
     assert rounded_down(w) <= w
 
 
-def test_the_field_of_a_node_with_copies_is_the_least_and_of_one_without_none() -> None:
-    network = gabf.Network.from_arcs(np.array([0]), np.array([1]), np.ones(1), np.array([1]), 5, kernel=gabf.Additive())
-    layered = LayeredNetwork(network, np.array([0, 1, 3, 1, 0]), np.zeros(1, dtype=int))
-    assert layered.on_roadmap(np.array([5.0, 2.0, 4.0, 1.0, 6.0])).tolist() == [5.0, 1.0, np.inf, 4.0]
-
-
 def test_w_of_zero_between_two_samples_is_seen() -> None:
     """The elbow of a planar arm goes straight: w = 0 there, above the floor at the nearest samples on either side."""
     robot = load("planar_2r")
@@ -193,3 +154,60 @@ def test_w_of_zero_between_two_samples_is_seen() -> None:
     for before in (4e-4, 5e-5):  # low at a corner, zero on the segment after it
         corner = np.array([[0.0, -0.5], [0.0, -before], [0.0, 0.5]])
         assert first_violation(robot, corner, 0.02 * before) == 1
+
+
+# the highest floor
+
+
+@cache
+def dense_minima() -> np.ndarray:
+    """The smallest w on every edge of the post's roadmap, at 400 states."""
+    a, b = (post_roadmap().nodes[rows] for rows in post_roadmap().edges.T)
+    states = a[:, None] + np.linspace(0, 1, 400)[:, None] * (b - a)[:, None]
+    return manipulability(load("planar_2r"), states.reshape(-1, 2)).reshape(len(a), -1).min(axis=1)
+
+
+@QUICK
+@given(st.integers(0, 2**31), st.booleans())
+def test_the_highest_floor_is_that_of_the_widest_path_by_floyd_and_warshall(seed: int, directed: bool) -> None:
+    rng, n = np.random.default_rng(seed), 60
+    start, goal = rng.choice(n, 2, replace=False)
+    roadmap = replace(post_roadmap(), starts=np.array([start]), goals=np.array([goal]))
+    network = build_network(roadmap)
+    if directed:
+        network = network.without_arcs(np.flatnonzero(rng.random(network.n_arcs) < 0.5))
+    width = np.full((n, n), -1.0)
+    rows = edge_rows(roadmap, network.tails, network.indices)
+    width[network.tails, network.indices] = dense_minima()[rows]
+    for k in range(n):
+        width = np.maximum(width, np.minimum(width[:, k, None], width[k]))
+    widest, floor = width[start, goal], highest_floor(load("planar_2r"), roadmap, network)
+    if widest < 0:
+        assert floor == 0.0
+    else:
+        assert 0.85 * widest - 0.01 <= floor <= widest + 0.01
+
+
+def test_below_what_was_asked_a_plan_keeps_to_the_highest_floor(tmp_path: Path) -> None:
+    """Paths may begin and end below it; where the ends lie above, it is the widest path's."""
+    found = small_plan()
+    robot, roadmap, network = found.robot, found.roadmap, build_network(found.roadmap, found.request.quality.objective)
+    ends = float(roadmap.manipulability[[*roadmap.starts, *roadmap.goals]].min())
+    top = float(roadmap.edge_manipulability.max())
+    widest, below_ends, near, far = (
+        highest_floor(robot, roadmap, network, asked) for asked in (None, ends, top, 1000.0 * top)
+    )
+    assert 0.85 * min(widest, ends) < below_ends < ends
+    assert far == near >= widest  # what is found does not hang on how far above all w the floor was
+    save_roadmap(roadmap, tmp_path / "kept.npz")
+    for floor in (below_ends, near):
+        again = plan(nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=floor, effort=0)
+        assert len(again.path)
+        assert first_violation(robot, again.path, floor) is None
+
+
+def test_no_floor_is_found_where_every_path_passes_zero() -> None:
+    """The post's start and goal have q2 of opposite signs."""
+    roadmap = post_roadmap()
+    assert highest_floor(load("planar_2r"), roadmap, build_network(roadmap), 0.1) == 0.0
+    assert highest_floor(load("planar_2r"), roadmap, build_network(roadmap)) < 1e-6

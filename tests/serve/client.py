@@ -1,4 +1,4 @@
-"""A client for tests: JSON or msgpack, and the code of the page that tells users how."""
+"""A client for tests, and the code of the page that tells users how."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-import msgpack
 from websockets.sync.client import ClientConnection, connect
 
 TOKEN = "0123456789abcdef-secret"
@@ -23,12 +22,12 @@ class Refused(Exception):
 class Client:
     """Asks, and keeps the ``events`` that come meanwhile."""
 
-    def __init__(self, address: str, packed: bool = False, token: str = TOKEN, **more: Any) -> None:
+    def __init__(self, address: str, token: str = TOKEN, **more: Any) -> None:
         self._held = ExitStack()
         more["additional_headers"] = {"Authorization": f"Bearer {token}"}
         self.socket: ClientConnection = connect(address, compression=None, **more)
         self._held.enter_context(self.socket)
-        self.packed, self.events, self._ids = packed, list[dict[str, Any]](), itertools.count(1)
+        self.events, self._ids = list[dict[str, Any]](), itertools.count(1)
 
     def __enter__(self) -> Client:
         return self
@@ -40,16 +39,12 @@ class Client:
         """Ask; the request's id."""
         name = next(self._ids)
         message = {"id": name, "method": method, "params": params} | ({"timeout": timeout} if timeout else {})
-        frame = msgpack.packb(message) if self.packed else json.dumps(message)
-        assert frame is not None
-        self.socket.send(frame)
+        self.socket.send(json.dumps(message))
         return name
 
     def read(self, patience: float | None = 60.0) -> dict[str, Any]:
         """The next message."""
-        frame = self.socket.recv(timeout=patience)
-        assert isinstance(frame, bytes) == self.packed
-        return msgpack.unpackb(frame) if isinstance(frame, bytes) else json.loads(frame)
+        return json.loads(self.socket.recv(timeout=patience))
 
     def answer(self, name: object) -> dict[str, Any]:
         """The answer to a request; :class:`Refused` for an error."""

@@ -6,32 +6,31 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.problem.request import PlanRequest, WorldRequest
+from planner.problem.request import PlanRequest
 from planner.problem.targets import Joints
 from planner.query.query import Query, resolve_query
 from planner.roadmap.growth_settings import GrowthSettings
-from planner.robot.scene import Scene
-from planner.session.answer import Moment, Planning, answered
-from planner.session.live_world import LiveWorld
-from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
+from planner.session.answer import Planning, answered
+from planner.session.live_roadmap import LiveRoadmap
+from tests.worlds import POST_GOAL, POST_START, make_post, post_roadmap
 
 PLANNING = Planning(PlanRequest.from_options(nodes=60, effort=0), gabf.SingularityFree(), GrowthSettings())
 
 
-def bare(scene: Scene | None = None) -> LiveWorld:
-    return LiveWorld.of(WorldRequest(load("planar_2r"), scene or make_post().world.scene))
+def bare() -> LiveRoadmap:
+    return LiveRoadmap.of(make_post())
 
 
-def query(live: LiveWorld, start: np.ndarray = POST_START, goal: np.ndarray = POST_GOAL) -> Query:
+def query(live: LiveRoadmap, start: np.ndarray = POST_START, goal: np.ndarray = POST_GOAL) -> Query:
     return resolve_query(live.checker, Joints(tuple(start)), [Joints(tuple(goal))], 1, (1e-6, 1e-4))
 
 
 def test_the_first_query_grows_the_roadmap_that_a_plan_would() -> None:
     live = bare()
-    moment, answer = answered(Moment(live, np.zeros(0)), query(live), PLANNING)
-    assert moment.live.roadmap.sha256 == post_roadmap().sha256
+    moment, answer = answered(live, query(live), PLANNING)
+    assert moment.roadmap.sha256 == post_roadmap().sha256
     assert answer.solved
-    assert answer.goal == "there"
+    assert answer.goal == "q:1.0,-0.8"
     assert answer.max_error_vs_oracle is not None
     assert answer.max_error_vs_oracle <= 1e-9
     assert answer.cost is not None
@@ -40,10 +39,10 @@ def test_the_first_query_grows_the_roadmap_that_a_plan_would() -> None:
 
 def test_later_queries_add_little_and_heal_the_field_of_before() -> None:
     live = bare()
-    first, _ = answered(Moment(live, np.zeros(0)), query(live), PLANNING)
-    n = len(first.live.roadmap.nodes)
+    first, _ = answered(live, query(live), PLANNING)
+    n = len(first.roadmap.nodes)
     second, answer = answered(first, query(live, POST_START + 0.05), PLANNING)
-    guests = len(second.live.roadmap.nodes) - n  # the new start, and the straight motion from it to the goal
+    guests = len(second.roadmap.nodes) - n  # the new start, and the straight motion from it to the goal
     assert 1 <= guests < 12
     assert answer.replanned is not None
     assert answer.replanned.nodes_grown == 0
@@ -51,4 +50,4 @@ def test_later_queries_add_little_and_heal_the_field_of_before() -> None:
     again, same = answered(second, query(live, POST_START + 0.05), PLANNING)
     assert same.edges.proven == 0
     np.testing.assert_array_equal(same.path, answer.path)
-    assert len(again.live.roadmap.nodes) == n + guests
+    assert len(again.roadmap.nodes) == n + guests

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,27 +22,43 @@ POST = (Box((0.1, 0.02, 0.2)), pose([0.75, 0, 0]))
 
 def world_of(*items, carried=()) -> World:
     robot = with_carried(ROBOT, carried) if carried else ROBOT
-    return make_checker(robot, scene_of(*items)).world
+    return make_checker(robot, replace(scene_of(*items), carried=carried)).world
 
 
 def test_clauses_come_and_go_with_their_parts() -> None:
-    world = world_of(POST)
+    world, more = world_of(POST), world_of(POST, (Sphere(0.1), pose([-0.5, 0.5, 0])))
     proofs = EdgeProofs.of(world, np.array([0.1, 0.2])).confirmed(np.array([0]))
-    two = proofs.in_world(world_of(POST, (Sphere(0.1), pose([-0.5, 0.5, 0]))))
+    two = proofs.in_world(world, more)
     assert two.open.all()
-    back = two.in_world(world)
+    back = two.in_world(more, world)
     assert back.free.all()
     np.testing.assert_array_equal(back.known, proofs.known)
     np.testing.assert_array_equal(back.seen, proofs.seen)
-    renewed = proofs.in_world(world, other="thing0")
-    assert renewed.open.all(), "what is something else now is not known"
+
+
+@pytest.mark.parametrize("change", ["shape", "allowed", "carried", "touch_links"])
+def test_a_part_that_is_another_than_before_is_not_known(change: str) -> None:
+    ball = Carried("link_2", "thing0", Sphere(0.05), pose([0.45, 0, 0]), ("link_2",))
+    post, held = world_of(POST), world_of(carried=(ball,))
+    allowed = replace(post.scene, allowed=frozenset((frozenset(("thing0", "link_2")),)))
+    before, after = {
+        "shape": (post, world_of((Box((0.1, 0.03, 0.2)), POST[1]))),
+        "allowed": (post.among(allowed, ROBOT), post),
+        "carried": (post, held),
+        "touch_links": (held, world_of(carried=(replace(ball, touch_links=()),))),
+    }[change]
+    proofs = EdgeProofs.of(before, np.array([0.1, 0.2]))
+    assert proofs.free.all()
+    assert proofs.in_world(before, after).open.all()
+    assert proofs.in_world(before, before).free.all()
 
 
 def test_only_what_is_open_is_proven_and_the_result_is_that_of_proving_all() -> None:
     checker = make_checker(ROBOT, scene_of(POST, (Sphere(0.08), pose([-0.5, 0.5, 0]))))
     roadmap = post_roadmap()
     rows = np.arange(0, len(roadmap.edges), 4)
-    before = EdgeProofs.of(world_of(POST), roadmap.clearance).in_world(checker.world)
+    alone = world_of(POST)
+    before = EdgeProofs.of(alone, roadmap.clearance).in_world(alone, checker.world)
     after = before.proven(EdgeProver(checker), roadmap, rows)
     a, b = roadmap.nodes[roadmap.edges[rows, 0]], roadmap.nodes[roadmap.edges[rows, 1]]
     free = EdgeProver(checker).prove(a, b - a).free

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+import planner
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
 from planner.collision.moving_prover import moving_world
@@ -15,10 +16,6 @@ from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Obstacle, Sphere
 from planner.session.session import Session
-from planner.trajectory.check import TrajectoryReport, check_trajectory
-from planner.trajectory.limits import MotionLimits
-from planner.trajectory.points import Points
-from planner.trajectory.report import report_record, report_rows, verdict_sentence
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
@@ -109,21 +106,14 @@ def test_a_check_of_a_trajectory_sees_what_moves() -> None:
     session = fresh(CART, DOG)
     good = session.plan_in_time(POST_START, POST_GOAL).trajectory
     assert good is not None
-    limits = MotionLimits.of(session.robot)
-
-    def check(trajectory: Trajectory) -> TrajectoryReport:
-        rows = [trajectory.knots(order) for order in range(3)]
-        points = Points(trajectory.joints, trajectory.times, tuple(rows), limits)
-        return check_trajectory(session.checker, points, limits)
-
-    report = check(good)
+    report = planner.check(good, checker=session.checker)
     assert report.ok
-    rows = dict(report_rows(report))
+    rows = dict(report.rows())
     assert rows["known motions"] == f"{len(good.coefficients)} of {len(good.coefficients)} pieces proven clear of cart"
     assert rows["horizon"].startswith("no contact before")
-    assert report_record(report)["horizon"]["free_until"] == good.proof["horizon"]["free_until"]
+    assert report.to_dict()["horizon"]["free_until"] == good.proof["horizon"]["free_until"]
     early = fresh().plan_in_time(POST_START, POST_GOAL).trajectory
     assert early is not None
-    report = check(early)
+    report = planner.check(early, checker=session.checker)
     assert not report.ok
-    assert "cart" in verdict_sentence(report)
+    assert "cart" in report.sentence

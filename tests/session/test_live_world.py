@@ -1,45 +1,107 @@
-"""Changes of a world: each gives a new whole and leaves the old one, or an error and nothing."""
+"""Changes of a world: session and gate know each of them, and what a session knows then holds."""
 
 from __future__ import annotations
+
+from contextlib import suppress
 
 import numpy as np
 import pytest
 
 from planner.base.errors import SceneError
+from planner.collision import make_checker
+from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.forward import tool_pose
 from planner.problem.request import WorldRequest
+from planner.roadmap.roadmap import segments
+from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
-from planner.robot.shapes import Carried, Obstacle, Sphere
+from planner.robot.shapes import Box, Carried, Obstacle, Sphere
+from planner.session.gate import Gate
 from planner.session.live_world import LiveWorld
-from tests.worlds import load, make_post
+from planner.session.session import Session
+from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 FAR = Obstacle("far", Sphere(0.1), pose([0.0, 0.0, 3.0]))
 Q = np.array([0.5, 1.0])
 
 
-def bare() -> LiveWorld:
-    return LiveWorld.of(WorldRequest(load("planar_2r"), make_post().world.scene))
-
-
-def names(world: LiveWorld) -> list[str]:
-    return [obstacle.name for obstacle in world.scene.obstacles]
+def world() -> LiveWorld:
+    return LiveWorld(WorldRequest(load("planar_2r"), make_post().world.scene))
 
 
 def test_what_is_attached_moves_with_the_arm_and_is_put_down_where_it_is_held() -> None:
-    world = bare().add(FAR)
-    held = world.attach("far", "link_2", (), Q)
-    assert names(held) == ["thing0"]
-    assert [item.name for item in held.scene.carried] == ["far"]
-    np.testing.assert_allclose(held.detach("far", Q).scene.obstacles[-1].placement, FAR.placement, atol=1e-12)
-    turned = held.detach("far", Q + np.array([0.7, 0.0])).scene.obstacles[-1].placement
-    turn = pose(rpy=[0.0, 0.0, 0.7])
-    np.testing.assert_allclose(turned, turn @ FAR.placement, atol=1e-12)
+    live = world()
+    live.add(FAR)
+    live.attach("far", "link_2", Q)
+    held = live.checker
+    assert [obstacle.name for obstacle in live.scene.obstacles] == ["thing0"]
+    assert [item.name for item in live.scene.carried] == ["far"]
+    for turn in (0.0, 0.7):
+        live.restore(held)
+        live.detach("far", Q + np.array([turn, 0.0]))
+        placement = pose(rpy=[0.0, 0.0, turn]) @ FAR.placement
+        np.testing.assert_allclose(live.scene.obstacles[-1].placement, placement, atol=1e-12)
 
 
 def test_what_the_scene_says_is_carried_is() -> None:
     ball = Carried("link_2", "ball", Sphere(0.05), pose([0.45, 0, 0]), ("link_2",))
-    world = LiveWorld.of(WorldRequest(load("planar_2r"), Scene("made", (), carried=(ball,))))
-    assert [body.name for body in world.checker.robot.carried] == ["ball"]
-    assert not world.bare.carried
+    live = LiveWorld(WorldRequest(load("planar_2r"), Scene("made", (), carried=(ball,))))
+    assert [body.name for body in live.robot.carried] == ["ball"]
+    assert not live.bare.carried
     with pytest.raises(SceneError, match="it is carried: detach it first"):
-        world.remove("ball")
+        live.remove("ball")
+
+
+def test_a_gate_and_a_session_of_one_world_know_every_change() -> None:
+    session = Session(load("planar_2r"), make_post().world.scene, post_roadmap())
+    gate = Gate(session.world)
+    path = session.plan(POST_START, POST_GOAL).path
+    chunk = {"times": np.arange(len(path)) * 60.0, "stop": False}
+    assert gate.check(path, **chunk).safe
+    revision = gate.world.now[1]
+    session.add(Obstacle("ball", Sphere(0.05), tool_pose(session.robot, path[1]).homogeneous))
+    verdict = gate.check(path, **chunk)
+    assert not verdict.safe
+    assert verdict.revision == gate.world.now[1] > revision
+    assert not session.holds()
+    gate.remove("ball")
+    np.testing.assert_array_equal(session.replan().path, path)
+    with pytest.raises(SceneError, match="known motion"):
+        gate.add(MovingObstacle("cart", Sphere(0.1), KnownMotion([0, 1], [pose(), pose()])))  # type: ignore[arg-type]
+    assert gate.check(path, **chunk).safe
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_session_that_looks_away_knows_what_one_that_looks_knows(seed: int) -> None:
+    """Any changes, made behind its back: what is free then is what a prover of the whole world proves."""
+    rng, session = np.random.default_rng(seed), Session(load("planar_2r"), make_post().world.scene, post_roadmap())
+    live = session.world
+    for _ in range(8):
+        for _ in range(rng.integers(1, 6)):
+            change_at_random(live, rng)
+        known = session.live
+        known = known.proven(np.flatnonzero(known.proofs.open))
+        proofs = EdgeProver(make_checker(live.robot, live.scene)).prove(
+            *segments(known.roadmap, live.robot, np.arange(len(known.roadmap.edges)))
+        )
+        np.testing.assert_array_equal(known.proofs.free, proofs.free)
+        if rng.integers(2):
+            session._known = known
+
+
+def change_at_random(live: LiveWorld, rng: np.random.Generator) -> None:
+    names, carried = [item.name for item in live.scene.obstacles], [item.name for item in live.scene.carried]
+    place, q = [*rng.uniform(-0.9, 0.9, 2), 0.0], rng.uniform(-2.0, 2.0, 2)
+    with suppress(SceneError):
+        match rng.integers(5):
+            case 0:
+                live.add(Obstacle(f"box {rng.integers(3)}", Box(tuple(rng.uniform(0.02, 0.15, 3))), pose(place)))
+            case 1 if names:
+                live.remove(str(rng.choice(names)))
+            case 2 if names:
+                live.attach(str(rng.choice(names)), "link_2", q, [["link_2"], ["link_1", "link_2"]][rng.integers(2)])
+            case 3 if carried:
+                live.detach(str(rng.choice(carried)), q)
+            case _ if names:
+                live.move(str(rng.choice(names)), place)

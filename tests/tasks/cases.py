@@ -9,8 +9,9 @@ import numpy as np
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Cylinder, Obstacle
-from planner.tasks.file import Grasp, Move, Pick, Place, Region, Task, tool_at
 from planner.tasks.plan import TaskPlanner
+from planner.tasks.sampling import tool_at
+from planner.tasks.task import Grasp, Move, Pick, Place, Task
 
 TABLE = Obstacle("table", Box((0.9, 1.6, 0.04)), pose((0.55, 0.0, -0.02)))
 BOARD = Obstacle("board", Box((0.3, 0.3, 0.02)), pose((0.5, 0.35, 0.21)))
@@ -20,7 +21,7 @@ SCENE = Scene("small", (TABLE, BOARD, POST, MUG))
 
 
 def _grasp(position, approach, closing) -> Grasp:
-    return Grasp(tool_at(np.array(position), np.array(approach), np.array(closing)), 0.06)
+    return Grasp.from_matrix(tool_at(np.array(position), np.array(approach), np.array(closing)), 0.06)
 
 
 GRASPS = (
@@ -28,7 +29,7 @@ GRASPS = (
     _grasp((0.0, 0.0, 0.1), (0.0, 0.0, -1.0), (0.6, 0.8, 0.0)),
     _grasp((0.0, 0.0, 0.1), (0.6, 0.0, -0.8), (0.0, 1.0, 0.0)),
 )
-ON_BOARD = Place("mug", Region("board", ((0.36, 0.21), (0.64, 0.49)), samples=2))
+ON_BOARD = Place("mug", "board", ((0.36, 0.21), (0.64, 0.49)), samples=2)
 SMALL = Task("panda", SCENE, (Pick("mug", GRASPS), ON_BOARD, Move("home")))
 
 TINY = Task("planar_2r", Scene("nothing"), (Move("home"),))

@@ -7,10 +7,8 @@ import pytest
 
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
-from planner.tasks.file import GripperSaid, Region, TaskError
-from planner.tasks.grasps import MOST, generated
-from planner.tasks.gripper import gripper_of
-from planner.tasks.placements import extent, in_region
+from planner.tasks.sampling import MOST, extent, generate_grasps, gripper_of, place_in_region
+from planner.tasks.task import Gripper, Place, TaskError
 from tests.worlds import load
 
 SHAPES = {
@@ -46,16 +44,16 @@ def gaps(shape, pose_: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", SHAPES)
 def test_fingers_close_across_the_object(name: str) -> None:
     shape = SHAPES[name]
-    found = generated(name, shape, 0.08)
+    found = generate_grasps(name, shape, 0.08)
     assert 40 <= len(found) <= MOST
-    assert len({grasp.pose.round(9).tobytes() for grasp in found}) == len(found)
+    assert len({grasp.tool.round(9).tobytes() for grasp in found}) == len(found)
     for grasp in found[:: max(1, len(found) // 25)]:
-        turn = grasp.pose[:3, :3]
+        turn = grasp.tool[:3, :3]
         np.testing.assert_allclose(turn.T @ turn, np.eye(3), atol=1e-12)
         assert np.linalg.det(turn) == pytest.approx(1.0)
         assert grasp.opening is not None
         assert grasp.opening <= 0.078
-        left, right, behind = gaps(shape, grasp.pose)
+        left, right, behind = gaps(shape, grasp.tool)
         assert left == pytest.approx(right, abs=0.012)  # the tool is in the middle between the fingers
         assert left + right <= grasp.opening + 1e-3
         assert 0.0 < behind <= 0.06  # towards the palm the object ends soon
@@ -64,41 +62,35 @@ def test_fingers_close_across_the_object(name: str) -> None:
 def test_what_is_too_wide_is_refused_and_a_box_is_held_by_its_narrow_sides_only() -> None:
     for shape in (Box((0.1, 0.1, 0.1)), Sphere(0.05), Cylinder(0.05, 0.1), Capsule(0.05, 0.1)):
         with pytest.raises(TaskError, match=r"'it' is wider than the gripper opens \(0.08 m\)"):
-            generated("it", shape, 0.08)
-    for grasp in generated("it", Box((0.05, 0.12, 0.2)), 0.08):
-        np.testing.assert_allclose(np.abs(grasp.pose[:3, 1]), [1, 0, 0], atol=1e-12)
+            generate_grasps("it", shape, 0.08)
+    for grasp in generate_grasps("it", Box((0.05, 0.12, 0.2)), 0.08):
+        np.testing.assert_allclose(np.abs(grasp.tool[:3, 1]), [1, 0, 0], atol=1e-12)
 
 
-def test_of_a_mesh_no_grasps_are_generated() -> None:
+def test_of_a_mesh_no_grasps_are_generate_grasps() -> None:
     mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]))
     with pytest.raises(TaskError, match="'part' is a mesh, of which no grasps are generated: give its 'grasps'"):
-        generated("part", mesh, 0.08)
-
-
-def test_a_tool_that_does_not_close_stays_at_the_surface() -> None:
-    for grasp in generated("it", Box((0.2, 0.3, 0.4)), None):
-        inside = np.abs(grasp.pose[:3, 3]) - np.array([0.1, 0.15, 0.2])
-        assert inside.max() == pytest.approx(0.0, abs=1e-12)
+        generate_grasps("part", mesh, 0.08)
 
 
 def test_the_pandas_gripper_is_read_from_its_joints() -> None:
-    found = gripper_of(load("panda"), GripperSaid())
+    found = gripper_of(load("panda"), Gripper())
     assert found.opening == pytest.approx(0.08)
     assert found.touch == ("panda_leftfinger", "panda_rightfinger")
     assert found.values(0.02) == pytest.approx({"panda_finger_joint1": 0.01, "panda_finger_joint2": 0.01})
     assert found.values(None) == pytest.approx({"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0})
-    said = gripper_of(load("panda"), GripperSaid(opening=0.05, touch=("panda_hand",)))
+    said = gripper_of(load("panda"), Gripper(opening=0.05, touch=("panda_hand",)))
     assert (said.opening, said.touch) == (0.05, ("panda_hand",))
-    bare = gripper_of(load("iiwa14"), GripperSaid())
-    assert (bare.open, bare.opening, len(bare.touch)) == ({}, None, 1)
+    bare = gripper_of(load("iiwa14"), Gripper())
+    assert (bare.open, bare.opening, len(bare.touch or ())) == ({}, None, 1)
 
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_placements_lie_within_the_region_and_touch_nothing(name: str) -> None:
     board = Obstacle("board", Box((0.5, 0.6, 0.02)), pose((0.4, 0.1, 0.3)))
     item = Obstacle(name, SHAPES[name], pose((0, 0, 0), rpy=(0.5, 0.2, 0.1)))
-    region = Region("board", ((0.2, 0.0), (0.5, 0.25)), samples=12)
-    places = in_region(item, region, [board], margin=0.0)
+    step = Place(name, "board", ((0.2, 0.0), (0.5, 0.25)), samples=12)
+    places = place_in_region(item, step, [board], margin=0.0)
     assert len(places) == 12
     assert len({place.pose.round(6).tobytes() for place in places}) == 12
     for place in places:
@@ -107,5 +99,5 @@ def test_placements_lie_within_the_region_and_touch_nothing(name: str) -> None:
         assert (high[:2] <= np.array([0.5, 0.25]) + 1e-12).all()
         assert low[2] == pytest.approx(0.311)
         np.testing.assert_allclose(place.pose[2, :3], item.placement[2, :3], atol=1e-12)  # turned about z alone
-    again = in_region(item, region, [board], margin=0.0)
+    again = place_in_region(item, step, [board], margin=0.0)
     assert all(np.array_equal(a.pose, b.pose) for a, b in zip(places, again, strict=True))

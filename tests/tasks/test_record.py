@@ -12,7 +12,7 @@ import pytest
 
 from planner.problem.request import TimingRequest
 from planner.tasks.plan import task
-from planner.tasks.record import TaskPlanRecord
+from planner.tasks.result import TaskPlanRecord
 from tests.planning.records import as_written, spoilt, unknown_keys
 from tests.tasks.cases import SCENE, SMALL, small
 from tests.worlds import load

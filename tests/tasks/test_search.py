@@ -44,7 +44,7 @@ def dijkstra(network: TaskNetwork, cost, usable) -> float:
 
 def proven_eagerly(planner: TaskPlanner) -> np.ndarray:
     """(arcs,) which arcs are free in their mode, by one prover of everything in it and no memory of other modes."""
-    network, modes = planner.network, planner.options.modes
+    network, modes = planner.network, planner.candidates.modes
     assert network is not None
     free = np.zeros(len(network.tails), dtype=bool)
     for number, mode in enumerate(network.modes):
@@ -75,13 +75,13 @@ def test_costs_as_much_as_the_best_of_all_combinations_one_by_one(brute, beta: f
     planner, free = brute
     network = planner.network
     cost = (1 - beta) * network.costs[:, 0] + beta * network.costs[:, 1]
-    picks = {way.option.grasp for way in network.ways if way.step == 0}
-    places = {way.option.place for way in network.ways if way.step == 1}
+    ways = [(way, way.candidate.grasp, way.candidate.place) for way in network.transitions if way.step < 2]
+    picks = {grasp for way, grasp, _ in ways if way.step == 0}
+    places = {place for way, _, place in ways if way.step == 1}
     assert (len(picks), len(places)) == (3, 2)
     totals = {}
     for grasp, place in itertools.product(picks, places):
-        others = [w for w in network.ways if w.step < 2 and (w.option.grasp != grasp or w.option.place != place)]
-        barred = [w.first for w in others if w.step == 1 or w.option.grasp != grasp]
+        barred = [way.first for way, g, p in ways if g != grasp or (way.step == 1 and p != place)]
         usable = free & ~np.isin(network.heads, barred)
         totals[grasp, place] = dijkstra(network, cost, usable)
     found = planner.plan(beta=beta)
@@ -94,14 +94,14 @@ def test_costs_as_much_as_the_best_of_all_combinations_one_by_one(brute, beta: f
 def test_what_modes_share_is_refused_and_what_they_do_not_share_too(brute) -> None:
     """The proofs of parts say together what one prover of all says."""
     planner, free = brute
-    found, modes = planner.plan(), planner.options.modes
+    found, modes = planner.plan(), planner.candidates.modes
     network = planner.network
     for number, mode in enumerate(network.modes):
         arcs = network.of_mode[number]
         verdict = verdicts(modes, mode, network.motion[arcs])
         assert not (free[arcs] & (verdict == BLOCKED)).any()
         assert not (~free[arcs] & (verdict == FREE)).any()
-    assert found.refused > 0
+    assert found.modes.arcs_refused > 0
     held = [m for m in network.modes if m.held is not None]
     assert any(
         (verdicts(modes, m, network.motion[network.of_mode[network.modes.index(m)]]) == BLOCKED).any() for m in held
@@ -118,35 +118,6 @@ def test_another_start_is_answered_on_what_is_known(brute) -> None:
     more = replace(planner, search=planner.search.started(network))
     cost = network.costs.mean(axis=1)
     assert found.cost.total == pytest.approx(dijkstra(network, cost, proven_eagerly(more)), rel=1e-9)
-
-
-def test_the_progress_of_the_search_ends_at_its_total(brute) -> None:
-    seen = []
-    brute[0].plan(progress=Progress(lambda stage, done, total: seen.append((stage, done, total))))
-    last = {stage: (done, total) for stage, done, total in seen}
-    assert "modes" in last
-    assert all(done == total for done, total in last.values())
-
-
-@pytest.mark.parametrize("number", [3, 17, 70])
-def test_arcs_of_another_start_are_numbered_as_its_network_has_them(brute, number: int) -> None:
-    """A refused arc is taken out by its number: of an order of their own others went, and the search never ended."""
-    network = brute[0].plan(start=brute[0].roadmap.nodes[number]).network
-    np.testing.assert_array_equal(network.at(0.5).indices, network.heads)
-    np.testing.assert_array_equal(network.at(0.5).tails, network.tails)
-
-
-def test_what_all_motions_keep_is_proven_once_a_motion() -> None:
-    """With those of the arm, and not again in each clause of a mode; a checker of a mode knows of it."""
-    task = replace(SMALL, scene=replace(SCENE, keep="plane:0,0,1,0.05"))
-    planner = TaskPlanner.of(task, nodes=20, ik_solutions=1)
-    modes = planner.options.modes
-    assert planner.network is not None
-    for mode in planner.network.modes:
-        arm, *others = modes.clauses(mode)
-        assert modes._prover(arm).world.conditions
-        assert not any(modes._prover(clause).world.conditions for clause in others)
-        assert modes.checker_of(mode).world.conditions
 
 
 def test_intervals_of_beta_are_those_of_the_best_proven_path(brute) -> None:
@@ -172,7 +143,7 @@ def test_a_task_that_is_asked_to_stop_says_so() -> None:
 
 def test_what_only_the_object_in_hand_touches_is_gone_round_at_the_least_cost() -> None:
     """A bead where the mug's foot would pass on the best way: refused once it is proven, and still as brute force."""
-    before, robot = small().plan(), small().options.modes.robot
+    before, robot = small().plan(), small().candidates.modes.robot
     attach, way = before.segments[1].path[-1], before.segments[3].path
     hold = np.linalg.inv(tool_pose(robot, attach).homogeneous) @ MUG.placement
     mug = tool_pose(robot, 0.5 * (way[0] + way[1])).homogeneous @ hold
@@ -180,8 +151,9 @@ def test_what_only_the_object_in_hand_touches_is_gone_round_at_the_least_cost() 
     scene = replace(SCENE, obstacles=(*SCENE.obstacles, bead))
     planner = TaskPlanner.of(replace(SMALL, scene=scene), nodes=100, ik_solutions=2)
     found, network = planner.plan(), planner.network
-    assert found.rounds > 1
-    assert found.refused > 0
+    assert found.modes is not None
+    assert found.modes.rounds > 1
+    assert found.modes.arcs_refused > 0
     assert network is not None
     assert found.cost is not None
     best = dijkstra(network, network.costs.mean(axis=1), proven_eagerly(planner))

@@ -1,4 +1,4 @@
-"""A sweep, made once for the tests of its results and of its files."""
+"""A small sweep with several intervals, made once for the tests of its results and of its files."""
 
 from __future__ import annotations
 
@@ -6,13 +6,21 @@ import pytest
 
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.storage import save_roadmap
-from planner.tradeoff.sweep import Tradeoff, sweep
-from tests.tradeoff.posts import asked
+from planner.tradeoff.result import Tradeoff
+from planner.tradeoff.sweep import sweep
+
+POST = """
+obstacles: [{name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}]
+states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}}
+"""
 
 
 @pytest.fixture(scope="session")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
-    return sweep(asked(tmp_path_factory.mktemp("post")))
+    """planar_2r round a post, on 150 nodes: several intervals, and paths between them that no beta reaches."""
+    scene = tmp_path_factory.mktemp("post") / "post.yaml"
+    scene.write_text(POST)
+    return sweep(SweepRequest.from_options(robot="planar_2r", scene=str(scene), nodes=150, seed=2, effort=0))
 
 
 @pytest.fixture(scope="session")

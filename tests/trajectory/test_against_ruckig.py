@@ -16,6 +16,7 @@ from planner.collision import make_checker
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.trajectory.limits import MotionLimits
+from planner.trajectory.stopping import stop_at
 from planner.trajectory.timing import time_path
 from tests.worlds import load, scene_of
 
@@ -63,7 +64,7 @@ def test_no_part_of_a_motion_is_quicker_than_the_optimum() -> None:
 def test_a_stop_is_no_quicker_than_braking_each_joint_alone() -> None:
     motion = time_path(PATH, FREE, LIMITS)
     for t in np.random.default_rng(3).uniform(0.0, motion.duration, size=20).tolist():
-        stop = motion.stop_at(t).trajectory
+        stop = stop_at(motion, t).trajectory
         start, end = ((stop.at(s)[0], stop.at(s, 1)[0]) for s in (0.0, stop.duration))
         best = quickest(start, end, LIMITS, np.full(2, NO_JERK))
         assert best <= stop.duration + 1e-4

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.trajectory.certified_times import CertifiedTimes, TimeGrid, certified_cells
+from planner.trajectory.safe_intervals import CertifiedTimes, TimeGrid, certified_cells
 
 BLOCKED = np.array([[1.1, 1.3], [4.0, 4.01], [9.0, 12.0]])
 

@@ -12,6 +12,7 @@ import planner.trajectory.earliest as module
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
+from planner.collision.looks import Seen
 from planner.collision.moving_prover import TimedProver
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
@@ -21,7 +22,6 @@ from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
 from planner.trajectory.earliest import earliest_motion, why_not_in_time
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.measure import PathContact
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 LIMITS = MotionLimits.of(load("planar_2r"))
@@ -143,7 +143,7 @@ def test_an_edge_that_a_second_look_refuses_is_left_out(monkeypatch: pytest.Monk
     first = earliest_motion(roadmap, checker, LIMITS)
     assert first is not None
     assert first.roadmap is roadmap
-    refused = [PathContact(1, 0.0, POST_START, Contact("a", "b")), None]
+    refused = [Seen(1, 0.0, POST_START, Contact("a", "b")), None]
     monkeypatch.setattr(module, "path_contact", lambda *_: refused.pop(0))
     second = earliest_motion(roadmap, checker, LIMITS)
     assert second is not None

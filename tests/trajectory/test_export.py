@@ -20,7 +20,7 @@ from planner.collision import make_checker
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.trajectory.export import SENDER, SUFFIX, Format, export
-from planner.trajectory.points import read_points
+from planner.trajectory.points import Points, read_motion
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load, scene_of
@@ -37,9 +37,8 @@ FORMATS = [pytest.param(kind, marks=needs_mcap) if kind == "mcap" else kind for 
 def read_back(content: bytes, kind: Format, folder: Path) -> Trajectory:
     path = folder / f"back.{SUFFIX[kind]}"
     path.write_bytes(content)
-    points = read_points(path, ARM)
-    assert points is not None
-    assert points.fault() is None
+    points = read_motion(path, ARM)
+    assert isinstance(points, Points)
     return points.trajectory()
 
 
@@ -144,14 +143,14 @@ def test_what_topic_echo_left_out_is_missed(tmp_path: Path) -> None:
     file, message = tmp_path / "echo.yaml", json.loads(export(MADE, "ros-json"))
     points = message["points"]
     file.write_text(yaml.safe_dump(message) + "---\n" + yaml.safe_dump(message)[:2000])
-    whole = read_points(file, ARM)
-    assert whole is not None
+    whole = read_motion(file, ARM)
+    assert isinstance(whole, Points)
     np.testing.assert_array_equal(whole.times, MADE.times)
     assert whole.notes == ("the first of 2 documents is looked at",)
     for left in ([*points[:128], "..."], "<sequence type: trajectory_msgs/msg/JointTrajectoryPoint, length: 200>"):
         file.write_text(yaml.safe_dump(message | {"points": left}) + "---\n")
         with pytest.raises(PlannerError, match=r"lacks points that 'ros2 topic echo' left out: .* --full-length\.$"):
-            read_points(file, ARM)
+            read_motion(file, ARM)
 
 
 def test_a_file_that_is_cut_within_a_line_says_so(tmp_path: Path) -> None:
@@ -164,12 +163,12 @@ def test_a_file_that_is_cut_within_a_line_says_so(tmp_path: Path) -> None:
         if text[end - 1] == "\n":
             continue
         try:
-            found = read_points(file, ARM)
+            found = read_motion(file, ARM)
         except PlannerError:
             continue
-        assert found is not None
+        assert isinstance(found, Points)
         assert any("the file ends within a line" in note for note in found.notes)
     file.write_text(text)
-    found = read_points(file, ARM)
-    assert found is not None
+    found = read_motion(file, ARM)
+    assert isinstance(found, Points)
     assert found.notes == ()

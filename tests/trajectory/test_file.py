@@ -11,7 +11,7 @@ import pytest
 
 from planner.base.errors import FileError, PlannerError
 from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory, save_trajectory
-from planner.trajectory.points import read_points
+from planner.trajectory.points import Points, read_motion
 from tests.trajectory.test_export import ARM, MADE, A, B
 
 
@@ -26,8 +26,8 @@ def test_our_own_file_comes_back_as_it_was(tmp_path: Path) -> None:
     assert found.limits.to_dict() == MADE.limits.to_dict()
     record = json.loads((tmp_path / TRAJECTORY_NAME).read_text())
     assert record["duration"] == record["points"][-1]["t"] == MADE.duration
-    points = read_points(tmp_path, ARM)
-    assert points is not None
+    points = read_motion(tmp_path, ARM)
+    assert isinstance(points, Points)
     assert points.limits is not None
 
 
@@ -75,4 +75,4 @@ def test_limits_of_no_joints_are_refused(tmp_path: Path) -> None:
     record = json.loads((tmp_path / TRAJECTORY_NAME).read_text())
     (tmp_path / TRAJECTORY_NAME).write_text(json.dumps({**record, "joints": None}))
     with pytest.raises(FileError, match="names no joints, and limits are of joints"):
-        read_points(tmp_path, ARM)
+        read_motion(tmp_path, ARM)

@@ -17,10 +17,8 @@ from planner.problem.request import LimitsRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.trajectory.check import check_trajectory
-from planner.trajectory.export import export
-from planner.trajectory.grid import off_the_curve, on_grid, period_of
+from planner.trajectory.export import export, off_the_curve, on_grid, period_of
 from planner.trajectory.limits import KINDS, USED, MotionLimits
-from planner.trajectory.points import Points
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 from tests.trajectory.exact import largest_shares
@@ -168,10 +166,7 @@ def test_it_is_proven_by_a_checker_only_and_where_it_is() -> None:
     assert fine.proven
     assert fine.limits is made.limits is not None
     assert made.limits is not None
-    report = check_trajectory(checker, Points(ARM.joints, fine.times, fine.columns), made.limits)
-    assert report.ok
-    assert report.proof is not None
-    assert report.proof.whole
+    assert check_trajectory(checker, fine).proven
 
 
 def test_a_floor_is_asked_for_again() -> None:

@@ -118,12 +118,12 @@ def test_the_shares_of_a_request_come_between_a_files_factors_and_the_options(tm
 
 
 BAD_OPTIONS = [
-    ({"acceleration": 0.0}, "acceleration limit 0 "),
-    ({"acceleration": float("nan")}, "acceleration limit nan"),
-    ({"jerk": -1.0}, "jerk limit -1"),
-    ({"jerk": float("inf")}, "jerk limit inf"),
-    ({"velocity_scale": 0.0}, "velocity scale 0"),
-    ({"acceleration_scale": 1.5}, "acceleration scale 1.5"),
+    ({"acceleration": 0.0}, "acceleration must be greater than 0"),
+    ({"acceleration": float("nan")}, "acceleration must be a finite number"),
+    ({"jerk": -1.0}, "jerk must be greater than 0"),
+    ({"jerk": float("inf")}, "jerk must be a finite number"),
+    ({"velocity_scale": 0.0}, "velocity scale must be greater than 0"),
+    ({"acceleration_scale": 1.5}, "acceleration scale must be less than or equal to 1"),
 ]
 BAD_FILES = [
     ("joint_limits: {}", f"has no joint '{A}'"),

@@ -24,8 +24,8 @@ def test_the_first_contact_is_where_a_dense_look_finds_it() -> None:
         assert (found is None) == all(dense)
         if found is not None:
             hits += 1
-            assert found.segment == 0
-            assert found.share == pytest.approx(share[dense.index(False)], abs=2e-3)
+            assert found.piece == 0
+            assert found.s == pytest.approx(share[dense.index(False)], abs=2e-3)
             assert not is_free(checker, found.q)
     assert hits >= 3
 
@@ -36,7 +36,7 @@ def test_a_path_of_one_state_is_looked_at_too() -> None:
     bad = next(each for each in q if not is_free(checker, each))
     found = path_contact(checker, bad[None])
     assert found is not None
-    assert found.share == 0.0
+    assert found.s == 0.0
 
 
 def test_clearance_along_a_path_covers_both_ends() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from planner.base.errors import FileError
-from planner.trajectory.points import read_points
+from planner.trajectory.points import Points, read_motion
 from tests.trajectory.test_export import ARM, A, B
 
 
@@ -64,19 +64,18 @@ def test_what_a_message_says_is_honoured_or_refused(name: str, ending: str, tmp_
     data, words = REFUSED[name]
     (tmp_path / f"a.{ending}").write_text(json.dumps(data))
     with pytest.raises(FileError, match=words) as caught:
-        read_points(tmp_path / f"a.{ending}", ARM)
+        read_motion(tmp_path / f"a.{ending}", ARM)
     assert str(caught.value).endswith((".", "'"))
 
 
 def test_times_are_read_to_the_nanosecond(tmp_path: Path) -> None:
     late = message(time_from_start={"sec": 999_999, "nanosec": 999_999_999})
     (tmp_path / "a.json").write_text(json.dumps(late))
-    points = read_points(tmp_path / "a.json", ARM)
-    assert points is not None
+    points = read_motion(tmp_path / "a.json", ARM)
+    assert isinstance(points, Points)
     assert points.trajectory().nanoseconds.tolist() == [0, 999_999_999_999_999]
     close = message(time_from_start={"sec": 0, "nanosec": 1})
     (tmp_path / "a.json").write_text(json.dumps(close))
-    points = read_points(tmp_path / "a.json", ARM)
-    assert points is not None
-    assert points.fault() is None
+    points = read_motion(tmp_path / "a.json", ARM)
+    assert isinstance(points, Points)
     assert points.trajectory().nanoseconds.tolist() == [0, 1]

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.base.errors import FileError
-from planner.trajectory.path_file import read_joint_path
+from planner.trajectory.points import Points, read_motion
 from tests.random_shapes import QUICK
 from tests.worlds import load, random_q
 
@@ -44,14 +44,15 @@ CSV_FORMS = {
 def test_every_form_gives_the_same_path(form: str, tmp_path: Path) -> None:
     path = tmp_path / ("p.json" if form in JSON_FORMS else "p.CSV")
     path.write_text(json.dumps(JSON_FORMS[form]) if form in JSON_FORMS else CSV_FORMS[form], newline="")
-    np.testing.assert_allclose(read_joint_path(path, ROBOT), ROWS, atol=1e-15)
+    found = read_motion(path, ROBOT)
+    np.testing.assert_allclose(found.columns[0] if isinstance(found, Points) else found, ROWS, atol=1e-15)
 
 
 def test_what_is_left_out_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     (tmp_path / "p.json").write_text(
         json.dumps({"joint_names": [A, "gripper", B], "path": [[a, 0, b] for a, b in ROWS]})
     )
-    read_joint_path(tmp_path / "p.json", ROBOT)
+    read_motion(tmp_path / "p.json", ROBOT)
     assert "positions of gripper are left out: these are no planned joints of planar_2r" in caplog.text
 
 
@@ -63,7 +64,7 @@ def test_columns_in_any_order(tmp_path_factory: pytest.TempPathFactory, seed: in
     path = tmp_path_factory.mktemp("order") / "p.csv"
     names = ",".join(robot.joints[k] for k in order)
     path.write_text("\n".join([names, *(",".join(repr(float(row[k])) for k in order) for row in rows)]))
-    np.testing.assert_array_equal(read_joint_path(path, robot), rows)
+    np.testing.assert_array_equal(read_motion(path, robot), rows)
 
 
 def test_continuous_joints_take_the_shorter_way(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
@@ -72,7 +73,7 @@ def test_continuous_joints_take_the_shorter_way(tmp_path: Path, caplog: pytest.L
     rows = np.tile(robot.home, (3, 1))
     rows[:, 0] = [3.0, -3.0, -2.5]
     (tmp_path / "p.json").write_text(json.dumps(rows.tolist()))
-    path = read_joint_path(tmp_path / "p.json", robot)
+    path = np.asarray(read_motion(tmp_path / "p.json", robot))
     np.testing.assert_allclose(path[:, 0], [3.0, 2 * np.pi - 3.0, 2 * np.pi - 2.5])
     np.testing.assert_allclose(path[:, 1:], rows[:, 1:], atol=1e-15)
     assert "row 1 to row 2 joint 'j2s6s200_joint_1' is taken to turn the shorter way, by 0.283185 rad" in caplog.text
@@ -86,7 +87,7 @@ def test_turns_that_angles_do_not_tell_are_refused(there: float, tmp_path: Path)
     rows[2, 0] = there
     (tmp_path / "p.json").write_text(json.dumps(rows.tolist()))
     with pytest.raises(FileError, match=r"row 2 to row 3 joint 'j2s6s200_joint_1' turns by .* give rows less than"):
-        read_joint_path(tmp_path / "p.json", robot)
+        read_motion(tmp_path / "p.json", robot)
 
 
 BAD = {
@@ -133,7 +134,7 @@ BAD = {
         (f"{A},{B},{B}_velocity\n1,2,3\n", f"has a column '{B}_velocity' and no times"),
         (f"{A},{B},{A}_deg\n1,2,3\n", f"has a column '{A}_deg' that is not known: did you mean '{A}'"),
     ],
-    "p.yaml": [("- [1, 2]", "ends in '.yaml': give a .json or .csv file")],
+    "p.yaml": [("- [1, 2]", "holds no trajectory")],
 }
 
 
@@ -141,21 +142,21 @@ BAD = {
 def test_what_cannot_be_read(name: str, content: str, text: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(content)
     with pytest.raises(FileError) as error:
-        read_joint_path(tmp_path / name, ROBOT)
+        read_motion(tmp_path / name, ROBOT)
     assert text in str(error.value)
     assert str(error.value).endswith((".", "'"))
 
 
 def test_files_that_are_not_there_or_no_text(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="not found"):
-        read_joint_path(tmp_path / "none.json", ROBOT)
+        read_motion(tmp_path / "none.json", ROBOT)
     (tmp_path / "p.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileError, match="not UTF-8"):
-        read_joint_path(tmp_path / "p.csv", ROBOT)
+        read_motion(tmp_path / "p.csv", ROBOT)
 
 
 def test_a_trajectory_that_moves_a_base_too_is_refused(tmp_path: Path) -> None:
     whole = {"joint_trajectory": MESSAGE, "multi_dof_joint_trajectory": {"joint_names": ["base"], "points": [{}]}}
     (tmp_path / "a.json").write_text(json.dumps(whole))
     with pytest.raises(FileError, match="several degrees of freedom"):
-        read_joint_path(tmp_path / "a.json", ROBOT)
+        read_motion(tmp_path / "a.json", ROBOT)

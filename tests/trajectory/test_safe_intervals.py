@@ -26,7 +26,7 @@ LAST = 30  # s: what moves stands still from then on
 
 
 class Windows:
-    """Stretches as :class:`planner.trajectory.certified_times.CertifiedTimes` has them."""
+    """Stretches as :class:`planner.trajectory.safe_intervals.CertifiedTimes` has them."""
 
     def __init__(self, whole: np.ndarray) -> None:
         self.whole = whole

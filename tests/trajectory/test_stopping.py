@@ -19,7 +19,7 @@ from planner.robot.poses import pose
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Sphere
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.stopping import Stop
+from planner.trajectory.stopping import Stop, stop_at
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load, scene_of
@@ -28,7 +28,7 @@ from tests.worlds import load, scene_of
 def braked(motion: Trajectory, t: float) -> Stop:
     """The stop from ``t`` s on, which keeps all limits, starts as the motion goes and stays on its curve."""
     assert motion.limits is not None
-    stop = motion.stop_at(t)
+    stop = stop_at(motion, t)
     made = stop.trajectory
     assert stop.excess == 0.0
     assert (made.largest(1) <= motion.limits.velocity).all()
@@ -73,7 +73,7 @@ def test_no_moment_is_found_at_which_a_limit_is_exceeded(size: float, jerk: floa
     rng = np.random.default_rng(1)
 
     def share(t: float) -> float:
-        made = motion.stop_at(t).trajectory
+        made = stop_at(motion, t).trajectory
         return max(made.worst(1, limits.velocity)[0], made.worst(2, limits.acceleration)[0])
 
     moments = [*rng.uniform(0.0, motion.duration, 30), *(motion.times[1:-1] - 1e-6)[:: len(motion.times) // 10]]
@@ -90,7 +90,7 @@ def test_no_moment_is_found_at_which_a_limit_is_exceeded(size: float, jerk: floa
 
 def test_a_stop_is_proven_with_a_checker_and_not_without_one(solved: Plan) -> None:
     motion = time_path(solved.path, solved.checker)
-    bare, stop = (motion.stop_at(0.4 * motion.duration, checker) for checker in (None, solved.checker))
+    bare, stop = (stop_at(motion, 0.4 * motion.duration, checker) for checker in (None, solved.checker))
     assert not bare.proven
     assert "not proven: give stop_at the checker" in bare.text()
     assert stop.proven
@@ -103,18 +103,18 @@ def test_a_stop_is_proven_with_a_checker_and_not_without_one(solved: Plan) -> No
 def test_a_checker_of_another_robot_proves_no_stop(solved: Plan) -> None:
     motion = time_path(solved.path, solved.checker)
     with pytest.raises(PlannerError, match="of other joints than the checker's robot"):
-        motion.stop_at(0.1, make_checker(load("ur5"), Scene("none")))
+        stop_at(motion, 0.1, make_checker(load("ur5"), Scene("none")))
 
 
 def test_a_stop_through_something_is_not_proven(solved: Plan) -> None:
     """A ball stands where the flange comes by while it brakes, and elsewhere while it does not."""
     motion = time_path(solved.path, solved.checker)
     t = 0.4 * motion.duration
-    stop = motion.stop_at(t)
+    stop = stop_at(motion, t)
     there = tool_positions(solved.robot, stop.trajectory.at(0.5 * stop.trajectory.duration))[0]
     away = tool_positions(solved.robot, motion.at(motion.duration))[0]
     hit, clear = (
-        motion.stop_at(t, make_checker(solved.robot, scene_of((Sphere(0.01), pose(place))))) for place in (there, away)
+        stop_at(motion, t, make_checker(solved.robot, scene_of((Sphere(0.01), pose(place))))) for place in (there, away)
     )
     assert not hit.proven
     assert clear.proven
@@ -125,11 +125,11 @@ def test_among_what_moves_the_stop_is_proven_at_its_own_times_until_all_rests() 
     arm = load("planar_2r")
     motion = time_path(np.array([[-1.0, 0.3], [1.0, 0.3]]), make_checker(arm, Scene("none")))
     t = 0.5 * motion.duration
-    place = tool_positions(arm, motion.stop_at(t).trajectory.at(9.0))[0]
+    place = tool_positions(arm, stop_at(motion, t).trajectory.at(9.0))[0]
     for comes, proven in (([*place[:2], 0.0], False), ([*(-place[:2]), 0.0], True)):
         way = KnownMotion([0.0, 50.0, 51.0], [pose([3.0, 3.0, 0.0]), pose([3.0, 3.0, 0.0]), pose(comes)])
         scene = Scene("cart", (), moving=(MovingObstacle("cart", Box((0.1, 0.1, 0.1)), way),))
-        assert motion.stop_at(t, make_checker(arm, scene)).proven == proven
+        assert stop_at(motion, t, make_checker(arm, scene)).proven == proven
 
 
 def test_it_brakes_as_hard_as_one_joint_allows_on_a_line(solved: Plan) -> None:
@@ -137,7 +137,7 @@ def test_it_brakes_as_hard_as_one_joint_allows_on_a_line(solved: Plan) -> None:
     line = time_path(solved.path[:2], solved.checker)
     assert line.limits is not None
     for share in (0.2, 0.3, 0.4):
-        stop, v = line.stop_at(share * line.duration), line.at(share * line.duration, 1)[0]
+        stop, v = stop_at(line, share * line.duration), line.at(share * line.duration, 1)[0]
         quickest = (np.abs(v) / line.limits.acceleration).max()
         assert stop.trajectory.duration == pytest.approx(quickest, abs=5e-3)
 
@@ -146,7 +146,7 @@ def test_what_a_trajectory_breaks_itself_is_told_as_excess(solved: Plan) -> None
     motion = time_path(solved.path, solved.checker)
     assert motion.limits is not None
     slower = replace(motion, limits=replace(motion.limits, velocity=0.5 * motion.limits.velocity))
-    stop = slower.stop_at(float(motion.times[motion.largest(1).max(axis=1).argmax()]), solved.checker)
+    stop = stop_at(slower, float(motion.times[motion.largest(1).max(axis=1).argmax()]), solved.checker)
     assert stop.excess > 0.1
     assert not stop.proven
     assert "over a limit" in stop.text()
@@ -155,4 +155,4 @@ def test_what_a_trajectory_breaks_itself_is_told_as_excess(solved: Plan) -> None
 def test_without_limits_it_says_so() -> None:
     bare = Trajectory.through(("a",), np.array([0.0, 1.0]), np.array([[0.0], [1.0]]), np.zeros((2, 1)))
     with pytest.raises(PlannerError, match="no limits to brake within"):
-        bare.stop_at(0.5)
+        stop_at(bare, 0.5)

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from planner.trajectory import time_optimal
-from planner.trajectory.curve import Curve, rounded
-from planner.trajectory.time_optimal import quickest
+from planner.trajectory import curve as curves
+from planner.trajectory.curve import Curve, duration_of, quickest, rounded
 from tests.trajectory.test_timing import zigzag
 
 
@@ -26,7 +25,7 @@ class Phase(NamedTuple):
 
 
 def phases_of(curve: Curve, v: np.ndarray, a: np.ndarray) -> list[Phase]:
-    return [Phase(int(piece), *row) for piece, *row in quickest(curve, v, a).rows.tolist()]
+    return [Phase(int(piece), *row) for piece, *row in quickest(curve, v, a).tolist()]
 
 
 def test_the_phases_integrate_to_the_curve() -> None:
@@ -67,9 +66,9 @@ def test_more_intervals_are_hardly_quicker_where_velocities_limit(seed: int, mon
     """Limits on velocity hold at every place of an interval, not by what the quickest place of it allows."""
     v, a = np.full(7, 0.5 + seed), np.full(7, 30.0)
     curve = rounded(zigzag(seed), np.ones(5))
-    found = quickest(curve, v, a).duration
-    monkeypatch.setattr(time_optimal, "_CORNER", 400)
-    assert found < 1.005 * quickest(curve, v, a).duration
+    found = duration_of(quickest(curve, v, a))
+    monkeypatch.setattr(curves, "_CORNER", 400)
+    assert found < 1.005 * duration_of(quickest(curve, v, a))
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -91,7 +90,7 @@ def test_no_motion_on_a_finer_grid_of_speeds_is_quicker() -> None:
     """Dynamic programming over x on a fine grid, with other code, comes no lower and close."""
     curve = rounded(zigzag(5, corners=1, dof=3), np.ones(1))
     v, a = np.full(3, 2.0), np.full(3, 5.0)
-    found = quickest(curve, v, a).duration
+    found = duration_of(quickest(curve, v, a))
     assert found == pytest.approx(_by_forward_backward(curve, v, a), rel=0.02)
 
 

@@ -12,6 +12,7 @@ import pytest
 from planner.base.errors import OptionError
 from planner.base.polynomials import evaluate
 from planner.collision import make_checker, second_checker
+from planner.collision.looks import first_seen
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
@@ -19,7 +20,6 @@ from planner.problem.options import TimeLaw
 from planner.problem.request import LimitsRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
-from planner.trajectory.check import sampled_contact
 from planner.trajectory.curve import blends, without_standstill
 from planner.trajectory.limits import KINDS, USED, MotionLimits
 from planner.trajectory.timing import DEVIATION, time_path
@@ -132,8 +132,8 @@ def test_a_corner_next_to_an_obstacle_is_rounded_less_and_the_result_is_free() -
     assert found.proven
     assert wide.proven
     assert found.duration > wide.duration + 1e-3
-    assert sampled_contact(found, second_checker(checker), 1e-3) is None
-    assert sampled_contact(wide, second_checker(checker), 1e-3) is not None
+    assert first_seen(second_checker(checker), found.coefficients, 1e-3) is None
+    assert first_seen(second_checker(checker), wide.coefficients, 1e-3) is not None
 
 
 def test_a_path_through_an_obstacle_is_timed_and_not_proven() -> None:
@@ -178,5 +178,5 @@ def test_a_plan_is_rounded_and_the_same_every_time(solved: Plan) -> None:
     np.testing.assert_array_equal(found.coefficients, again.coefficients)
     assert found.proof["corners_blended"] > 0
     assert found.proven
-    assert sampled_contact(found, second_checker(solved.checker), 1e-3) is None
+    assert first_seen(second_checker(solved.checker), found.coefficients, 1e-3) is None
     require_within(found, MotionLimits.of(solved.robot))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from planner.planning.plan import plan
@@ -11,7 +9,8 @@ from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
-from planner.tradeoff.sweep import Tradeoff, sweep
+from planner.tradeoff.result import Tradeoff
+from planner.tradeoff.sweep import sweep
 
 TASK = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
 
@@ -25,4 +24,4 @@ def made() -> Plan:
 def tradeoff(made: Plan, tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
     path = tmp_path_factory.mktemp("roadmap") / "roadmap.npz"
     save_roadmap(made.roadmap, path)
-    return sweep(replace(TASK, roadmap=path))
+    return sweep(TASK.with_options(roadmap=path))

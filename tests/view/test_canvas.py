@@ -13,7 +13,7 @@ import pytest
 import umsgpack
 
 from planner.robot.poses import pose
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from planner.view.canvas import Canvas, render_page, script_json
 from tests.browser import page_data
 
@@ -91,9 +91,3 @@ def test_a_page_is_one_file_whatever_its_title(tmp_path: Path) -> None:
     assert html.rstrip().endswith("</html>")
     assert 'src="http' not in html
     assert render_page(drawn(), {}, "a") == render_page(drawn(), {}, "a")
-
-
-def test_a_mesh_is_sent_as_it_is() -> None:
-    canvas, mesh = Canvas(), Mesh(np.eye(3), np.array([[0, 1, 2]]))
-    canvas.shape("path", mesh, np.eye(4), GREY)
-    assert positions(canvas).tolist() == np.eye(3).tolist()

@@ -21,7 +21,6 @@ from planner.view.drawing import (
     draw_path,
     draw_roadmap,
     draw_scene,
-    draw_tool_line,
     drawn_part,
     extent,
     joint_matrices,
@@ -65,12 +64,6 @@ def test_bodies_hang_under_their_joints_and_are_named() -> None:
 def is_red(command: dict) -> bool:
     colour = command["object"]["materials"][0]["color"]
     return colour >> 16 > 200 and colour & 0xFF < 60
-
-
-def test_obstacles_are_named_by_their_paths() -> None:
-    canvas, scene = Canvas(), make_post().world.scene
-    assert draw_scene(canvas, scene) == {"obstacles/0": "thing0"}
-    assert paths(canvas, "set_object") == ["obstacles/0"]
 
 
 def test_what_moves_is_drawn_where_it_begins_with_its_way() -> None:
@@ -159,12 +152,3 @@ def obstacle_colours(canvas: Canvas) -> dict[str, int]:
         for command in canvas.commands
         if command["type"] == "set_object" and "/ways" not in command["path"]
     }
-
-
-def test_a_tool_path_is_drawn_as_a_tube_that_can_be_seen() -> None:
-    canvas, wide = Canvas(), Canvas()
-    points = np.array([[0.4, 0.0, 0.3], [0.5, 0.0, 0.3]])
-    draw_tool_line(canvas, "tool_path", points, 1e-5)
-    draw_tool_line(wide, "tool_path", points, 0.05)
-    assert paths(canvas, "set_object") == ["tool_path"]
-    assert canvas.commands != wide.commands

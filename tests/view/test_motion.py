@@ -11,8 +11,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
 from planner.trajectory.measure import path_manipulability
 from planner.trajectory.timing import time_path
-from planner.view.motion import configurations_at, ellipsoids, motion_data, path_shares, worst_points
-from planner.view.shown_path import shown_motion
+from planner.view.motion import configurations_at, ellipsoids, motion_data, path_shares, shown_motion, worst_points
 from tests.worlds import ROBOTS, load, random_q
 
 

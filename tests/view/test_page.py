@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+# the paths for all betas
+import html
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,27 +12,30 @@ import pytest
 from IPython.core.interactiveshell import InteractiveShell
 
 import planner
-from planner.base.errors import FileError
+from planner.base.errors import FileError, OptionError
 from planner.planning.plan import plan
-from planner.planning.result import Plan, shown_paths
+from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import with_alternatives
-from planner.tradeoff.page import of_tradeoff
-from planner.tradeoff.sweep import Tradeoff, sweep
+from planner.tradeoff.result import Tradeoff
+from planner.tradeoff.sweep import sweep
+from planner.view.motion import ShownPath
 from tests.browser import page_data
 from tests.worlds import checker_of, load
 
-# the paths for all betas
 
-
-def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) -> None:
-    (mine, current), theirs = shown_paths(made), of_tradeoff(tradeoff)
-    assert len(mine) == len(theirs) >= 4
+def assert_same(mine: list[ShownPath], theirs: list[ShownPath]) -> None:
     for a, b in zip(mine, theirs, strict=True):
         assert a.interval == pytest.approx(b.interval, abs=1e-9)
         assert a.numbers == b.numbers
         np.testing.assert_array_equal(a.path, b.path)
+
+
+def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) -> None:
+    (mine, current), theirs = made.shown_paths(), tradeoff.shown_paths()
+    assert len(mine) >= 4
+    assert_same(mine, theirs)
     assert mine[current].path is made.path
     for interval, shown in zip(tradeoff.intervals, theirs, strict=True):
         rows = dict(shown.numbers)
@@ -43,7 +48,7 @@ def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path)
     held = with_alternatives(plan(PlanRequest.from_options(nodes=150, min_manipulability=floor, room=0.0)))
     save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
     whole = sweep(PlanRequest.from_options(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
-    (mine, current), theirs = shown_paths(held), of_tradeoff(whole)
+    (mine, current), theirs = held.shown_paths(), whole.shown_paths()
     assert len(mine) == len(theirs) >= 1
     for a, b in zip(mine, theirs, strict=True):
         assert a.interval == pytest.approx(b.interval, abs=1e-9)
@@ -60,9 +65,9 @@ def test_a_plan_that_is_one_of_several_as_good_is_shown_itself(made: Plan) -> No
     """At a corner of the trade-off, as at 0 and 1, the plan's path may be none of the intervals'."""
     assert made.cost is not None
     other = replace(made, cost=replace(made.cost, distance=made.cost.distance + 1.0))
-    plain, _ = shown_paths(made)
+    plain, _ = made.shown_paths()
     for beta, place in ((0.0, 0), (plain[0].interval[1], 1), (1.0, len(plain))):  # type: ignore[index]
-        shown, current = shown_paths(replace(other, request=replace(made.request, beta=beta)))
+        shown, current = replace(other, request=made.request.with_options(beta=beta)).shown_paths()
         assert len(shown) == len(plain) + 1
         assert current == place
         assert shown[current].interval == (beta, beta)
@@ -100,7 +105,8 @@ def test_cells_show_small_tables(made: Plan, tradeoff: Tradeoff) -> None:
 
 
 def test_names_out_of_files_cannot_become_markup(made: Plan) -> None:
-    nasty = replace(made, scene=replace(made.scene, name="<script>alert(1)</script>"))
+    nasty = replace(made, goal="<script>alert(1)</script>")
+    assert "&lt;script>" in nasty._repr_html_().replace("&gt;", ">")
     assert "<script>" not in nasty._repr_html_()
 
 
@@ -112,3 +118,16 @@ def test_a_roadmap_that_has_no_edges_is_shown(tmp_path: Path) -> None:
     assert "0 edges" in lone._repr_html_()
     (tmp_path / "page.html").write_text(planner.show(lone, checker).html)
     assert page_data(tmp_path / "page.html")["roadmap"]["edges"] == []
+
+
+def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> None:
+    for shown in (planner.show(made), planner.show(tradeoff), planner.show(made.roadmap, made.checker, height=400)):
+        cell = shown._repr_html_()
+        assert cell.startswith('<iframe sandbox="allow-scripts"')
+        assert html.unescape(cell.split('srcdoc="')[1].rsplit('"')[0]) == shown.html
+        assert len(repr(shown)) < 50
+    assert "height:400px" in cell
+    with pytest.raises(OptionError, match="holds no geometry"):
+        planner.show(made.roadmap)
+    with pytest.raises(OptionError, match="grown with"):
+        planner.show(made.roadmap, planner.make_checker(planner.Robot.load("ur5"), planner.Scene("none")))

@@ -1,12 +1,14 @@
 """Meshes to look at: creases keep their shape, tubes keep their radius."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.robot.shapes import Mesh
-from planner.view.surfaces import smoothed, tube
+from planner.view.surfaces import css_gradient, hex_colour, ramp_stops, smoothed, tube
 from tests.random_shapes import QUICK, blob, box_mesh
 
 
@@ -85,11 +87,20 @@ def test_a_line_without_length_is_a_dot(points):
     assert np.linalg.norm(mesh.vertices - points[0], axis=1).max() < 0.011
 
 
-def test_points_that_repeat_are_left_out():
-    line = np.array([[0.0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 1, 0]])
-    np.testing.assert_array_equal(tube(line, 0.1).vertices, tube(line[[0, 2, 4]], 0.1).vertices)
+def lightness(rgb: np.ndarray) -> np.ndarray:
+    """CIE L*, from sRGB."""
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    y = linear @ [0.2126, 0.7152, 0.0722]
+    return np.where(y > 0.008856, 116 * np.cbrt(y) - 16, 903.3 * y)
 
 
-def test_a_line_that_turns_right_back():
-    points = np.array([[0.0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0.1, 0, 0], [0.0, 0, 0]])
-    assert np.isfinite(tube(points, 0.01).vertices).all()
+def test_order_survives_a_print_in_grey() -> None:
+    steps = np.diff(lightness(np.array(ramp_stops())))
+    assert steps.min() > 0
+    assert steps.max() < 2.5 * steps.min()
+
+
+def test_both_spellings_are_the_same_colours() -> None:
+    named = [int(text, 16) for text in re.findall(r"#([0-9a-f]{6})", css_gradient())]
+    assert named == [hex_colour(np.array(stop)) for stop in ramp_stops()]
+    assert hex_colour((1.0, 0.5, 0.0, 0.2)) == 0xFF8000

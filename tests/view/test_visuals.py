@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from planner.robot.robot import Robot, load_visuals, with_carried
+from planner.robot.robot import Robot, with_carried
 from planner.robot.shapes import Body, Carried, Mesh, Sphere, corners
-from planner.view import visuals
+from planner.view import drawing
 from planner.view.canvas import Canvas
-from planner.view.visuals import draw_robot, drawn_bodies
+from planner.view.drawing import draw_robot, drawn_bodies
 from tests.random_shapes import box_mesh
 from tests.robot.files.test_meshes import mesh_file
 from tests.view.test_canvas import unpacked
@@ -42,15 +41,9 @@ def test_a_second_look_reads_no_mesh(monkeypatch: pytest.MonkeyPatch, cache: Pat
     robot = Robot.load("ur5")
     first = drawn_bodies(robot)
     assert len(list(cache.glob("*.npz"))) == 1
-    monkeypatch.setattr(visuals, "load_visuals", lambda robot: pytest.fail("read again"))
+    monkeypatch.setattr(drawing, "load_visuals", lambda robot: pytest.fail("read again"))
     assert contents(drawn_bodies(robot)[0]) == contents(first[0])
     assert contents(drawn_bodies(robot)[1]) == contents(first[1])
-
-
-def test_another_base_is_another_robot_to_look_at(robot: Robot) -> None:
-    drawn_bodies(robot)
-    moved = Robot.load("planar_2r", base=np.diag([-1.0, -1.0, 1.0, 1.0]))
-    assert contents(drawn_bodies(moved)[0]) == contents(load_visuals(moved))
 
 
 def test_another_mesh_in_the_same_file_is_seen(urdf_file: Callable[..., str], tmp_path: Path) -> None:
@@ -78,11 +71,6 @@ def test_contacts_are_red_and_a_carried_body_is_drawn_as_both_kinds() -> None:
 
 
 def test_stand_ins_for_meshes_are_not_kept(robot: Robot, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(visuals, "load_visuals", lambda robot: robot.bodies)
+    monkeypatch.setattr(drawing, "load_visuals", lambda robot: robot.bodies)
     assert [body.name for body in drawn_bodies(robot)[0]] == [body.name for body in robot.bodies]
     assert not cache.exists()
-
-
-def test_a_carried_body_is_not_kept(robot: Robot) -> None:
-    held = replace(robot.bodies[-1], name="cup")
-    assert contents(drawn_bodies(replace(robot, carried=(held,)))[0]) == contents(drawn_bodies(robot)[0])

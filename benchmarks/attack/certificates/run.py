@@ -21,7 +21,6 @@ from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.world import World
 from planner.planning.plan import plan
-from planner.planning.result import save_plan_without_page
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
@@ -46,7 +45,7 @@ def certify(robot: str, scene: str, seed: int) -> dict[str, Any]:
         return {"verdict": found.message}
     with tempfile.TemporaryDirectory() as name:
         place, began = Path(name), time.process_time()
-        save_plan_without_page(found, place, certificate=True)
+        found.save_without_page(place, certificate=True)
         certify_s = time.process_time() - began
         made, began = len(Case.of(place).data["piece"]), time.process_time()
         try:

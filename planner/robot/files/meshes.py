@@ -1,4 +1,12 @@
-"""Mesh files as shapes: the door of trimesh, which reads STL, OBJ, PLY, COLLADA (through pycollada) and GLB."""
+"""Mesh files as shapes: the door of trimesh, which reads STL, OBJ, PLY, COLLADA (through pycollada) and GLB.
+
+Numbers count as they stand, as in MoveIt: notes name COLLADA files whose unit or up axis would change them.
+
+A link's mesh of many triangles is thinned: vertices of one cell of a grid become one (Rossignac and Borrel 1993). If
+none moves further than r, no point of a triangle does, so the old surface lies within r of the new one: what is proven
+of the new one with a rounding of r holds for the old one. The way there stays within r of the new surface too, so that
+beyond that nothing changes between inside and outside; closed pieces stay closed, as every edge goes where its ends go.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +15,8 @@ import logging
 import os
 import re
 import warnings
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -15,14 +25,19 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, distinct_rows
 from planner.base.cache import cached
-from planner.base.errors import FileError
+from planner.base.errors import FileError, choices
 from planner.base.files import StrPath
+from planner.base.notes import Note
 from planner.base.process_lock import PROCESS
 from planner.base.yamlfile import FARTHEST, shown
-from planner.robot.files.collada import bare_collada
-from planner.robot.files.thinned import CELL, MANY, thinned
 from planner.robot.shapes import Mesh
+from planner.robot.solids import is_closed, pieces_of_vertices
 
+MANY = 2000  # triangles: meshes of more are thinned
+CELL = 1e-3  # m: a cell of the grid
+_WIDEST = 1000.0  # m: cells of more have no number
+_WORTH = 0.75  # share of the triangles above which the mesh stays as it is
+_ROUNDING = 1e-9  # m by which a computed distance may be too short
 _MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
 _SMALLEST = 1e-6  # m
 _PASSED_OVER = {  # lines and fields that trimesh passes over, or takes for others: indices from the end, weights
@@ -33,6 +48,12 @@ _PASSED_OVER = {  # lines and fields that trimesh passes over, or takes for othe
     "glb": re.compile(rb'"mode"\s*:\s*6|KHR_draco\w+|\w+_meshopt\w+'),  # fans, compressed parts
 }
 _FACET = re.compile(rb"(?i)\bfacet\b")
+_LIBRARIES = ("effects", "materials", "images", "cameras", "lights", "animations", "controllers")
+_UNNEEDED = {*(f"library_{name}" for name in _LIBRARIES), "bind_material", "instance_camera", "instance_light"}
+_UNSUPPORTED = ("instance_controller", "skew", "ph", "convex_mesh", "spline", "brep")  # pycollada skips them
+_NOT_NUMBERS = {"float_array": re.compile(r"[^\s\d.eE+-]"), **dict.fromkeys(("p", "vcount"), re.compile(r"[^\s\d]"))}
+_UNIT = re.compile(rb"<unit\b[^>]*?\bmeter\s*=\s*[\"']([^\"'<>]{1,40})")
+_AXIS = re.compile(rb"<up_axis>\s*([XY]_UP)\b")
 
 
 def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
@@ -56,7 +77,7 @@ def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
 
 
 def link_mesh(path: Path, scale: Floats) -> Mesh:
-    """The mesh file of a link, :func:`~planner.robot.files.thinned.thinned`, in metres after ``scale`` (3,).
+    """The mesh file of a link, :func:`thinned`, in metres after ``scale`` (3,).
 
     It is made once: then it comes from the cache. :class:`FileError` as :func:`read_mesh`.
     """
@@ -89,7 +110,7 @@ def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
         content = re.sub(rb"\\\r?\n", b" ", content)
         content = b"\n".join(b" ".join(line.partition(b"#")[0].split()) for line in content.splitlines())
     if kind == "dae":
-        content = bare_collada(content)
+        content = _bare_collada(content)
     if kind in _PASSED_OVER and (wrong := _PASSED_OVER[kind].search(content)):
         raise ValueError(f"{shown(wrong[0].decode(errors='replace'))} is not supported")
     options: dict[str, Any] = {"dae": {"ignore_broken": False}}.get(kind, {"skip_materials": True})
@@ -105,6 +126,51 @@ def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
     if kind == "stl" and "face_attributes" not in loaded and len(_FACET.findall(content)) != len(mesh.faces):
         raise ValueError(f"{len(mesh.faces)} of {len(_FACET.findall(content))} facets are whole")
     return np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=np.int64)
+
+
+def _bare_collada(content: bytes) -> bytes:
+    """The file without materials, cameras, lights and motions; ValueError names an element that would be misread."""
+    root = ET.fromstring(content)
+    for element in root.iter():
+        for child in [child for child in element if _tag(child) in _UNNEEDED]:
+            element.remove(child)
+        _require_read(element)
+    return ET.tostring(root)
+
+
+def _require_read(element: ET.Element) -> None:
+    """Raise ValueError for an element that pycollada would misread: it shears, skips numbers, makes 0 of NaN."""
+    name, text = _tag(element), element.text or ""
+    if name in _UNSUPPORTED:
+        raise ValueError(f"<{name}> is not supported")
+    if name in _NOT_NUMBERS and (wrong := _NOT_NUMBERS[name].search(text)):
+        raise ValueError(f"<{name}> holds {shown(wrong[0])}, not only numbers")
+    if name == "rotate" and abs(np.linalg.norm(np.array(text.split()[:3], dtype=float)) - 1.0) > 1e-3:
+        raise ValueError(f"the axis of <rotate> {shown(text.strip())} does not have length 1")
+    params = [child.get("name") for child in element] if name == "accessor" else []
+    if params[:1] == ["X"] and (element.get("offset", "0"), element.get("stride")) != ("0", str(len(params))):
+        raise ValueError("an <accessor> of positions skips numbers")
+
+
+def _tag(element: ET.Element) -> str:
+    return element.tag.rpartition("}")[2]
+
+
+def collada_notes(files: Iterable[Path]) -> Iterator[Note]:
+    """Notes on COLLADA files among ``files`` whose unit or up axis is not followed."""
+    turned: list[str] = []
+    for path in dict.fromkeys(files):
+        if path.suffix.lower() != ".dae" or not os.path.isfile(path):
+            continue
+        content = path.read_bytes()
+        unit = _UNIT.search(content)
+        if unit and (metres := unit[1].decode(errors="replace").strip()).rstrip("0").rstrip(".") != "1":
+            text = f"mesh file {path} says that its unit is {shown(metres)} m, which is not followed: its numbers are "
+            yield Note(f"{text}metres, unless its 'scale' makes them so; give it that, or export the file in metres.")
+        turned += [path.name] if _AXIS.search(content) else []
+    if turned:
+        text = f"an up_axis other than Z_UP is not followed, as in MoveIt: of {choices(turned)} z stays z."
+        yield Note(text, grave=False)
 
 
 def _require_whole_ply(elements: dict[str, Any]) -> None:
@@ -151,3 +217,54 @@ def _join(corners: Floats) -> tuple[Floats, Ints]:
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
     return corners[first[order]], rank[which].reshape(-1, 3)
+
+
+def thinned(mesh: Mesh) -> Mesh:
+    """The mesh itself where it has few triangles, or hardly fewer on a grid; else one whose rounding holds it."""
+    if len(mesh.triangles) <= MANY or mesh.radius or float(np.ptp(mesh.vertices.T.copy(), axis=1).max()) > _WIDEST:
+        return mesh
+    found = _on_grid(mesh, None)
+    if not is_closed(found.triangles):
+        found = _on_grid(mesh, pieces_of_vertices(mesh))  # a closed piece is not to be joined to an open one
+    return found if len(found.triangles) <= _WORTH * len(mesh.triangles) else mesh
+
+
+def _on_grid(mesh: Mesh, apart: Ints | None) -> Mesh:
+    """The mesh with the vertices of each cell as one; those with different numbers ``apart`` (n,) stay apart."""
+    axes = np.ascontiguousarray(mesh.vertices.T)  # a tenth of the time along rows
+    cells = ((axes - axes.min(axis=1, keepdims=True)) * (1 / CELL)).astype(np.int64)
+    _, wide, high = cells.max(axis=1) + 1
+    order, which = _ranked((cells[0] * wide + cells[1]) * high + cells[2])
+    if apart is not None:
+        order, which = _ranked(which * (len(apart) + 1) + apart)
+    axes, ranks = axes[:, order], which[order]
+    first = np.flatnonzero(np.diff(ranks, prepend=-1))
+    middle = 0.5 * (np.minimum.reduceat(axes, first, axis=1) + np.maximum.reduceat(axes, first, axis=1))
+    moved = axes - middle[:, ranks]
+    radius = float(np.sqrt((moved * moved).sum(axis=0).max())) + _ROUNDING
+    triangles = _remaining(which[mesh.triangles])
+    used, triangles = np.unique(triangles, return_inverse=True)
+    return Mesh(middle.T[used], triangles.reshape(-1, 3), radius)
+
+
+def _ranked(keys: Ints) -> tuple[Ints, Ints]:
+    """The order (n,) in which ``keys`` (n,) ascend, and the rank (n,) of each among the distinct ones."""
+    order = np.argsort(keys, kind="stable")
+    ranks = np.empty(len(keys), dtype=np.int64)
+    ranks[order] = np.cumsum(np.diff(keys[order], prepend=keys[order[0]]) > 0)
+    return order, ranks
+
+
+def _remaining(triangles: Ints) -> Ints:
+    """Triangles (m, 3) that have an area, and of the others the sides and corners that no other one has."""
+    a, b, c = triangles.T
+    has_area = (a != b) & (b != c) & (c != a)
+    whole, flat = triangles[has_area], triangles[~has_area]
+    count = int(triangles.max()) + 1
+    sides = np.unique(flat.min(axis=1) * count + flat.max(axis=1))
+    ends = np.concatenate([whole[:, [0, 1]], whole[:, [1, 2]], whole[:, [2, 0]]])
+    sides = np.setdiff1d(sides, ends.min(axis=1) * count + ends.max(axis=1))
+    low, high = np.divmod(sides, count)
+    lines = np.column_stack([low, high, high])[low != high]
+    points = np.setdiff1d(low[low == high], np.concatenate([whole.ravel(), lines.ravel()]))
+    return np.concatenate([whole, lines, np.repeat(points[:, None], 3, axis=1)])

@@ -2,33 +2,32 @@
 
 from __future__ import annotations
 
-import logging
+import importlib
+import importlib.util
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import pinocchio as pin
 import pydantic
 
-from planner.base.errors import RobotError, choices
+from planner.base.errors import InstallationError, RobotError, choices
 from planner.base.files import StrPath
 from planner.base.notes import Note
 from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
 from planner.problem.targets import HOME
 from planner.robot.files import urdf
-from planner.robot.files.descriptions import described, is_description
 from planner.robot.files.packages import example_robot_data
 from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf, require_fitting
-
-_log = logging.getLogger(__name__)
 
 Rows = Literal["pose", "translation", "planar"]
 
 _ROBOT_FILE = "robot.yaml"
+_DESCRIPTIONS = "robot_descriptions"  # a Python package; names of its robots end in _description
 
 
 class Source(Strict):
@@ -65,15 +64,6 @@ class RobotFile(Strict):
     disabled_pairs: list[tuple[str, str]] | None = None
     motion: MotionFile | None = None
 
-    @pydantic.model_validator(mode="before")
-    @classmethod
-    def _old_key(cls, data: Any) -> Any:
-        """Files of version 0.1 call it ``rows``."""
-        if isinstance(data, dict) and "rows" in data and "manipulability" not in data:
-            _log.warning("the robot file's key 'rows' is called 'manipulability' now: rename it.")
-            return {"manipulability" if key == "rows" else key: value for key, value in data.items()}
-        return data
-
 
 @dataclass(frozen=True)
 class JointChoice:
@@ -95,7 +85,7 @@ class RobotFiles:
 
     name: str
     origin: str  # what was asked for: a name or a path
-    file: RobotFile | None
+    file: RobotFile  # of a URDF by path it names that only
     description: urdf.Description
     srdf: Srdf | None
 
@@ -109,7 +99,7 @@ class RobotFiles:
 
         Raises :class:`RobotError` for names that the robot does not have, and where a joint chosen by name is held.
         """
-        held = {**(self.file.fixed_joints if self.file else {}), **fixed}
+        held = {**self.file.fixed_joints, **fixed}
         chosen = self._chosen_joints(self.tool(tool, choice), choice, held)
         for name in chosen:
             if not self.model.existJointName(name):
@@ -140,7 +130,7 @@ class RobotFiles:
             return list(choice.joints)
         if choice.group is not None:
             return group_joints(self._groups(), choice.group, self.description, self.model)
-        if self.file and self.file.joints:
+        if self.file.joints:
             return list(self.file.joints)
         passive = self.srdf.passive if self.srdf else frozenset()
         return [joint for joint in self.leaders(tool, held) if joint not in passive]
@@ -152,7 +142,7 @@ class RobotFiles:
 
     def tool(self, tool: str | None, choice: JointChoice) -> str:
         """The tool frame: as asked for, else the robot file's if the chosen group moves it, else the group's tip."""
-        tool = tool or (self.file.tool if self.file else None)
+        tool = tool or self.file.tool
         if choice.group is not None:
             joints = group_joints(self._groups(), choice.group, self.description, self.model)
             if tool is None or joints[-1] not in self.leaders(tool):
@@ -165,8 +155,8 @@ class RobotFiles:
         found: dict[str, float] = {}
         for state in sorted(self.srdf.states if self.srdf else (), key=lambda item: -len(item.values)):
             found |= state.values if state.name == HOME else {}
-        if self.file and self.file.home:
-            found |= self._by_joint(self.file, self.file.home, "home")
+        if self.file.home:
+            found |= self._by_joint(self.file.home, "home")
         return {joint: value for joint, value in found.items() if self.model.existJointName(joint)}
 
     def motion(self, planned: Sequence[str]) -> MotionFile | None:
@@ -174,20 +164,20 @@ class RobotFiles:
 
         None where it says nothing, or not of all of these joints.
         """
-        motion = self.file.motion if self.file else None
-        if self.file is None or motion is None:
+        motion = self.file.motion
+        if motion is None:
             return None
         lists = {kind: values for kind in ("acceleration", "jerk") if isinstance(values := getattr(motion, kind), list)}
-        of_joint = {kind: self._by_joint(self.file, values, kind) for kind, values in lists.items()}
+        of_joint = {kind: self._by_joint(values, kind) for kind, values in lists.items()}
         if any(joint not in values for values in of_joint.values() for joint in planned):
             return None
         return motion.model_copy(
             update={kind: [values[joint] for joint in planned] for kind, values in of_joint.items()}
         )
 
-    def _by_joint(self, file: RobotFile, values: Sequence[float], what: str) -> dict[str, float]:
+    def _by_joint(self, values: Sequence[float], what: str) -> dict[str, float]:
         """One value for each joint that the robot file plans; :class:`RobotError` where there are more or fewer."""
-        joints = file.joints or self.leaders(_known_tool(self.model, file.tool))
+        joints = self.file.joints or self.leaders(_known_tool(self.model, self.file.tool))
         if len(joints) != len(values):
             raise RobotError(
                 f"robot file {self.origin}: {what} has {len(values)} values, the robot {len(joints)} joints, "
@@ -200,7 +190,7 @@ class RobotFiles:
         """What SRDF and robot file say needs no check; None where neither says anything."""
         # some SRDFs disable nothing at all
         said = self.srdf.disabled_among(self.description.links) if self.srdf else frozenset()
-        listed = self.file.disabled_pairs if self.file else None
+        listed = self.file.disabled_pairs
         if listed is None:
             return said or None
         unknown = [link for pair in listed for link in pair if link not in self.description.links]
@@ -214,23 +204,22 @@ class RobotFiles:
     @property
     def notes(self) -> tuple[Note, ...]:
         """What the files say that is not followed."""
-        is_own = self.file is not None and self.file.srdf is not None
-        return (*self.description.notes, *(self.srdf.notes(self.description, is_own) if self.srdf else ()))
+        of_srdf = self.srdf.notes(self.description, self.file.srdf is not None) if self.srdf else ()
+        return (*self.description.notes, *of_srdf)
 
 
 def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
     """The files of a robot given by name, or by the path of its robot.yaml or URDF; ``srdf`` replaces its own."""
-    name, srdf = os.fspath(name), None if srdf is None else Path(srdf)
-    folder, file = find_robot(name)
-    description = urdf.read_description(file.urdf.path(folder) if file else Path(name), file.urdf.args if file else {})
-    own = file.srdf if file else None
-    said = srdf or (own.path(folder) if own else None)
-    called = (file.name if file else None) or (name if name in robot_names() else description.name)
-    arguments = own.args if own and srdf is None else {}
-    files = RobotFiles(called, name, file, description, read_srdf(said, arguments) if said else None)
-    if files.srdf is not None and srdf is not None:
-        require_fitting(files.srdf, files.model)
-    return files
+    name, (folder, file) = os.fspath(name), find_robot(os.fspath(name))
+    description = urdf.read_description(file.urdf.path(folder), file.urdf.args)
+    called = file.name or (name if name in robot_names() else description.name)
+    if srdf is not None:
+        given = read_srdf(Path(srdf))
+        files = RobotFiles(called, name, file, description, given)
+        require_fitting(given, files.model)
+        return files
+    own = read_srdf(file.srdf.path(folder), file.srdf.args) if file.srdf else None
+    return RobotFiles(called, name, file, description, own)
 
 
 def robot_file(name: str) -> Path:
@@ -240,16 +229,16 @@ def robot_file(name: str) -> Path:
     return Path(name) / _ROBOT_FILE if name and os.path.isfile(Path(name) / _ROBOT_FILE) else Path(name)
 
 
-def find_robot(name: str) -> tuple[Path, RobotFile | None]:
-    """The folder that the robot's files are in, and its robot file, None for a URDF by path."""
+def find_robot(name: str) -> tuple[Path, RobotFile]:
+    """The robot file, or one that names only the URDF, and the folder that its paths are relative to."""
     path = robot_file(name)
     if path.suffix.lower() in (".yaml", ".yml"):
         where = f"robot file {path}"
         return path.parent, validate(RobotFile, parse_yaml(read_text(path, "robot file"), where), where, RobotError)
     if path.suffix.lower() in (".urdf", ".xml", ".xacro") or "/" in name:
-        return path.parent, None
-    if is_description(name) and not os.path.isfile(path):
-        return Path(), _of_description(name)
+        return Path(), RobotFile(urdf=Source(file=str(path)))
+    if name.endswith("_description") and name.isidentifier() and not os.path.isfile(path):
+        return Path(), _described(name)
     if os.path.isfile(path):
         raise RobotError(f"robot file {path} ends neither in .urdf nor in .yaml: rename it, or choose another file.")
     raise RobotError(
@@ -258,11 +247,27 @@ def find_robot(name: str) -> tuple[Path, RobotFile | None]:
     )
 
 
-def _of_description(name: str) -> RobotFile:
-    """What a robot file would say of a robot of the package robot_descriptions."""
-    found = described(name)
-    srdf = Source(file=str(found.srdf), args=found.srdf_arguments) if found.srdf else None
-    return RobotFile(name=name, urdf=Source(file=str(found.file), args=found.arguments), srdf=srdf)
+def _described(name: str) -> RobotFile:
+    """A robot of the package robot_descriptions, whose module downloads its files where they are not in its cache."""
+    if importlib.util.find_spec(_DESCRIPTIONS) is None:
+        raise InstallationError(
+            f"robot '{name}' would come from the Python package robot_descriptions: run pip install "
+            "'gabf-planner[descriptions]'."
+        )
+    try:
+        said = vars(importlib.import_module(f"{_DESCRIPTIONS}.{name}"))
+    except Exception as error:  # of a name that it lacks, of git, of the network
+        reason = " ".join(str(error).split())[:200]
+        raise RobotError(
+            f"robot '{name}' of robot_descriptions cannot be loaded ({reason}): choose another name."
+        ) from None
+    path = next((said[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if said.get(kind)), None)
+    if path is None:
+        raise RobotError(f"robot '{name}' of robot_descriptions has neither URDF, xacro nor MJCF: choose another.")
+    urdf_file = Source(file=str(path), args=said.get("XACRO_ARGS", {}) if path == said.get("XACRO_PATH") else {})
+    srdf = said.get("SRDF_PATH") or said.get("SRDF_XACRO_PATH")
+    srdf_file = Source(file=str(srdf), args=said.get("SRDF_XACRO_ARGS", {})) if srdf else None
+    return RobotFile(name=name, urdf=urdf_file, srdf=srdf_file)
 
 
 def _known_tool(model: pin.Model, tool: str | None) -> str:

@@ -144,27 +144,12 @@ def _find_meshes(root: ET.Element, path: Path) -> None:
 
 
 def _notes(joints: Sequence[ET.Element]) -> Iterator[Note]:
-    """Limits that a URDF gives and nothing here follows."""
-    limits = [(joint, limit) for joint in joints if (limit := joint.find("limit")) is not None]
-    kinds = ("acceleration", "deceleration", "jerk")
-    changing = [kind for kind in kinds if any(kind in limit.attrib for _, limit in limits)]
-    if changing:
-        yield Note(
-            f"limits on {choices(changing)} in the URDF are not followed: give them with --limits, or in a robot.yaml."
-        )
-    for what, tag, sides in (
-        ("lower and upper", "limit", ("lower", "upper")),
-        ("soft limits", "safety_controller", ("soft_lower_limit", "soft_upper_limit")),
-    ):
-        endless = [
-            joint.get("name", "")
-            for joint in joints
-            for said in joint.findall(tag)
-            if joint.get("type") == "continuous" and any(float(said.get(side, 0)) for side in sides)
-        ]
-        if endless:
-            text = f"{what} of {choices(endless)} are not followed, as in MoveIt: these joints are continuous."
-            yield Note(text, grave=False)
+    limits = [limit for joint in joints for limit in joint.findall("limit")]
+    if kinds := [
+        kind for kind in ("acceleration", "deceleration", "jerk") if any(kind in each.attrib for each in limits)
+    ]:
+        text = f"limits on {choices(kinds)} in the URDF are not followed: give them with --limits, or in a robot.yaml."
+        yield Note(text)
 
 
 def _mimics(joints: Iterable[ET.Element]) -> Iterator[Mimic]:
@@ -179,18 +164,16 @@ def _keep_soft_limits(joint: ET.Element) -> None:
     limit, safety = joint.find("limit"), joint.find("safety_controller")
     if limit is None or safety is None or joint.get("type") not in ("revolute", "prismatic"):
         return
-    soft = [safety.get(f"soft_{side}_limit") for side in ("lower", "upper")]
-    if not any(float(value or 0) for value in soft):  # it has no soft limits
+    soft = [float(safety.get(f"soft_{side}_limit", 0)) for side in ("lower", "upper")]
+    if not any(soft):
         return
-    if None in soft or not float(soft[0] or 0) < float(soft[1] or 0):  # of one alone others take 0 for the other
-        said = " and ".join(shown(value) for value in soft if value is not None)
+    if not soft[0] < soft[1]:
         raise RobotError(
-            f"joint {shown(joint.get('name'))} of the URDF has a safety_controller with soft limits of {said}: give "
-            "both, the lower one below the upper, or neither."
+            f"joint {shown(joint.get('name'))} of the URDF has soft limits of {soft[0]:g} and {soft[1]:g} (0 where not "
+            "given): give both, the lower one below the upper, or neither."
         )
-    for side, narrower, text in zip(("lower", "upper"), (max, min), soft, strict=True):
-        own = limit.get(side, "0")
-        limit.set(side, narrower(own, str(text), key=float))
+    for side, narrower, value in zip(("lower", "upper"), (max, min), soft, strict=True):
+        limit.set(side, repr(narrower(float(limit.get(side, 0)), value)))
 
 
 def _make_revolute(joint: ET.Element) -> str:

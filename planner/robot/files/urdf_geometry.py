@@ -17,8 +17,7 @@ from planner.base.arrays import frozen
 from planner.base.errors import RobotError, choices
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import shown
-from planner.robot.files.meshes import link_mesh, read_mesh
-from planner.robot.files.thinned import thinned
+from planner.robot.files.meshes import link_mesh, read_mesh, thinned
 from planner.robot.files.urdf import Description
 from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 

@@ -7,55 +7,15 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from planner.base.errors import InstallationError, RobotError, choices
 from planner.base.process_lock import PROCESS
-from planner.base.yamlfile import nearest, read_bytes, shown
+from planner.base.yamlfile import read_bytes, shown
 from planner.robot.files.packages import find_package
 
 _XACRO = "/xacro}"  # ends the names of its namespace, http://www.ros.org/wiki/xacro and others
-
-
-def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> bytes:
-    """The content of an XML file, expanded with ``arguments`` where it ends in .xacro.
-
-    Raises :class:`RobotError` where it cannot be expanded, :class:`InstallationError` without xacro.
-    """
-    content = read_bytes(path, what)
-    if path.suffix.lower() != ".xacro":
-        if arguments:
-            raise RobotError(f"{what} {path} is no xacro, and would not look at args: call it {path.name}.xacro.")
-        return content
-    try:
-        import xacro  # pyright: ignore[reportMissingImports]  # an extra
-        from xacro import substitution_args  # pyright: ignore[reportMissingImports]
-    except ImportError:
-        raise InstallationError(
-            f"{path} needs the Python package xacro: pip install 'gabf-planner[xacro]', or expand it to a URDF first."
-        ) from None
-    given = _Arguments(arguments or {})
-    try:
-        with PROCESS:  # xacro keeps the files that it is in as a global list
-            # itself it asks an installed ROS 2 for packages, knows no folder, and reads in the encoding of the locale
-            substitution_args._eval_find = lambda name: str(find_package(name, *map(Path, reversed(xacro.filestack))))
-            substitution_args._eval_dirname = lambda _: str(Path(xacro.filestack[-1]).parent)
-            xacro.__dict__["open"] = partial(open, mode="rb")
-            document: Any = xacro.process_file(str(path.absolute()), mappings=given)
-    except Exception as error:  # whatever an expression in the file raises
-        reason = " ".join(str(error).split())[:200] or type(error).__name__
-        raise RobotError(
-            f"xacro file {path} cannot be expanded ({reason}): mend it, or give its arguments in a robot.yaml, as "
-            "urdf: {file: ..., args: {...}}."
-        ) from None
-    if unknown := sorted({*(arguments or {})} - given.asked):
-        raise RobotError(
-            f"xacro file {path} has no argument {shown(unknown[0])}{nearest(unknown[0], given.asked)}; it has "
-            f"{choices(sorted(given.asked))}: mend the args."
-        )
-    return document.toxml("utf-8")
 
 
 class _Arguments(dict[str, str]):
@@ -69,21 +29,45 @@ class _Arguments(dict[str, str]):
         self.asked.add(str(name))
         return super().__contains__(name)
 
-    def __getitem__(self, name: str) -> str:
-        self.asked.add(name)
-        return super().__getitem__(name)
-
 
 def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> ET.Element:
-    """The root element of an XML file, read by :func:`read_xml`.
+    """The root element of an XML file, expanded with ``arguments`` where its name ends in .xacro.
 
-    :class:`RobotError` where it is not well-formed, or holds xacro that is not expanded.
+    Raises :class:`RobotError` for a file that cannot be read, :class:`InstallationError` without xacro.
     """
-    content = read_xml(path, what, arguments)
+    content, is_xacro = read_bytes(path, what), path.suffix.lower() == ".xacro"
+    if arguments and not is_xacro:
+        raise RobotError(f"{what} {path} must be xacro, as it has args: call it {path.name}.xacro.")
     try:
-        root = ET.fromstring(content)
+        root = ET.fromstring(_expanded(path, arguments or {}) if is_xacro else content)
     except (ET.ParseError, ValueError, LookupError) as error:  # the latter two of encodings
         raise RobotError(f"{what} {path} is not well-formed XML ({error}): mend the file.") from None
     if any(_XACRO in str(element.tag) for element in root.iter()):
-        raise RobotError(f"{what} {path} holds elements of xacro, which nobody would read: call it {path.name}.xacro.")
+        raise RobotError(f"{what} {path} holds elements of xacro that are not expanded: call it {path.name}.xacro.")
     return root
+
+
+def _expanded(path: Path, arguments: Mapping[str, str]) -> bytes:
+    try:
+        import xacro  # pyright: ignore[reportMissingImports]  # an extra
+        from xacro import substitution_args  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InstallationError(
+            f"{path} needs the Python package xacro: pip install 'gabf-planner[xacro]', or expand it to a URDF first."
+        ) from None
+    given = _Arguments(arguments)
+    try:
+        with PROCESS:  # xacro keeps the files that it is in as a global list; by itself it finds packages of ROS 2 only
+            substitution_args._eval_find = lambda name: str(find_package(name, *map(Path, reversed(xacro.filestack))))
+            document: Any = xacro.process_file(str(path.absolute()), mappings=given)
+    except Exception as error:  # whatever an expression in the file raises
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise RobotError(
+            f"xacro file {path} cannot be expanded ({reason}): mend it, or give its arguments in a robot.yaml, as "
+            "urdf: {file: ..., args: {...}}."
+        ) from None
+    if unknown := sorted({*arguments} - given.asked):
+        raise RobotError(
+            f"xacro file {path} has no argument {shown(unknown[0])}; it has {choices(sorted(given.asked))}: mend args."
+        )
+    return document.toxml("utf-8")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
+import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats
@@ -19,13 +20,11 @@ _LABELS = {  # these name, date or colour something, at any place: by themselves
     "header", "stamp", "seq", "frame_id", "id", "name", "type", "link_name", "joint_names", "default_entry_names",
     "object_colors", "resolution", "binary",
 }  # fmt: skip
-
 _HARMLESS = {  # no path depends on these: one note names those that hold a value
     "subframe_names", "subframe_poses", "detach_posture", "weight", "effort", "wrench", "workspace_parameters",
     "reference_trajectories", "pipeline_id", "planner_id", "num_planning_attempts", "allowed_planning_time",
     "cartesian_speed_limited_link", "cartesian_speed_end_effector_link",
 }  # fmt: skip
-
 _REMEDIES = {
     "octomap": "give boxes or meshes in its place",
     "planes": "give a box in its place",
@@ -52,12 +51,12 @@ def read_message(kind: type[Kind], data: Any, where: str) -> tuple[Kind, tuple[N
 
     A value that ROS fills in by itself (0, an empty text or list, an identity) counts as none.
     """
-    data, harmless = _as_lists(data), dict[str, None]()
-    for place, key, is_harmless, meant in _unknown(data, kind) if isinstance(data, dict) else ():
-        if not is_harmless:
+    data, harmless = _as_lists(data), list[str]()
+    for place, key, meant in _unknown(data, kind) if isinstance(data, dict) else ():
+        if key not in _HARMLESS:
             remedy = _REMEDIES.get(key, "take it out")
             raise SceneError(f"{where}: '{place[:200]}' is not followed by this planner{meant}; {remedy}.")
-        harmless[place] = None
+        harmless.append(place)
     text = f"{where}: passed over, as no path depends on it: {choices(harmless)}."
     return validate(kind, data, where, SceneError), ((Note(text, grave=False),) if harmless else ())
 
@@ -74,40 +73,32 @@ def _as_lists(value: Any) -> Any:
     return value[keys[0]] if len(keys) == 1 else [value[key] for key in keys]
 
 
-def _unknown(data: dict[Any, Any], kind: type[Message], at: str = "") -> Iterator[tuple[str, str, bool, str]]:
-    """Of keys that ``kind`` lacks: the place of each value, the key, if it is harmless, and which one was meant."""
+def _unknown(data: dict[Any, Any], kind: type[Message], at: str = "") -> Iterator[tuple[str, str, str]]:
+    """The places of keys that ``kind`` lacks and that hold a value, each with the key and which one was meant."""
     for key, value in data.items():
-        place, field = f"{at}{key}", kind.model_fields.get(key)
-        if field is None:
-            meant = nearest(str(key), kind.model_fields)
-            yield from ((inner, key, is_harmless, meant) for inner, is_harmless in _values(value, place, str(key)))
+        field = kind.model_fields.get(key)
+        if field is None and not _is_empty(value, str(key)):
+            yield f"{at}{key}", str(key), nearest(str(key), kind.model_fields)
         for inner in models_in(field) if field else ():
-            items = {f"{place}.{k}.": item for k, item in enumerate(value)} if isinstance(value, list) else {}
-            for here, item in (items or {f"{place}.": value}).items():
+            items = {f"{at}{key}.{k}.": item for k, item in enumerate(value)} if isinstance(value, list) else {}
+            for here, item in (items or {f"{at}{key}.": value}).items():
                 yield from _unknown(item, inner, here) if isinstance(item, dict) else ()
 
 
-def _values(value: Any, place: str, key: str) -> Iterator[tuple[str, bool]]:
-    """The places of values that are not the default ones, and if they are harmless."""
-    if key in _HARMLESS:
-        if value != 1.0 and any(True for _ in _values(value, place, "")):  # a weight of 1 is no choice
-            yield place, True
-    elif key in _LABELS or (key == "scale" and value == 1.0):
-        return
-    elif isinstance(value, dict):
-        for name, item in value.items():
-            yield from _values(item, f"{place}.{name}", str(name))
-    elif isinstance(value, list):
-        items = value[:3] if key in ("orientation", "rotation") and value[3:] in ([1], [-1]) else value
-        for k, item in enumerate(items):
-            yield from _values(item, f"{place}.{k}" if isinstance(item, dict | list) else place, key)
-        if key == "data" and value:  # of cells a 0 says something too
-            yield place, False
-    elif isinstance(value, int | float):
-        if not abs(value) <= _SAME:
-            yield place, key == "velocity" and abs(value) <= _AT_REST
-    elif value not in (None, "", "ADD", "add", "\0", b"\0"):  # ADD is 0, a byte, in several spellings
-        yield place, False
+def _is_empty(value: Any, key: str) -> bool:
+    """Whether a key holds what ROS fills in by itself, or nothing but labels."""
+    if key in _LABELS or (key in ("scale", "weight") and value == 1.0):
+        return True
+    if isinstance(value, dict):
+        return all(name in _HARMLESS or _is_empty(item, str(name)) for name, item in value.items())
+    if isinstance(value, list):
+        if key == "data":  # of cells a 0 says something too
+            return not value
+        is_identity = key in ("orientation", "rotation") and value[3:] in ([1], [-1])
+        return all(_is_empty(item, key) for item in (value[:3] if is_identity else value))
+    if isinstance(value, int | float):
+        return abs(value) <= (_AT_REST if key == "velocity" else _SAME)
+    return value in (None, "", "ADD", "add", "\0", b"\0")  # ADD is 0, a byte, in several spellings
 
 
 def _turning(quaternion: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
@@ -119,8 +110,10 @@ Triple = tuple[Coordinate, Coordinate, Coordinate]
 Quaternion = Annotated[tuple[Coordinate, Coordinate, Coordinate, Coordinate], pydantic.AfterValidator(_turning)]
 Frame = Annotated[Name, pydantic.AfterValidator(lambda name: name.removeprefix("/"))]  # tf's first releases wrote it
 Tolerance = Annotated[Number, pydantic.Field(ge=0)]
+Solids = Sequence[tuple[str, tuple[float, ...], Floats]]
 _Index = Annotated[Whole, pydantic.Field(ge=0, lt=2**31)]
 _KINDS = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}
+_REGIONS = {"box": (3,), "sphere": (1,), "cylinder": range(9), "cone": range(9)}  # and how many dimensions they have
 
 
 class Header(Message):
@@ -179,12 +172,12 @@ class AttachedCollisionObject(Message):
     touch_links: tuple[Name, ...] = ()
 
 
-def require_fit(names: Sequence[Any], values: Sequence[Any], what: str, of: str) -> None:
+def _require_fit(names: Sequence[Any], values: Sequence[Any], what: str, of: str) -> None:
     if len(names) != len(values):
         raise ValueError(f"there are {len(names)} {of} and {len(values)} {what}; give one each")
 
 
-def require_once(names: Sequence[str]) -> None:
+def _require_once(names: Sequence[str]) -> None:
     if twice := repeated(names):
         raise ValueError(f"'{twice[0]}' is named twice; name each once")
 
@@ -195,8 +188,8 @@ class JointState(Message):
 
     @pydantic.model_validator(mode="after")
     def _one_each(self) -> JointState:
-        require_fit(self.name, self.position, "positions", "names")
-        require_once(self.name)
+        _require_fit(self.name, self.position, "positions", "names")
+        _require_once(self.name)
         return self
 
     def values(self) -> dict[str, float]:
@@ -207,3 +200,122 @@ class RobotState(Message):
     joint_state: JointState = JointState()
     attached_collision_objects: tuple[AttachedCollisionObject, ...] = ()
     is_diff: bool = False
+
+
+class AllowedCollisionMatrix(Message):
+    entry_names: tuple[Name, ...] = ()
+    entry_values: tuple[list[bool], ...] = ()
+
+    @pydantic.model_validator(mode="after")
+    def _square(self) -> AllowedCollisionMatrix:
+        names, rows = self.entry_names, self.entry_values
+        _require_fit(names, rows, "entry_values", "entry_names")
+        _require_once(names)
+        for name, row in zip(names, rows, strict=True):
+            _require_fit(names, row, f"values in the row of '{name}'", "names")
+        values = np.array(rows, dtype=bool).reshape(2 * (len(names),))
+        for first, second in np.argwhere(values != values.T):
+            raise ValueError(f"it allows '{names[first]}' and '{names[second]}' in one order only; make it symmetric")
+        return self
+
+    def pairs(self, allowed: bool) -> frozenset[frozenset[str]]:
+        """The pairs of names that may touch, or that the matrix says may not."""
+        names = self.entry_names
+        rows, columns = np.nonzero(np.array(self.entry_values, dtype=bool) == allowed) if names else ((), ())
+        return frozenset(frozenset((names[i], names[j])) for i, j in zip(rows, columns, strict=True) if i != j)
+
+
+class World(Message):
+    collision_objects: tuple[CollisionObject, ...] = ()
+
+
+class PlanningSceneMessage(Message):
+    name: Name = ""
+    robot_state: RobotState = RobotState()
+    robot_model_name: Name = ""
+    fixed_frame_transforms: tuple[TransformStamped, ...] = ()
+    allowed_collision_matrix: AllowedCollisionMatrix = AllowedCollisionMatrix()
+    world: World = World()
+    is_diff: bool = False
+
+
+class Region(Solid):
+    """A primitive as a tolerance: it may have no size."""
+
+    dimensions: tuple[Tolerance, ...]
+
+    @pydantic.model_validator(mode="after")
+    def _around_its_origin(self) -> Region:
+        if len(self.dimensions) not in _REGIONS.get(self.kind, ()):
+            raise ValueError(
+                f"a region of type '{self.kind}' with {len(self.dimensions)} dimensions is not supported; use box "
+                "[x, y, z], sphere [radius], cylinder or cone"
+            )
+        return self
+
+
+class BoundingVolume(Message):
+    primitives: tuple[Region, ...] = ()
+    primitive_poses: tuple[PoseMessage, ...] = ()  # points where there are no primitives
+
+    @pydantic.model_validator(mode="after")
+    def _placed(self) -> BoundingVolume:
+        if self.primitives:
+            _require_fit(self.primitives, self.primitive_poses, "primitive_poses", "primitives")
+        return self
+
+    def solids(self) -> Solids:
+        """Alternatives: a kind of solid, its dimensions and its placement (4, 4)."""
+        points = [("point", ())] * len(self.primitive_poses)
+        named = [(each.kind, each.dimensions) for each in self.primitives] or points
+        return [(*solid, each.matrix()) for solid, each in zip(named, self.primitive_poses, strict=True)]
+
+
+class JointConstraint(Message):
+    joint_name: Name
+    position: Coordinate
+    tolerance_above: Tolerance = 0.0
+    tolerance_below: Tolerance = 0.0
+
+
+class PositionConstraint(Message):
+    header: Header = Header()
+    link_name: Name = ""
+    target_point_offset: Triple = (0.0, 0.0, 0.0)
+    constraint_region: BoundingVolume = BoundingVolume()
+
+
+class OrientationConstraint(Message):
+    header: Header = Header()
+    orientation: Quaternion
+    link_name: Name = ""
+    absolute_x_axis_tolerance: Tolerance = 0.0
+    absolute_y_axis_tolerance: Tolerance = 0.0
+    absolute_z_axis_tolerance: Tolerance = 0.0
+    parameterization: Literal[0, 1] = 0  # angles about x, y and z, or a rotation vector
+
+    @property
+    def tolerances(self) -> tuple[float, float, float]:
+        return self.absolute_x_axis_tolerance, self.absolute_y_axis_tolerance, self.absolute_z_axis_tolerance
+
+
+class Constraints(Message):
+    joint_constraints: tuple[JointConstraint, ...] = ()
+    position_constraints: tuple[PositionConstraint, ...] = ()
+    orientation_constraints: tuple[OrientationConstraint, ...] = ()
+
+    @property
+    def is_simplified(self) -> bool:
+        """Whether tolerances are followed by simpler ones inside them."""
+        solids = [solid for each in self.position_constraints for solid in each.constraint_region.primitives]
+        turns = any(any(each.tolerances) for each in self.orientation_constraints)
+        return turns or any(each.kind != "box" and any(each.dimensions) for each in solids)
+
+
+class MotionPlanRequestMessage(Message):
+    start_state: RobotState
+    goal_constraints: list[Constraints] = pydantic.Field(min_length=1)
+    path_constraints: Constraints = Constraints()
+    group_name: Name = ""
+    max_velocity_scaling_factor: Number = 0.0
+    max_acceleration_scaling_factor: Number = 0.0

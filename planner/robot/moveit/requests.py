@@ -1,110 +1,40 @@
-"""MotionPlanRequest messages: start, goals, and the constraints on the path."""
+"""MotionPlanRequest messages: the robot, start, goals and path constraints of a request, in a scene."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any
 
-import pydantic
+import numpy as np
 
-from planner.base.arrays import Floats
-from planner.base.errors import choices
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import OptionError, SceneError, StateError, choices
 from planner.base.files import StrPath
 from planner.base.notes import Note
-from planner.base.yamlfile import Coordinate, Name, Number, parse_yaml, read_text
+from planner.base.yamlfile import nearest, parse_yaml, read_text, shown
+from planner.problem.conditions import Condition, KeepAxis, KeepBox, KeepPlane, KeepTurn, require_thick
+from planner.problem.targets import Joints, Target, ToolGoal
+from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, RobotFiles
+from planner.robot.frames import placement_of
 from planner.robot.moveit.messages import (
-    Header,
-    Message,
-    PoseMessage,
-    Quaternion,
-    RobotState,
-    Solid,
-    Tolerance,
-    Triple,
+    Constraints,
+    MotionPlanRequestMessage,
+    OrientationConstraint,
+    Solids,
     read_message,
-    require_fit,
 )
 from planner.robot.moveit.scenes import carried
+from planner.robot.poses import pose, quaternion_of
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
 from planner.robot.shapes import Carried
 
-Solids = Sequence[tuple[str, tuple[float, ...], Floats]]
-_SIZES = {"box": 3, "sphere": 1}  # the regions whose tolerance is followed
-
-
-class Region(Solid):
-    """A primitive as a tolerance: it may have no size."""
-
-    dimensions: tuple[Tolerance, ...]
-
-    @pydantic.model_validator(mode="after")
-    def _around_its_origin(self) -> Region:
-        if self.kind not in ("box", "sphere", "cylinder", "cone"):
-            raise ValueError(f"a region of type '{self.kind}' is not supported; use box, sphere, cylinder or cone")
-        if len(self.dimensions) != _SIZES.get(self.kind, len(self.dimensions)):
-            raise ValueError(f"a {self.kind} has {_SIZES[self.kind]} dimensions, this one {len(self.dimensions)}")
-        return self
-
-
-class BoundingVolume(Message):
-    primitives: tuple[Region, ...] = ()
-    primitive_poses: tuple[PoseMessage, ...] = ()  # points where there are no primitives
-
-    @pydantic.model_validator(mode="after")
-    def _placed(self) -> BoundingVolume:
-        if self.primitives:
-            require_fit(self.primitives, self.primitive_poses, "primitive_poses", "primitives")
-        return self
-
-    def solids(self) -> Solids:
-        """Alternatives: a kind of solid, its dimensions and its placement (4, 4)."""
-        points = [("point", ())] * len(self.primitive_poses)
-        named = [(each.kind, each.dimensions) for each in self.primitives] or points
-        return [(*solid, each.matrix()) for solid, each in zip(named, self.primitive_poses, strict=True)]
-
-
-class JointConstraint(Message):
-    joint_name: Name
-    position: Coordinate
-    tolerance_above: Tolerance = 0.0
-    tolerance_below: Tolerance = 0.0
-
-
-class PositionConstraint(Message):
-    header: Header = Header()
-    link_name: Name = ""
-    target_point_offset: Triple = (0.0, 0.0, 0.0)
-    constraint_region: BoundingVolume = BoundingVolume()
-
-
-class OrientationConstraint(Message):
-    header: Header = Header()
-    orientation: Quaternion
-    link_name: Name = ""
-    absolute_x_axis_tolerance: Tolerance = 0.0
-    absolute_y_axis_tolerance: Tolerance = 0.0
-    absolute_z_axis_tolerance: Tolerance = 0.0
-    parameterization: Literal[0, 1] = 0  # angles about x, y and z, or a rotation vector
-
-    @property
-    def tolerances(self) -> tuple[float, float, float]:
-        return self.absolute_x_axis_tolerance, self.absolute_y_axis_tolerance, self.absolute_z_axis_tolerance
-
-
-class Constraints(Message):
-    joint_constraints: tuple[JointConstraint, ...] = ()
-    position_constraints: tuple[PositionConstraint, ...] = ()
-    orientation_constraints: tuple[OrientationConstraint, ...] = ()
-
-
-class MotionPlanRequestMessage(Message):
-    start_state: RobotState
-    goal_constraints: list[Constraints] = pydantic.Field(min_length=1)
-    path_constraints: Constraints = Constraints()
-    group_name: Name = ""
-    max_velocity_scaling_factor: Number = 0.0
-    max_acceleration_scaling_factor: Number = 0.0
+_SAME = 1e-6  # rad, m: a joint that is held where a goal wants it
+_RIGHT = 0.5 * math.pi
 
 
 @dataclass(frozen=True)
@@ -132,31 +62,258 @@ def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
     where = f"MotionPlanRequest {path}"
     data = parse_yaml(read_text(path, "MotionPlanRequest"), where)
     message, notes = read_message(MotionPlanRequestMessage, data, where)
-    start = message.start_state
+    start, goals, kept = message.start_state, message.goal_constraints, message.path_constraints
     factors = {kind: getattr(message, f"max_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
     if wrong := [f"max_{kind}_scaling_factor" for kind, factor in factors.items() if not 0.0 <= factor <= 1.0]:
         notes += (Note(f"{where}: {choices(wrong)} outside (0, 1] is taken as 1, as MoveIt does."),)
+    simpler = ["path_constraints"] if kept.is_simplified else []
+    for k, goal in enumerate(goals, start=1):
+        if goal.is_simplified or any(each.tolerance_above or each.tolerance_below for each in goal.joint_constraints):
+            simpler.append(f"goal {k}")
+    if simpler:
+        text = f"of tolerances that are no box a simpler part inside them is followed: {choices(simpler)}."
+        notes += (Note(f"{where}: {text}", grave=False),)
     return MotionPlanRequest(
         where,
         start.joint_state.values(),
-        tuple(message.goal_constraints),
-        message.path_constraints,
+        tuple(goals),
+        kept,
         message.group_name,
         carried(start.attached_collision_objects, where),
         not start.is_diff,
         {kind: min(factor, 1.0) for kind, factor in factors.items() if factor > 0.0},
-        notes + _note_on_tolerances(message, where),
+        notes,
     )
 
 
-def _note_on_tolerances(message: MotionPlanRequestMessage, where: str) -> tuple[Note, ...]:
-    """A note where a goal is the centre of its tolerances, or tolerances are followed by simpler ones inside them."""
-    places = list[str]()
-    for k, item in enumerate((message.path_constraints, *message.goal_constraints)):
-        solids = [solid for each in item.position_constraints for solid in each.constraint_region.primitives]
-        joints = any(each.tolerance_above or each.tolerance_below for each in item.joint_constraints)
-        turns = any(any(each.tolerances) for each in item.orientation_constraints)
-        if (k and joints) or turns or any(each.kind != "box" and any(each.dimensions) for each in solids):
-            places.append(f"goal {k}" if k else "path_constraints")
-    text = f"{where}: of tolerances that are no box a simpler part inside them is followed: {choices(places)}."
-    return (Note(text, grave=False),) if places else ()
+def in_request(scene: Scene, message: MotionPlanRequest) -> Scene:
+    """The scene as the request changes it: with the objects that its start attaches, and with its notes."""
+    names = {item.object for item in message.carried}
+    kept = tuple(item for item in scene.carried if item.object not in names)
+    notes = message.notes
+    if kept and message.replaces:
+        held = choices(dict.fromkeys(item.object for item in kept))
+        text = f"its start_state is no difference (is_diff), so MoveIt would let go of {held}; it is still carried here"
+        notes += (Note(f"{message.where}: {text}."),)
+    if both := sorted(names & {item.object for item in scene.obstacles}):
+        raise SceneError(
+            f"{message.where}: {shown(both[0])} is attached, and stands in scene {shown(scene.name)} too; take it out "
+            "of one of them."
+        )
+    return _with_notes(replace(scene, carried=(*kept, *message.carried)), *notes)
+
+
+def choice_of(message: MotionPlanRequest, given: JointChoice, files: RobotFiles) -> JointChoice:
+    """The joints that are planned: as ``given``, else those of the request's group, where the SRDF has that."""
+    known = files.srdf is not None and message.group in files.srdf.groups
+    return JointChoice(message.group) if given == ALL_JOINTS and known else given
+
+
+def start_of(message: MotionPlanRequest, scene: Scene) -> dict[str, float]:
+    """Joint values by name: the request's, and where it says nothing the scene's."""
+    start = {**(scene.message.state if scene.message else {}), **message.start}
+    if not start:
+        raise SceneError(f"{message.where} has no joint state to start from; add start_state.joint_state.")
+    return start
+
+
+def unasked(scene: Scene) -> Scene:
+    """The scene without a request, which notes what counts only with one."""
+    if scene.message is None or not scene.message.state:
+        return scene
+    text = f"robot_state.joint_state of scene '{scene.name}' counts with a request only, and is passed over."
+    return _with_notes(scene, Note(text, grave=False))
+
+
+def _with_notes(scene: Scene, *notes: Note) -> Scene:
+    return replace(scene, notes=tuple(dict.fromkeys((*scene.notes, *notes)))) if notes else scene
+
+
+def notes_on(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> Iterator[Note]:
+    """Notes on values of a request that the robot cannot use; ``choice`` says who chose the planned joints."""
+    where, known = message.where, {name: value for name, value in message.start.items() if name in robot.source.joints}
+    if lacking := [name for name in message.start if name not in known]:
+        text = f"{where}: its start_state names joints that the robot lacks, passed over: {choices(lacking)}."
+        yield Note(text, grave=False)
+    held = {name: value for name, value in known.items() if name not in robot.joints}
+    if other := [name for name, value in held.items() if abs(_unplanned(name, robot, known) - value) > _SAME]:
+        yield Note(f"{where}: the robot holds {choices(other)} elsewhere than start_state says.")
+    named = [{each.joint_name for each in goal.joint_constraints} for goal in message.goals]
+    if message.group and choice == ALL_JOINTS and not all(set(robot.joints) <= names for names in named):
+        yield Note(
+            f"{where}: group_name {shown(message.group)} is no group that the robot knows; planned are "
+            f"{choices(robot.joints)}."
+        )
+
+
+def joints_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> Joints:
+    """Where the planned joints start."""
+    return _planned(start_of(message, scene), robot, "start")
+
+
+def goals_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[tuple[str, Target]]:
+    """The goals with their names: conditions on links as their text, joints by the number of their goal."""
+    start, found = start_of(message, scene), list[tuple[str, Target]]()
+    for k, goal in enumerate(message.goals, start=1):
+        where = f"{message.where}: goal {k}"
+        places = [each.constraint_region.solids() for each in goal.position_constraints]
+        if goal.joint_constraints and (places or goal.orientation_constraints):
+            raise SceneError(f"{where} constrains joints and a link at once; give one of the two.")
+        if goal.joint_constraints:
+            found.append((f"number {k}", _joint_target(goal, robot, start, where)))
+            continue
+        if not all(places) or not (places or goal.orientation_constraints):
+            raise SceneError(f"{where} has neither joint nor position nor orientation constraints; add one of them.")
+        for solids in itertools.product(*places):
+            target = ToolGoal(tuple(_conditions(goal, solids, robot, scene, where)))
+            found.append((target.text, target))
+    return found
+
+
+def kept_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> tuple[Condition, ...]:
+    """The conditions that the request's path constraints put on links."""
+    where = f"{message.where}: path_constraints"
+    places = [each.constraint_region.solids() for each in message.path.position_constraints]
+    if any(len(solids) != 1 or solids[0][0] not in ("box", "sphere") for solids in places):
+        raise SceneError(
+            f"{where} has a position constraint on a region that is no single box or sphere, which is not supported: "
+            "give one of these."
+        )
+    try:
+        solids = tuple(solid for (solid,) in places)
+        return require_thick(tuple(_conditions(message.path, solids, robot, scene, where)))
+    except OptionError as error:
+        raise SceneError(f"{where}: {error}") from None
+
+
+def with_path_limits(robot: Robot, message: MotionPlanRequest, scene: Scene) -> Robot:
+    """The robot with limits within the ranges to which the path constraints keep its joints."""
+    lower, upper, where = robot.lower.copy(), robot.upper.copy(), f"{message.where}: path_constraints"
+    for each in message.path.joint_constraints:
+        name, low, high = each.joint_name, each.position - each.tolerance_below, each.position + each.tolerance_above
+        for item in robot.followers:
+            if item.joint == name:
+                name = item.leader
+                low, high = sorted((end - item.offset) / item.multiplier for end in (low, high))
+        if name not in robot.joints:
+            _require_held(name, each.position, (low, high), robot, start_of(message, scene), where)
+            continue
+        k = robot.joints.index(name)
+        lower[k], upper[k] = max(lower[k], low), min(upper[k], high)
+        if robot.continuous[k] or not lower[k] < upper[k]:
+            own = "turns without end" if robot.continuous[k] else f"has [{robot.lower[k]:.6g}, {robot.upper[k]:.6g}]"
+            text = f"keeps joint '{name}' to [{low:.6g}, {high:.6g}], and it {own}: give a range within its limits."
+            raise SceneError(f"{where} {text}")
+    if not message.path.joint_constraints:
+        return robot
+    return replace(robot, lower=frozen(lower), upper=frozen(upper), home=frozen(np.clip(robot.home, lower, upper)))
+
+
+def _conditions(item: Constraints, solids: Solids, robot: Robot, scene: Scene, where: str) -> Iterator[Condition]:
+    """Position constraints, each by one solid, and orientation constraints as conditions in the scene's own frame."""
+    for each, (kind, dimensions, placement) in zip(item.position_constraints, solids, strict=True):
+        frame = _moving_frame(each.link_name, robot, where)
+        at = placement_of(each.header.frame_id, robot, scene, where) @ placement
+        yield from _within(kind, dimensions, at, frame=frame, point=each.target_point_offset)
+    for turn in item.orientation_constraints:
+        frame = _moving_frame(turn.link_name, robot, where)
+        at = placement_of(turn.header.frame_id, robot, scene, where) @ pose(quaternion=turn.orientation)
+        yield from _turned(turn, at[:3, :3], frame)
+
+
+def _within(kind: str, dimensions: Sequence[float], at: Floats, **of: Any) -> Iterator[Condition]:
+    """A point in a box that is placed ``at`` (4, 4), in the cube inside a sphere, else at the centre of a solid."""
+    sizes = {"box": dimensions, "sphere": [2.0 * dimensions[0] / math.sqrt(3.0)] * 3 if dimensions else []}
+    half = 0.5 * np.array(sizes.get(kind, [0.0] * 3))
+    if kind != "box" or np.array_equal(at[:3, :3], np.eye(3)):
+        yield KeepBox(tuple(at[:3, 3] - half), tuple(at[:3, 3] + half), **of)
+        return
+    for axis, size in zip(at[:3, :3].T, half.tolist(), strict=True):
+        for normal in (axis, -axis):
+            yield KeepPlane(tuple(normal), float(normal @ at[:3, 3]) - size, **of)
+
+
+def _turned(turn: OrientationConstraint, matrix: Floats, frame: str | None) -> Iterator[Condition]:
+    """The cone about an axis and the turn that lie inside tolerances about an orientation ``matrix`` (3, 3).
+
+    With M = R0ᵀ R the angles about x, y, z (intrinsic) are atan2(-M12, M22), asin M02 and atan2(-M01, M00). Where the
+    z axes are within a <= pi / 2 of each other, those about x and y are at most a, where the x axes are, those about y
+    and z; a turn by a bounds all three. The components of a rotation vector of length v <= b across the axis k are at
+    most v sin(c / 2) / sin(v / 2), c the angle between the axes k, and x / sin(x / 2) rises up to pi.
+    """
+    tolerances = np.minimum(turn.tolerances, math.pi)
+    euler = turn.parameterization == 0
+    if euler and tolerances[1] >= _RIGHT:
+        tolerances[1] = math.pi  # no rotation has a larger angle about y
+    if min(tolerances) >= math.pi:
+        return
+    k = max((0, 2) if euler else (0, 1, 2), key=lambda axis: tolerances[axis])
+    about, least = float(tolerances[k]), float(min(np.delete(tolerances, k)))
+    if least < about:
+        angle = min(least, _RIGHT) if euler else 2.0 * math.asin(least * math.sin(0.5 * about) / about)
+        yield KeepAxis("xyz"[k], tuple(matrix[:, k]), angle, frame=frame)
+    if about < math.pi:
+        x, y, z, w = quaternion_of(matrix)
+        yield KeepTurn(min(about, _RIGHT) if euler else about, (x, y, z, w), frame=frame)
+
+
+def _planned(values: Mapping[str, float], robot: Robot, role: str) -> Joints:
+    if missing := [joint for joint in robot.joints if joint not in values]:
+        raise StateError(
+            f"the request's {role} says nothing of {choices(missing)}: it is for another robot; choose --robot."
+        )
+    return Joints(tuple(values[joint] for joint in robot.joints))
+
+
+def _joint_target(goal: Constraints, robot: Robot, start: Mapping[str, float], where: str) -> Joints:
+    """The planned joints of a goal; :class:`StateError` where it wants others elsewhere than they are."""
+    values = {each.joint_name: each.position for each in goal.joint_constraints}
+    if len(values) < len(goal.joint_constraints):
+        raise SceneError(f"{where} constrains a joint twice, one of {choices(values)}; give one constraint a joint.")
+    planned = _planned(values, robot, "goal")
+    for each in goal.joint_constraints:
+        if each.joint_name not in robot.joints:
+            low, high = (max(tolerance, _SAME) for tolerance in (each.tolerance_below, each.tolerance_above))
+            within = each.position - low, each.position + high
+            _require_held(each.joint_name, each.position, within, robot, {**start, **values}, "the request's goal")
+    return planned
+
+
+def _require_held(
+    name: str, value: float, within: tuple[float, float], robot: Robot, values: Mapping[str, float], what: str
+) -> None:
+    """Raise :class:`StateError` where a joint that is not planned is not held ``within`` what a constraint asks."""
+    held = _unplanned(name, robot, values) if name in robot.source.joints else values.get(name)
+    if held is None:
+        raise StateError(
+            f"{what} names joint '{name}'{nearest(name, robot.joints)}, which the robot lacks; choose "
+            "--robot, or take the constraint out."
+        )
+    if not within[0] <= held <= within[1]:
+        raise StateError(
+            f"{what} wants joint '{name}' at {value:g}, but it is not planned, and held at {held:g}; "
+            "plan it too (--group or --joints), or take the constraint out."
+        )
+
+
+def _unplanned(name: str, robot: Robot, values: Mapping[str, float]) -> float:
+    """The value of a joint that is held or follows another; NaN where ``values`` lack its leader."""
+    for item in robot.followers:
+        if item.joint == name:
+            return item.multiplier * values.get(item.leader, np.nan) + item.offset
+    return robot.fixed_joints.get(name, 0.0)
+
+
+def _moving_frame(link: str, robot: Robot, where: str) -> str | None:
+    """The frame of a constraint's link, None for the tool; :class:`SceneError` where the arm does not move it."""
+    if link in ("", robot.tool):
+        return None
+    found = [frame for frame in robot.model.frames if frame.name == link]
+    if not found:
+        meant = nearest(link, (frame.name for frame in robot.model.frames))
+        raise SceneError(
+            f"{where} is for link {shown(link)}{meant}, which robot '{robot.name}' has not; name a link of it."
+        )
+    if all(frame.parentJoint == 0 for frame in found):
+        raise SceneError(f"{where} is for link {shown(link)}, which no planned joint moves; name a link that moves.")
+    return link

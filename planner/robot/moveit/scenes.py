@@ -1,70 +1,31 @@
-"""PlanningScene messages as obstacles, carried shapes, allowed contacts and frames."""
+"""PlanningScene messages, and MoveIt's ``.scene`` text, as obstacles, carried shapes, allowed contacts and frames."""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pydantic
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import SceneError
 from planner.base.notes import Note
-from planner.base.yamlfile import Name, repeated, shown
+from planner.base.words import number
+from planner.base.yamlfile import repeated, shown
 from planner.robot.moveit.messages import (
     AttachedCollisionObject,
     CollisionObject,
     MeshMessage,
-    Message,
-    RobotState,
+    PlanningSceneMessage,
     SolidPrimitive,
     TransformStamped,
     read_message,
-    require_fit,
-    require_once,
 )
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
-
-
-class AllowedCollisionMatrix(Message):
-    entry_names: tuple[Name, ...] = ()
-    entry_values: tuple[list[bool], ...] = ()
-
-    @pydantic.model_validator(mode="after")
-    def _square(self) -> AllowedCollisionMatrix:
-        names, rows = self.entry_names, self.entry_values
-        require_fit(names, rows, "entry_values", "entry_names")
-        require_once(names)
-        for name, row in zip(names, rows, strict=True):
-            require_fit(names, row, f"values in the row of '{name}'", "names")
-        values = np.array(rows, dtype=bool).reshape(2 * (len(names),))
-        for first, second in np.argwhere(values != values.T):
-            raise ValueError(f"it allows '{names[first]}' and '{names[second]}' in one order only; make it symmetric")
-        return self
-
-    def pairs(self, allowed: bool) -> frozenset[frozenset[str]]:
-        """The pairs of names that may touch, or that the matrix says may not."""
-        names = self.entry_names
-        rows, columns = np.nonzero(np.array(self.entry_values, dtype=bool) == allowed) if names else ((), ())
-        return frozenset(frozenset((names[i], names[j])) for i, j in zip(rows, columns, strict=True) if i != j)
-
-
-class World(Message):
-    collision_objects: tuple[CollisionObject, ...] = ()
-
-
-class PlanningSceneMessage(Message):
-    name: Name = ""
-    robot_state: RobotState = RobotState()
-    robot_model_name: Name = ""
-    fixed_frame_transforms: tuple[TransformStamped, ...] = ()
-    allowed_collision_matrix: AllowedCollisionMatrix = AllowedCollisionMatrix()
-    world: World = World()
-    is_diff: bool = False
 
 
 @dataclass(frozen=True)
@@ -107,6 +68,55 @@ def planning_scene(data: Any, path: Path) -> PlanningScene:
     )
 
 
+def scene_text(text: str, path: Path) -> PlanningScene:
+    """MoveIt's ``.scene`` text format, with or without the object poses that newer versions write."""
+    lines = deque(line.strip() for line in text.splitlines() if line.strip())
+    try:
+        name = lines.popleft().strip("()")[:1000]
+        objects = list(_objects(lines))
+    except IndexError:
+        raise SceneError(f"MoveIt scene {path} ends before its closing dot; export it again.") from None
+    except ValueError as error:
+        raise SceneError(f"MoveIt scene {path}: {shown(str(error))[1:-1]}; export it again.") from None
+    return planning_scene({"name": name, "world": {"collision_objects": objects}}, path)
+
+
+def _objects(lines: deque[str]) -> Iterator[dict[str, Any]]:
+    """Every object of a ``.scene`` text as a message; ValueError, or IndexError at the end of the text."""
+    while (line := lines.popleft()) != ".":
+        if not line.startswith("*"):
+            raise ValueError(f"expected '* name' of an object, found {line}")
+        item: dict[str, Any] = {"id": line[1:].strip(), "primitives": [], "primitive_poses": []}
+        if len(lines[0].split()) == 3:  # newer files place the object first
+            item["pose"] = _pose(lines)
+        for _ in range(_count(lines)):
+            kind = lines.popleft()
+            size = _numbers(lines)[:: -1 if kind == "cylinder" else 1]  # a message has the height before the radius
+            item["primitives"].append({"type": kind, "dimensions": size})
+            item["primitive_poses"].append(_pose(lines))
+            lines.popleft()  # colour
+        if lines[0].isdecimal():
+            item["subframe_names"] = [(lines.popleft(), _pose(lines))[0] for _ in range(_count(lines))]
+        yield item
+    if lines:
+        raise ValueError(f"expected nothing after the closing dot, found {lines[0]}")
+
+
+def _pose(lines: deque[str]) -> dict[str, Any]:
+    return {"position": _numbers(lines), "orientation": _numbers(lines)}
+
+
+def _count(lines: deque[str]) -> int:
+    line = lines.popleft()
+    if not line.isdecimal() or number(line) > len(lines):
+        raise ValueError(f"expected how many follow, found {line}")
+    return int(line)
+
+
+def _numbers(lines: deque[str]) -> list[float]:
+    return [number(part) for part in lines.popleft().split()]
+
+
 def _frames(transforms: Sequence[TransformStamped], where: str) -> dict[str, tuple[str, Floats]]:
     """The frames that the message places, each with the frame that it is placed in."""
     placed = {
@@ -117,10 +127,8 @@ def _frames(transforms: Sequence[TransformStamped], where: str) -> dict[str, tup
         for each in transforms
     }
     if len(placed) < len(transforms) or any(parent in placed for parent, _ in placed.values()):
-        raise SceneError(
-            f"{where}: fixed_frame_transforms place a frame twice, or in one another; give each once, in the planning "
-            "frame."
-        )
+        text = "fixed_frame_transforms place a frame twice, or in one another; give each once, in the planning frame"
+        raise SceneError(f"{where}: {text}.")
     return placed
 
 
@@ -134,10 +142,9 @@ def carried(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carri
     """The shapes of attached objects, each placed in the frame of its header, or in that of its link without one."""
     _require_distinct([item.object for item in items], where)
     return tuple(
-        Carried(item.link_name, each.name, each.shape, each.placement, tuple(item.touch_links), each.frame, part_of=own)
+        Carried(item.link_name, each.name, each.shape, each.placement, item.touch_links, each.frame, 0.0, each.part_of)
         for item in items
         for each in _obstacles(item.object, where)
-        for own in (each.part_of,)
     )
 
 

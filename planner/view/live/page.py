@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import viser
@@ -17,10 +17,10 @@ from planner.kinematics.tool_bound import Frame
 from planner.planning.result import Plan
 from planner.problem.targets import HOME, Pose, follow, joints_text, parse_target, parse_targets
 from planner.query.query import states_of
-from planner.robot.files.scene_writer import write_scene
 from planner.robot.poses import pose, quaternion_of
-from planner.session.session import Session, Snapshot
-from planner.trajectory.path_clearance import clearance_text
+from planner.robot.scene import write_scene
+from planner.session.session import Session
+from planner.trajectory.clearance import clearance_text
 from planner.view.live.picture import HOST, Picture, place, start_server
 from planner.view.motion import configurations_at, path_shares
 
@@ -36,13 +36,9 @@ class Question:
     beta: float
 
 
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """The plan for a question, and the session as it was then."""
-
+class Answer(NamedTuple):
     question: Question
-    plan: Plan
-    snapshot: Snapshot
+    plan: Plan  # its checker is the world of then
 
 
 class LivePage:
@@ -78,7 +74,7 @@ class LivePage:
 
     def plan(self) -> None:
         """Plan from the start that is written in the page, with beta of the slider."""
-        self._change(lambda question: replace(question, start=self.start.value, beta=float(self.beta.value)))
+        self._change(start=self.start.value, beta=float(self.beta.value))
 
     def undo(self) -> None:
         """Go back to the answer before the last change."""
@@ -102,23 +98,19 @@ class LivePage:
     def move(self, name: str, position: Floats, quaternion: list[float]) -> None:
         """Put an obstacle, or GOAL, to a position (m) and a quaternion [x, y, z, w], then plan."""
         if name != GOAL:
-            return self._change(lambda question: self._move_obstacle(question, name, position, quaternion))
+            return self._change(lambda: self._session.move(name, position, quaternion=quaternion))
         numbers = [*position.tolist(), *(quaternion if isinstance(parse_target(self._goal_text()), Pose) else ())]
         kind = "xyz" if len(numbers) == 3 else "pose"
-        goal = f"{kind}:{','.join(map(repr, numbers))}"
-        return self._change(lambda question: replace(question, goal=goal))
+        return self._change(goal=f"{kind}:{','.join(map(repr, numbers))}")
 
-    def _move_obstacle(self, question: Question, name: str, position: Floats, quaternion: list[float]) -> Question:
-        self._session.move(name, position, quaternion=quaternion)
-        return question
-
-    def _change(self, apply: Callable[[Question], Question]) -> None:
-        """Apply a change and plan; a change that cannot be is undone, and the page says why."""
+    def _change(self, apply: Callable[[], object] = lambda: None, **asked: Any) -> None:
+        """Apply a change and plan what is asked; on an error undo the change and show the reason."""
         with self._lock:
             self.outcome.value = "Planning ..."
             refused = PlannerError("the planner failed at this; the terminal says why.")
             try:
-                self.answers.append(self._plan(apply(self.answers[-1].question)))
+                apply()
+                self.answers.append(self._plan(replace(self.answers[-1].question, **asked)))
                 refused = None
             except PlannerError as error:
                 refused = error
@@ -126,8 +118,7 @@ class LivePage:
                 self._show(refused)
 
     def _plan(self, question: Question) -> Answer:
-        plan = self._session.plan(question.start, question.goal, question.beta)
-        return Answer(question, plan, self._session.snapshot())
+        return Answer(question, self._session.plan(question.start, question.goal, question.beta))
 
     def _goal_text(self) -> str:
         """The goal that is reached, or the first one, in numbers."""
@@ -172,10 +163,10 @@ class LivePage:
             self.move(self.chosen.value, event.target.position, [x, y, z, w])
 
     def _show(self, refused: PlannerError | None = None) -> None:
-        """Show the last answer, and bring the session back to it."""
+        """Show the last answer, and bring the world back to it."""
         answer = self.answers[-1]
-        self._session.restore(answer.snapshot)
         plan = answer.plan
+        self._session.world.restore(plan.checker)
         reason = plan.reason if refused is None else refused.reason
         self._picture.show_scene(self._session.scene, frozenset() if reason is None else reason.names)
         self._picture.show_path(plan.path)
@@ -191,8 +182,8 @@ class LivePage:
         if plan.cost is not None:
             omega, distance = plan.cost.manipulability, plan.cost.distance
             rows.append(f"cost {plan.cost.total:.4f} (manipulability {omega:.4f}, distance {distance:.4f})")
-        if plan.nearest is not None and plan.nearest.path is not None:
-            rows.append(f"clearance {clearance_text(plan.nearest.path.min)}")
+        if plan.clearance is not None and plan.clearance.path is not None:
+            rows.append(f"clearance {clearance_text(plan.clearance.path.min)}")
         if self._session.scene.moving:
             rows.append(f"Left aside, because they move: {choices(o.name for o in self._session.scene.moving)}.")
         return [*rows, f"planned in {plan.seconds:.2f} s"]

@@ -16,10 +16,8 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.trajectory.measure import dense_path
-from planner.view.canvas import capsule_mesh
-from planner.view.drawing import PATH, TOUCHING, extent, joint_matrices, obstacle_colours
-from planner.view.surfaces import smoothed
-from planner.view.visuals import drawn_bodies
+from planner.view.drawing import PATH, TOUCHING, drawn_bodies, extent, joint_matrices, obstacle_colours
+from planner.view.surfaces import capsule_mesh, smoothed
 
 HOST = "127.0.0.1"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from planner.robot.files.collada import collada_notes
+from planner.robot.files.meshes import collada_notes
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Mesh

@@ -175,38 +175,6 @@ def test_bodies_joints_and_sites(tmp_path: Path) -> None:
     assert "assumed: the URDF gives none" in MotionLimits.of(robot).source["velocity"]
 
 
-@pytest.mark.parametrize(
-    ("extra", "tool"),
-    [
-        ("", "tip"),
-        ('<site name="other"/>', "fore"),  # of two sites none is the tool
-        ('<body name="hand"><geom size=".01"/></body>', "hand"),
-        ('<body name="hand"><geom size=".01"/><site name="j1" pos="1 0 0"/></body>', "j1/site"),  # a joint is called j1
-    ],
-)
-def test_the_tool_of_an_arm_with_one_tip(tmp_path: Path, extra: str, tool: str) -> None:
-    assert Robot.load(arm(tmp_path, extra)).tool == tool
-
-
-def test_several_joints_of_a_body_are_axes(tmp_path: Path) -> None:
-    (tmp_path / "gantry.xml").write_text(
-        '<mujoco><compiler angle="radian"/><worldbody><body name="base"><geom type="box" size=".1 .1 .1"/>'
-        '<body name="carriage" pos="0 0 .5"><joint name="x" type="slide" axis="1 0 0" range="-1 1"/>'
-        '<joint name="y" type="slide" axis="0 1 0" range="-1 2"/><geom type="box" size=".05 .05 .05"/>'
-        '<body name="arm" pos="0 0 -.1"><joint name="j" axis="0 1 0" range="-2 2"/>'
-        '<geom type="capsule" size=".02" fromto="0 0 0 0 0 -.3"/></body></body></body></worldbody></mujoco>'
-    )
-    robot = Robot.load(str(tmp_path / "gantry.xml"))
-    assert (robot.joints, robot.upper.tolist(), robot.prismatic.tolist()) == (
-        ("x", "y", "j"),
-        [1, 2, 2],
-        [True, True, False],
-    )
-    np.testing.assert_allclose(tool_positions(robot, np.array([[0.5, -0.2, 1.0]])), [[0.5, -0.2, 0.4]], atol=1e-15)
-    contacts = make_checker(robot, Scene("none")).first_contact(np.array([[0.3, 0, 0], [0, 0, 0]]))
-    assert contacts is not None  # the arm's end is 0.02 m in the base, as MuJoCo has it
-
-
 PAINTED = """<default><default class="arm"><material specular="0.5"/><joint range="-2 2"/>
  <default class="seen"><geom type="mesh" contype="0" conaffinity="0" group="2" material="dark"/></default>
  <default class="hit"><geom group="3"/></default></default></default>
@@ -231,14 +199,6 @@ def test_what_only_paints_or_weighs_stops_nothing(tmp_path: Path) -> None:
     assert robot.source.bare == {"base"}
 
 
-def test_geoms_of_the_world_belong_to_the_robot(tmp_path: Path) -> None:
-    wall = '<geom type="box" size="0.1 1 1" pos="0.3 0 1"/><body name="base"'
-    fore = '<geom type="capsule" size="0.01" fromto="0 0 0 0 0 0.4"/>'
-    checker = make_checker(Robot.load(arm(tmp_path, fore, replaced=('<body name="base"', wall))), Scene("none"))
-    assert checker.first_contact(np.array([[0.0, 0.0]])) is None
-    assert checker.first_contact(np.array([[0.0, np.pi / 2]])) is not None
-
-
 def test_included_files_and_folders_of_meshes_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "part.obj").write_text(
@@ -253,29 +213,6 @@ def test_included_files_and_folders_of_meshes_are_found(tmp_path: Path, monkeypa
     assert robot.tool == "hand"
     assert robot.bodies[-1].shape.content()[0] == "Mesh"
     assert not list((tmp_path / "elsewhere").iterdir())
-
-
-def test_metres_of_sliding_joints_are_no_degrees(tmp_path: Path) -> None:
-    slider = '<body name="slider"><joint name="s" type="slide" range="-1 2"/><geom size="0.1"/></body>'
-    robot = Robot.load(arm(tmp_path, slider, replaced=('angle="radian"', "")))
-    np.testing.assert_allclose([robot.lower, robot.upper], [[-np.pi, -np.radians(2), -1], [np.pi, np.radians(2), 2]])
-
-
-@pytest.mark.parametrize(
-    ("compiler", "joint", "turns_freely"),
-    [
-        ("", 'range="-2 2" limited="auto"', False),
-        ("", 'range="-2 2" limited="false"', True),
-        ("", "", True),
-        ('autolimits="false"', 'range="-2 2" limited="true"', False),
-    ],
-)
-def test_a_range_counts_where_it_limits(tmp_path: Path, compiler: str, joint: str, turns_freely: bool) -> None:
-    text = ARM.replace("EXTRA", "").replace('angle="radian"', f'angle="radian" {compiler}')
-    (tmp_path / "arm.xml").write_text(text.replace('range="-2 2"', joint))
-    robot = Robot.load(str(tmp_path / "arm.xml"))
-    assert robot.continuous.tolist() == [True, turns_freely]
-    np.testing.assert_allclose(robot.upper[1], np.pi if turns_freely else 2.0)
 
 
 # couplings, notes and refusals

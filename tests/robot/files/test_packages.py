@@ -69,19 +69,6 @@ def test_where_packages_are_found(
     assert find_package("acme", far) == there
 
 
-def test_links_to_packages_are_followed_and_links_that_lead_back_up_end(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    there = package(tmp_path / "apart", "acme")
-    (tmp_path / "ws" / "src").mkdir(parents=True)
-    (tmp_path / "ws" / "linked").symlink_to(there)
-    (tmp_path / "ws" / "src" / "back").symlink_to(tmp_path / "ws")
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "ws"))
-    assert find_package("acme", Path("/nowhere/arm.urdf")).resolve() == there
-    with pytest.raises(LookupError, match="package 'other' not found"):
-        find_package("other", Path("/nowhere/arm.urdf"))
-
-
 def test_the_advice_for_a_lost_package_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     there = package(tmp_path / "apart" / "folder", "acme")
     far = tmp_path / "a" / "b" / "c" / "d" / "e" / "arm.urdf"

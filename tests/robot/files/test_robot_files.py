@@ -1,25 +1,27 @@
-"""A robot's files: which joints are planned, what holds the others, and the old key."""
+"""A robot's files: which joints are planned, what holds the others, and robots of robot_descriptions."""
 
 from __future__ import annotations
 
-import logging
+import sys
 from pathlib import Path
 
 import pytest
 
-from planner.base.errors import RobotError
+from planner.base.errors import InstallationError, RobotError
+from planner.robot.files import robot_files
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, read_robot
+from planner.robot.robot import Robot
 from tests.worlds import joint_xml, link_xml
 
 
 @pytest.fixture
 def arm(tmp_path: Path) -> Path:
-    """Three joints, the last one held by the robot file, which still speaks of ``rows``."""
+    """Three joints, the last one held by the robot file."""
     links = "".join(link_xml(name, '<sphere radius="0.01"/>') for name in "abcd")
     joints = joint_xml("j1", "a", "b") + joint_xml("j2", "b", "c", xyz="1 0 0") + joint_xml("j3", "c", "d", xyz="1 0 0")
     (tmp_path / "arm.urdf").write_text(f'<robot name="arm">{links}{joints}</robot>')
     (tmp_path / "robot.yaml").write_text(
-        "name: mine\nurdf: {file: arm.urdf}\ntool: d\nrows: planar\nfixed_joints: {j3: 0.2}\n"
+        "name: mine\nurdf: {file: arm.urdf}\ntool: d\nmanipulability: planar\nfixed_joints: {j3: 0.2}\n"
     )
     return tmp_path / "robot.yaml"
 
@@ -36,14 +38,6 @@ def test_held_joints_are_not_planned(arm: Path) -> None:
         files.planned_joints(None, JointChoice(joints=("j9",)), {})
 
 
-def test_the_old_key_is_read_with_a_note(arm: Path, caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.WARNING):
-        files = read_robot(str(arm), None)
-    assert files.file is not None
-    assert files.file.manipulability == "planar"
-    assert "'manipulability' now: rename it" in caplog.text
-
-
 def test_every_file_is_read_once(arm: Path) -> None:
     files = read_robot(str(arm), None)
     for path in arm.parent.iterdir():
@@ -56,3 +50,34 @@ def test_a_file_of_another_kind_is_not_called_missing(tmp_path: Path, monkeypatc
     (tmp_path / "arm.txt").write_text("")
     with pytest.raises(RobotError, match=r"arm\.txt ends neither in \.urdf nor in \.yaml: rename it"):
         read_robot("arm.txt")
+
+
+MODULES = {  # of a package that has what the package robot_descriptions has
+    "__init__": "",
+    "arm_description": "URDF_PATH = FOLDER + '/arm.urdf'\nSRDF_PATH = FOLDER + '/arm.srdf'\n",
+    "built_description": "XACRO_PATH = FOLDER + '/arm.xacro'\nXACRO_ARGS = {'kind': 'x'}\n",
+    "bare_description": "",
+    "far_description": "raise OSError('no network')",
+}
+
+
+def test_robots_of_the_package_robot_descriptions(arm: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(robot_files, "_DESCRIPTIONS", "robot_descriptions_that_is_not_installed")
+    with pytest.raises(InstallationError, match=r"pip install 'gabf-planner\[descriptions\]'"):
+        Robot.load("arm_description")
+    monkeypatch.setattr(robot_files, "_DESCRIPTIONS", "descriptions_of_a_test")
+    folder = arm.parent / "site" / "descriptions_of_a_test"
+    folder.mkdir(parents=True)
+    for name, text in MODULES.items():
+        (folder / f"{name}.py").write_text(text.replace("FOLDER", repr(str(arm.parent))))
+    (arm.parent / "arm.srdf").write_text('<robot name="arm"><disable_collisions link1="a" link2="b"/></robot>')
+    monkeypatch.syspath_prepend(str(folder.parent))
+    robot = Robot.load("arm_description")
+    assert (robot.name, robot.disabled_pairs) == ("arm_description", {frozenset("ab")})
+    _, built = robot_files.find_robot("built_description")
+    assert built is not None
+    assert (built.urdf.file, built.urdf.args) == (str(arm.parent / "arm.xacro"), {"kind": "x"})
+    for name, said in (("bare", "neither URDF"), ("far", "no network"), ("none", "cannot be loaded")):
+        with pytest.raises(RobotError, match=said):
+            Robot.load(f"{name}_description")
+    assert "descriptions_of_a_test.arm_description" in sys.modules

@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 
 from planner.base.errors import SceneError
 from planner.base.resources import scene_names
-from planner.robot.files.scene_writer import write_scene
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
-from planner.robot.scene import Scene
+from planner.robot.scene import Scene, write_scene
 from planner.robot.shapes import Carried, Mesh, Obstacle, Shape, Sphere
 from tests.random_shapes import QUICK, box_mesh, poses, shapes
 

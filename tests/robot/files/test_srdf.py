@@ -81,18 +81,13 @@ def test_states_are_known_that_name_every_planned_joint(arm: Path) -> None:
     assert dict(load(arm).states) == {"home": (0.3, 0.1, -0.2)}
 
 
-def test_disabled_pairs_are_part_of_the_identity(arm: Path) -> None:
-    assert load(arm).disabled_pairs == {frozenset(("column", "fore"))}
-    assert load(arm).identity != Robot.load(str(arm / "arm.urdf")).identity
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [
         ({"group": "leg"}, "group 'leg' not found in SRDF .*; groups are arm, by_joints"),
         ({"group": "round"}, "contains itself"),
         ({"group": "welded"}, "moves no joint"),
-        ({"group": "foreign"}, "names joint 'nose', which the URDF has not"),
+        ({"group": "foreign"}, "names 'nose', which the URDF lacks"),
         ({"group": "backwards"}, "a chain from 'hand' to 'column', but no joints lead there"),
         ({"joints": "elbow,nose"}, "joint 'nose' not found; joints are lift, shoulder, elbow"),
         ({"joints": "weld"}, "joint 'weld' does not move"),
@@ -103,22 +98,12 @@ def test_refused(arm: Path, options: dict[str, str], said: str) -> None:
         load(arm, **options)
 
 
-def test_a_group_needs_an_srdf(arm: Path) -> None:
-    with pytest.raises(RobotError, match=r"has no SRDF.*give --srdf"):
-        Robot.load(str(arm / "arm.urdf"), choice=JointChoice(group="arm"))
-
-
 ONE = '<joint name="elbow" value="1"/>'
 BAD = [
-    ('<disabel_collisions link1="base" link2="fore"/>', "did you mean 'disable_collisions'"),
-    ('<disable_collisions link1="base" link_2="fore"/>', r"without attribute 'link2' \(did you mean 'link_2'\?\)"),
     ('<disable_collisions link1="base" link2=" "/>', "without attribute 'link2'"),
-    ('<virtual_joint name="v" type="planer"/>', "type 'planer' .did you mean 'planar'"),
-    ('<group name="g"><joints name="elbow"/></group>', "unknown element 'group/joints' .did you mean 'joint'"),
     ('<group name="g"><chain base_link="base"/></group>', "<chain> without attribute 'tip_link'"),
     ('<group><joint name="elbow"/></group>', "<group> without attribute 'name'"),
     ('<group_state name="s"><joint name="elbow"/></group_state>', "<joint> without attribute 'value'"),
-    ('<group_state name="s"><jiont name="elbow" value="1"/></group_state>', "did you mean 'joint'"),
     ('<group name="arm"><joint name="elbow"/></group>', "says group 'arm' twice"),
     (2 * '<group_state name="s" group="arm"/>', "says state 's' of group 'arm' twice"),
     (f'<group_state name="s" group="arm">{2 * ONE}</group_state>', "says joint 'elbow' in state 's' of group"),
@@ -134,16 +119,16 @@ def test_what_is_misspelt_or_said_twice_is_refused(arm: Path, line: str, said: s
         load(arm)
 
 
-UNREAD = [  # lines, and the end of the one note on them
-    ('<others><disable_collisions link1="base" link2="fore"/></others>', "passed over: others."),
-    ('<group name="g"><group name="arm"><joint name="lift"/></group></group>', "passed over: group/group/joint."),
-    ('<disable_collisions link1="base" link2="fore" within="0.1"/>', "passed over: disable_collisions's 'within'."),
-    ('<virtual_joint name="v" typ="planar" child_link="base"/>', "passed over: virtual_joint's 'typ'."),
+UNREAD = [
+    (
+        '<disabel_collisions link1="base" link2="fore"/>',
+        "skipped: disabel_collisions.",
+    ),  # lines, and the end of the one note on them
+    ('<others><disable_collisions link1="base" link2="fore"/></others>', "skipped: others."),
+    ('<group name="g"><group name="arm"><joint name="lift"/></group></group>', "skipped: group/group/joint."),
     ('<virtual_joint name="v" type="floating" child_link="base"/>', "give it a base: floating."),
-    ('<virtual_joint name="v" type="fixed" child_link="fore"/>', "is not the root, which stands in its place: fore."),
-    (2 * '<virtual_joint name="v" type="fixed" child_link="base"/>', "passed over: virtual_joint 2."),
-    ('<passive_joint name="elbwo"/><disable_collisions link1="fore" link2="hnad"/>', "passed over: elbwo, hnad."),
-    ('<group_state name="s" group="arm"><joint name="sholder" value="1"/></group_state>', "passed over: sholder."),
+    ('<passive_joint name="elbwo"/><disable_collisions link1="fore" link2="hnad"/>', "skipped: elbwo, hnad."),
+    ('<group_state name="s" group="arm"><joint name="sholder" value="1"/></group_state>', "skipped: sholder."),
     ('<group_state name="s"><joint name="elbow" value="0.5 0.3"/></group_state>', "joint 'elbow' in state 's'."),
     ('<end_effector name="e" parent_link="fore" group="g"/>', None),
 ]
@@ -157,9 +142,8 @@ def test_the_parts_that_are_not_read_are_named(arm: Path, lines: str, said: str 
     robot = load(arm)
     assert [note.text[note.text.rindex(said or "x") :] for note in robot.notes] == ([said] if said else [])
     assert robot.joints == before.joints
-    named = frozenset(("base", "fore")) if lines.startswith("<disable") else None
     more = (robot.disabled_pairs or frozenset()) - (before.disabled_pairs or frozenset())
-    assert more <= {named, frozenset(("fore", "hnad"))}
+    assert more <= {frozenset(("fore", "hnad"))}
 
 
 def test_collisions_that_are_off_by_default(arm: Path) -> None:
@@ -175,16 +159,13 @@ def test_collisions_that_are_off_by_default(arm: Path) -> None:
     assert load(arm).identity != Robot.load(str(arm / "arm.urdf")).identity
 
 
-def test_a_passive_joint_inside_a_group_is_read_noted_and_not_planned(arm: Path) -> None:
+def test_a_passive_joint_inside_a_group_is_read_and_not_planned(arm: Path) -> None:
     """So do the SRDFs of Franka's arms and MoveIt's own panda.srdf."""
     more = '<passive_joint name="lift"/><joint name="elbow"/></group>'
     (arm / "arm.srdf").write_text(SRDF.replace('<joint name="elbow"/><joint name="lift"/>', more.partition("<j")[0]))
     assert load(arm).joints == ("shoulder", "elbow")
     (arm / "arm.srdf").write_text(SRDF.replace('<joint name="weld"/></group>', more, 1))
-    robot = load(arm, group="by_joints")
-    assert robot.joints == ("elbow",)
-    (note,) = robot.notes
-    assert note.text.endswith("that a group calls passive are not planned in any group: lift.")
+    assert load(arm, group="by_joints").joints == ("elbow",)
 
 
 def test_an_srdf_that_calls_the_robot_otherwise_is_noted(arm: Path) -> None:

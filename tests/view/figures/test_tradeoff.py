@@ -10,7 +10,7 @@ import pytest
 from planner.base.errors import OptionError
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
-from planner.tradeoff.sweep import Interval, Tradeoff
+from planner.tradeoff.result import Interval, Tradeoff
 from planner.view import figures
 from tests.view.figures.panels import lines, require_labels
 
@@ -19,12 +19,22 @@ NONE: Any = None
 
 def interval(low: float, high: float, omega: float, distance: float) -> Interval:
     empty = np.zeros(0)
-    return Interval(low, high, empty.astype(np.int64), empty, omega, distance, 0.0, 0.0, 0.0, 0.0, NONE)
+    measures = dict.fromkeys(("w_min", "w_mean", "joint_length", "workspace_length"), 0.0)
+    return Interval(
+        beta_min=low,
+        beta_max=high,
+        manipulability_cost=omega,
+        distance_cost=distance,
+        path_nodes=empty.astype(np.int64),
+        path=empty,
+        cost_to_go=NONE,
+        **measures,
+    )
 
 
 def tradeoff(*intervals: Interval) -> Tradeoff:
     outcome = Outcome.SOLVED if intervals else Outcome.NO_PATH
-    return Tradeoff(SweepRequest(), outcome, NONE, NONE, NONE, NONE, intervals=intervals)
+    return Tradeoff(SweepRequest(), outcome, NONE, NONE, intervals=intervals)
 
 
 # lines meet at beta = 0.25 and 0.5; (2.5, 7.5) lies above all three, so that no beta reaches it

@@ -14,7 +14,7 @@ from planner.robot.poses import pose
 from planner.robot.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from planner.trajectory.measure import dense_path
 from planner.view import figures
-from planner.view.figures.workspace import clipped, faces_of
+from planner.view.figures.paths import clipped, faces_of
 from tests.random_shapes import box_mesh
 
 

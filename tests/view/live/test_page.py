@@ -139,17 +139,6 @@ def test_a_drag_moves_the_obstacle_and_its_end_plans(page: LivePage) -> None:
     assert page._session.scene.obstacles[1].placement[:3, 3].tolist() == [-0.6, 0.7, 0.1]
 
 
-def test_the_robot_runs_along_the_path(page: LivePage) -> None:
-    robot, path = load("planar_2r"), page.answers[-1].plan.path
-    for share, q in ((0.0, path[0]), (1.0, path[-1])):
-        page.share.value = share
-        tip = robot.model.frames[robot.tool_id].placement.translation
-        frame = page._picture._frames[-1]
-        w, x, y, z = frame.wxyz
-        turn = np.array([[1 - 2 * (y * y + z * z), -2 * w * z], [2 * w * z, 1 - 2 * (x * x + z * z)]])
-        np.testing.assert_allclose(frame.position[:2] + turn @ tip[:2], tool_positions(robot, q)[0, :2], atol=1e-6)
-
-
 def test_changes_from_several_threads_wait_for_each_other(page: LivePage) -> None:
     places = [(-0.5 - 0.02 * k, 0.8, 0.1) for k in range(6)]
     threads = [threading.Thread(target=put, args=(page, "drum", *place)) for place in places]

@@ -16,12 +16,14 @@ from hypothesis import strategies as st
 
 from planner.base.errors import PlannerError
 from planner.base.yamlfile import models_in
-from planner.robot.moveit.message import goals_of, kept_of, with_path_limits
 from planner.robot.moveit.messages import Message
 from planner.robot.moveit.requests import (
     MotionPlanRequest,
     MotionPlanRequestMessage,
+    goals_of,
+    kept_of,
     read_motion_plan_request,
+    with_path_limits,
 )
 from planner.robot.moveit.scenes import PlanningScene, PlanningSceneMessage, planning_scene
 from planner.robot.robot import Robot
@@ -32,7 +34,6 @@ from tests.robot.files.moveit.samples import REQUEST, SCENE, changed
 CRATE, GOAL, STATE = "world.collision_objects.0", "goal_constraints.0", "start_state.joint_state"
 BASE = "robot_state.multi_dof_joint_state"
 PLACED = {"joint_names": ["virtual_joint"], "transforms": [{"translation": [0, 0, 0], "rotation": [0, 0, 0, 1]}]}
-TURNED = {"joint_names": ["virtual_joint"], "transforms": [{"rotation": {"x": 0, "y": 0, "z": 1, "w": 0}}]}
 SHIFTED = {"joint_names": ["virtual_joint"], "transforms": [{"translation": {"x": 0.5, "y": 0, "z": 0}}]}
 HELD = {"id": "rod", "primitives": [{"type": "sphere", "dimensions": [0.02]}], "primitive_poses": [{}]}
 ATTACHED = "robot_state.attached_collision_objects"
@@ -45,26 +46,17 @@ JOINT = {"joint_name": "panda_joint1", "position": 0.0}
 
 SCENES = [  # place, value, and what the message of a refusal or of the note says; None where there is neither
     ("wrold", {"a": 1}, "(did you mean 'world'?)"),
-    (f"{CRATE}.primitve_poses", [{"position": [1, 0, 0]}], "(did you mean 'primitive_poses'?)"),
-    ("world.octomap", {"octomap": {"resolution": 0.1, "data": [1, 2]}}, "'world.octomap.octomap.data' is not"),
-    ("world.octomap", {"octomap": {"id": "OcTree", "data": [0, 0]}}, "give boxes or meshes in its place"),
+    ("world.octomap", {"octomap": {"resolution": 0.1, "data": [1, 2]}}, "'world.octomap' is not"),
     ("world.octomap", {"header": {"frame_id": "map"}, "octomap": {"resolution": 0.1, "data": []}}, None),
-    (f"{CRATE}.planes", [{"coef": [0, 0, 1, 0]}], f"'{CRATE}.planes.0.coef' is not followed"),
-    ("link_padding", [{"link_name": "panda_hand", "padding": 0.02}], "'link_padding.0.padding' is not followed"),
-    ("link_padding", [{"link_name": "panda_hand", "padding": 0.0}], None),
+    (f"{CRATE}.planes", [{"coef": [0, 0, 1, 0]}], f"'{CRATE}.planes' is not followed"),
+    ("link_padding", [{"link_name": "panda_hand", "padding": 0.02}], "'link_padding' is not followed"),
     ("link_scale", [{"link_name": "panda_hand", "scale": 1.1}], "with --margin in its place"),
-    ("link_scale", [{"link_name": "panda_hand", "scale": 1.0}], None),
     *[(f"{CRATE}.operation", value, "export the whole scene") for value in (1, 2, 3, "REMOVE")],
     *[(f"{CRATE}.operation", value, None) for value in (0, "ADD", "\0", b"\0")],
-    (
-        BASE,
-        TURNED,
-        f"'{BASE}.transforms.0.rotation' is not followed by this planner; place the robot's base with --base",
-    ),
-    (BASE, SHIFTED, f"'{BASE}.transforms.0.translation' is not followed"),
-    (BASE, {**PLACED, "twist": [{"linear": {"x": 0.2, "y": 0, "z": 0}}]}, f"'{BASE}.twist.0.linear' is not"),
+    (BASE, SHIFTED, f"'{BASE}' is not followed"),
+    (BASE, {**PLACED, "twist": [{"linear": {"x": 0.2, "y": 0, "z": 0}}]}, f"'{BASE}' is not"),
     (BASE, PLACED, None),
-    (BASE, {**PLACED, "wrench": [{"force": [1, 0, 0]}]}, f"no path depends on it: {BASE}.wrench."),
+    (BASE, {**PLACED, "wrench": [{"force": [1, 0, 0]}]}, None),
     ("robot_state.joint_state.velocity", [0.5], "'robot_state.joint_state.velocity' is not followed"),
     (
         "allowed_collision_matrix",
@@ -82,19 +74,12 @@ SCENES = [  # place, value, and what the message of a refusal or of the note say
     (ATTACHED, [{**RIGID, "object": {"id": "cup"}}], "object 'cup' has no shape"),
     ("is_diff", True, "is a difference (is_diff) to a scene that is not here"),
     ("world.collision_objects.1.id", "table", "object 'table' is given twice"),
-    ("world.collision_objects.0", {"id": "ghost", "type": {"key": "cup"}}, "no shape"),
     (CRATE, {**HELD, "primitives": 2 * HELD["primitives"]}, "2 shapes and 1 poses"),
-    (CRATE, {"id": "a", "meshes": [TRIANGLE], "mesh_poses": [{}, {}]}, "1 shapes and 2 poses"),
     (f"{CRATE}.pose.position", {"x": 1, "y": 2, "zz": 3}, "pose.position"),
-    (f"{CRATE}.pose.position", {"x": 1, "y": 2, "w": 3}, "pose.position"),
-    (f"{CRATE}.pose.position", [0, float("nan"), 0], "pose.position"),
     (f"{CRATE}.pose.orientation", [0, 0, 0, 0], "zero length"),
     (f"{CRATE}.primitives.0", {"type": "cone", "dimensions": [1, 1]}, "'cone' with 2 dimensions is not supported"),
-    (f"{CRATE}.primitives.0", {"type": "box", "dimensions": [1, 1]}, "'box' with 2 dimensions"),
-    (f"{CRATE}.primitives.0", {"type": "box", "dimensions": [1, 0, 1]}, "dimensions.1' is wrong"),
     (CRATE, {"id": "a", "meshes": [{**TRIANGLE, "vertices": []}], "mesh_poses": [{}]}, "0 vertices"),
     ("allowed_collision_matrix", {"entry_names": ["a"]}, "1 entry_names and 0 entry_values"),
-    ("allowed_collision_matrix", {"entry_names": "aa", "entry_values": []}, "entry_names"),
     ("allowed_collision_matrix", {"entry_names": ["a", "a"], "entry_values": 2 * [[True, True]]}, "'a' is named twice"),
     ("allowed_collision_matrix", {"entry_names": ["a", "b"], "entry_values": [[True, True], [True]]}, "row of 'b'"),
     (
@@ -110,30 +95,24 @@ SCENES = [  # place, value, and what the message of a refusal or of the note say
 ]
 REQUESTS = [
     ("goal_constrains", [{"joint_constraints": [JOINT]}], "(did you mean 'goal_constraints'?)"),
-    (f"{GOAL}.joint_constraints.0.tolerance_abov", 1, "(did you mean 'tolerance_above'?)"),
-    ("path_constraints.orientation_constraint", [TURN], "orientation_constraint.0.orientation' is not"),
-    ("path_constraints.visibility_constraints", [{"target_radius": 0.1}], "visibility_constraints.0.target_radius' is"),
-    (f"{GOAL}.visibility_constraints", [{"target_radius": 0.1}], "visibility_constraints.0.target_radius' is not"),
-    ("trajectory_constraints", {"constraints": [{"position_constraints": [PLACE]}]}, "'trajectory_constraints.con"),
-    ("trajectory_constraints", {"constraints": [{"joint_constraints": [JOINT]}]}, "joint_name' is not followed"),
+    ("path_constraints.orientation_constraint", [TURN], "orientation_constraint' is not"),
+    ("path_constraints.visibility_constraints", [{"target_radius": 0.1}], "visibility_constraints' is"),
+    ("trajectory_constraints", {"constraints": [{"position_constraints": [PLACE]}]}, "'trajectory_constraints' is not"),
     ("trajectory_constraints", {"constraints": [{}]}, None),
     ("max_cartesian_speed", 0.1, "'max_cartesian_speed' is not followed by this planner; lower max_velocity_scal"),
     ("cartesian_speed_limited_link", "panda_hand", "no path depends on it: cartesian_speed_limited_link."),
     (f"{STATE}.velocity", [0.5] + 8 * [0.0], f"'{STATE}.velocity' is not followed by this planner; plan from where"),
-    (f"{STATE}.velocity", [1e-3] + 8 * [0.0], f"no path depends on it: {STATE}.velocity."),
+    (f"{STATE}.velocity", [1e-3] + 8 * [0.0], None),
     (f"{STATE}.velocity", 9 * [0.0], None),
-    (f"{STATE}.effort", [1.0] + 8 * [0.0], f"no path depends on it: {STATE}.effort."),
-    (f"{STATE}.position", [0.0], "9 names and 1 positions"),
-    (f"{STATE}.name", 9 * ["panda_joint1"], "'panda_joint1' is named twice"),
-    ("start_state.multi_dof_joint_state", SHIFTED, "'start_state.multi_dof_joint_state.transforms.0.translation'"),
+    ("start_state.multi_dof_joint_state", SHIFTED, "'start_state.multi_dof_joint_state'"),
     (f"{GOAL}.position_constraints", [PLACE], "constrains joints and a link at once"),
     (f"{GOAL}.joint_constraints", [JOINT, JOINT], "constrains a joint twice"),
-    (GOAL, {"position_constraints": [{"constraint_region": {"meshes": [TRIANGLE]}}]}, "constraint_region.meshes.0."),
+    (GOAL, {"position_constraints": [{"constraint_region": {"meshes": [TRIANGLE]}}]}, "region.meshes' is not"),
     (GOAL, {}, "neither joint nor position nor orientation constraints"),
     (GOAL, {"position_constraints": [{"constraint_region": {**POINT, "primitives": [{"type": 5, "dimensions": [1]}]}}]},
-     "a region of type 'prism' is not supported"),
+     "a region of type 'prism' with 1 dim"),
     (GOAL, {"position_constraints": [{"constraint_region": {**POINT, "primitives": [{"type": 1, "dimensions": [1]}]}}]},
-     "a box has 3 dimensions, this one 1"),
+     "a region of type 'box' with 1 dim"),
     ("path_constraints", {"position_constraints": [{**PLACE, "constraint_region": {
         **POINT, "primitives": [{"type": 3, "dimensions": [1, 1]}]}}]}, "no single box or sphere"),
     ("path_constraints", {"orientation_constraints": [{**TURN, "parameterization": 2}]}, "parameterization' is wrong"),
@@ -147,8 +126,6 @@ REQUESTS = [
         ("allowed_planning_time", 5.0), ("workspace_parameters", {"max_corner": [1, 1, 1]}),
         ("reference_trajectories", [{"joint_trajectory": [{"points": [{"positions": [0.5]}]}]}]))],
     ("max_velocity_scaling_factor", 1.5, "outside (0, 1] is taken as 1, as MoveIt does"),
-    ("max_acceleration_scaling_factor", -0.5, "max_acceleration_scaling_factor outside (0, 1]"),
-    ("max_velocity_scaling_factor", 0.0, None),
 ]  # fmt: skip
 NOTED = ("no path depends", "outside (0, 1]", "inside them", "is a difference")
 

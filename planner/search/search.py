@@ -1,0 +1,175 @@
+"""The one search for a proven path: solve the field, take its path, prove it, remove what fails, let the field heal.
+
+Plans, sweeps, sessions and tasks all search so. They differ in what a proof of a path is, see :class:`LazyNetwork`.
+(Lazy PRM, Bohlin and Kavraki 2000, with a field that heals in the place of a search from scratch.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.base.progress import QUIET, Progress, Stopwatch
+from planner.collision.checker import CollisionChecker
+from planner.collision.looks import straight
+from planner.collision.second_look import second_look
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.robot.robot import Robot
+from planner.search.manipulability_floor import first_violation, layered_network
+from planner.search.network import edge_rows
+
+
+class LazyNetwork(Protocol):
+    """A network whose arcs count as free until a path that uses them has failed."""
+
+    @property
+    def network(self) -> gabf.Network:
+        """The arcs that are left, between nodes that stay."""
+        ...
+
+    @property
+    def starts(self) -> Ints:
+        """The nodes (s,) at which a path may start."""
+        ...
+
+    def holds(self, steps: Ints) -> bool:
+        """Prove the path over nodes ``steps`` (k,); where that fails, remove at least one of its arcs and say False."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ProvenNetwork:
+    """A lazy network whose arcs are all proven."""
+
+    network: gabf.Network
+    starts: Ints
+
+    def holds(self, steps: Ints) -> bool:
+        return True
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The settled field and the proven path over nodes ``steps`` (k,); no steps: there is no path, or a stop was asked.
+
+    ``rounds`` counts the fields on the way, ``raised`` the nodes that were lifted in them, ``updates`` the parent
+    values that were computed.
+    """
+
+    field: gabf.CostToGo
+    steps: Ints
+    rounds: int
+    raised: int
+    updates: int
+
+
+def search(
+    lazy: LazyNetwork,
+    law: gabf.Law,
+    x: Floats | None = None,
+    clock: Stopwatch | None = None,
+    progress: Progress = QUIET,
+) -> Found:
+    """The cheapest path of a lazy network that holds, and the field that says so.
+
+    Only arcs that failed ever go. So every network on the way contains all proven paths, its cheapest path costs no
+    more than the cheapest of these, and the first path that holds is the cheapest. The dynamics starts from the states
+    ``x`` (n,) of the first n nodes, then from each field before, raised where it relied on what went; under a law that
+    needs an overestimate it starts anew each time.
+    """
+    clock, rounds, raised, updates = clock or Stopwatch(), 0, 0, 0
+    while True:
+        with clock("gabf"):
+            network = lazy.network
+            if x is None or law.needs_overestimate:
+                field = gabf.solve(network, law=law)
+            else:
+                new = np.full(network.n_nodes - len(x), np.inf)
+                healing = gabf.heal(network, np.append(x, new), law)
+                field, raised, updates = healing.cost_to_go, raised + len(healing.raised), updates + healing.updates
+            x, rounds = field.x, rounds + 1
+        progress("path", rounds, rounds + 1)
+        with clock("path"):
+            steps = gabf.cheapest_path(field, lazy.starts)
+            stopped = progress.stopped
+            if stopped or not len(steps) or lazy.holds(steps):
+                progress("path", rounds, rounds)
+                return Found(field, steps[:0] if stopped else steps, rounds, raised, updates)
+
+
+class RoadmapPaths:
+    """The paths of a roadmap that keep to a manipulability ``floor``, as a :class:`LazyNetwork`.
+
+    ``prove(nodes)`` proves the edges between consecutive roadmap nodes (k,). It returns the rows of edges that no path
+    may use from then on; none where all of the path's are proven. An arc on which the path falls below the floor goes
+    too. ``kept`` (m,): the edges that have not failed.
+    """
+
+    def __init__(
+        self, roadmap: Roadmap, robot: Robot, network: gabf.Network, floor: float, prove: Callable[[Ints], Ints]
+    ) -> None:
+        self._roadmap, self._robot, self._floor, self._prove = roadmap, robot, floor, prove
+        self.layered = layered_network(roadmap, network, floor)
+        self.kept = np.ones(len(roadmap.edges), dtype=bool)
+
+    @property
+    def network(self) -> gabf.Network:
+        return self.layered.network
+
+    @property
+    def starts(self) -> Ints:
+        return self.layered.starts
+
+    @property
+    def roadmap(self) -> Roadmap:
+        """The roadmap without the edges that failed."""
+        if self.kept.all():
+            return self._roadmap
+        return self._roadmap.part(np.ones(len(self._roadmap.nodes), dtype=bool), self.kept)
+
+    def holds(self, steps: Ints) -> bool:
+        failed = self._prove(self.layered.roadmap_node[steps])
+        if len(failed):
+            self.remove(failed)
+            return False
+        low = first_violation(self._robot, self.waypoints(steps), self._floor)
+        if low is not None:
+            self.layered = self.layered.without_arcs_between(int(steps[low]), int(steps[low + 1]))
+        return low is None
+
+    def remove(self, rows: Ints) -> None:
+        """Remove the edges ``rows`` (k,) in every layer."""
+        self.kept[rows] = False
+        self.layered = self.layered.without_edges(self._roadmap.edges[rows])
+
+    def waypoints(self, steps: Ints) -> Floats:
+        """The configurations (k, dof) of a path over nodes of the layered network."""
+        return path_waypoints(self._roadmap, self._robot, self.layered.roadmap_node[steps])
+
+
+def second_looks(checker: CollisionChecker, roadmap: Roadmap, seen: set[bytes] | None = None) -> Callable[[Ints], Ints]:
+    """The proof of a path whose edges are all proven: a second look at them, see :func:`second_look`.
+
+    The first edge on which it sees a contact fails. ``seen``: the edges that passed in the same world, on any roadmap,
+    which are not looked at again; what passes is added.
+    """
+    passed, robot = set() if seen is None else seen, checker.robot
+
+    def look(nodes: Ints) -> Ints:
+        rows = edge_rows(roadmap, nodes[:-1], nodes[1:])
+        names = [b"".join(sorted(q.tobytes() for q in roadmap.nodes[roadmap.edges[row]])) for row in rows]
+        new = np.array([k for k, name in enumerate(names) if name not in passed], dtype=np.int64)
+        if not len(new):
+            return new
+        start, end = roadmap.nodes[nodes[new]], roadmap.nodes[nodes[new + 1]]
+        contact = second_look(checker, straight(start, robot.difference(start, end)))
+        first = len(new) if contact is None else contact.piece
+        passed.update(names[k] for k in new[:first])
+        return rows[new[first : first + 1]]
+
+    return look

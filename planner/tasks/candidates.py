@@ -1,0 +1,299 @@
+"""The candidates of each step: grasps and placements with arm configurations that reach them, and the tool's lines."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import choices
+from planner.base.yamlfile import nearest
+from planner.kinematics.inverse import Tolerance, distinct_rows, solve_within
+from planner.kinematics.manipulability import manipulability
+from planner.problem.request import TaskWorldRequest
+from planner.problem.targets import parse_target
+from planner.query.query import states_of
+from planner.query.resolve import resolve
+from planner.robot.robot import Robot
+from planner.robot.scene import Scene
+from planner.robot.shapes import Carried
+from planner.tasks.modes import ARM, BLOCKED, STRAYS, Held, Mode, Modes, Placement
+from planner.tasks.sampling import REST, extent, generate_grasps, place_at, place_in_region, standing, tool_poses
+from planner.tasks.task import Gripper, Line, Move, Pick, Place, Task, TaskError
+
+NOTHING = -1  # in the place of a number of a grasp or a placement
+STEP = 0.05  # m of a line between two solutions; between them the tool leaves the line by about STEP² / 8 / reach
+RELEASE = 5e-3  # m next to a grasp or a placement, on which an object may touch what it stands on
+_JUMP = 0.5  # rad (m): neighbouring solutions farther apart are not of one line
+_APART = 1e-2  # rad: solutions nearer to each other are one
+_SEEDS = 2400  # of inverse kinematics for a step, shared by its grasps or placements
+_FEWEST, _MOST = 12, 100  # for each
+_FEWEST_MORE = 2  # for each placement, with the configurations of its grasp
+_SEED = 0  # of these: the same task has the same solutions, whatever --seed says
+_GOALS = 8  # configurations that a state becomes at most
+
+
+def solutions(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: Tolerance) -> Floats:
+    """At most ``most`` distinct configurations (k, dof) that bring the tool to ``pose``, best manipulability first.
+
+    From each of the ``seeds`` (n, dof), by damped least squares as :func:`planner.kinematics.inverse.solve_within`,
+    within a ``tolerance`` (m, rad).
+    """
+    ends = _solve(robot, pose, seeds, tolerance)
+    best = np.argsort(-manipulability(robot, ends), kind="stable") if len(ends) else slice(0)
+    return distinct_rows(robot, ends[best], _APART, most)
+
+
+def along(robot: Robot, q: Floats, poses: Floats, tolerance: Tolerance) -> Floats | None:
+    """Configurations (k + 1, dof) from ``q`` on with the tool at ``poses`` (k, 4, 4); None where that cannot be.
+
+    A line ends where a solution is missing, or lies a jump away from the one before it.
+    """
+    path = [q]
+    for pose in poses:
+        ends = _solve(robot, pose, path[-1][None], tolerance)
+        if not len(ends) or np.abs(robot.difference(path[-1], ends[0])).max() > _JUMP:
+            return None
+        path.append(path[-1] + robot.difference(path[-1], ends[0]))
+    return np.array(path)
+
+
+def _solve(robot: Robot, pose: Floats, seeds: Floats, tolerance: Tolerance) -> Floats:
+    ends, _, _, solved = solve_within(robot, np.broadcast_to(pose, (len(seeds), 4, 4)), seeds, tolerance)
+    return ends[solved]
+
+
+def _line_poses(rest: Floats, line: Line, forward: bool, margin: float) -> Floats:
+    """Poses (k, 4, 4) of the tool from ``rest`` (4, 4) on: back along an approach, or ``forward`` along a retreat.
+
+    The first is ``RELEASE`` beyond the ``margin`` (m) away from the rest, or at the line's end where that is nearer,
+    the others up to ``STEP`` apart. One pose at least: without a line it is the rest itself.
+    """
+    axis = np.array(line.axis) if line.frame == "world" else rest[:3, :3] @ np.array(line.axis)
+    first = min(RELEASE + margin, line.distance)
+    left = line.distance - first
+    count = int(np.ceil(left / STEP - 1e-9))
+    distances = np.append(first, first + left * (np.arange(count) + 1) / max(count, 1))
+    poses = np.tile(rest, (count + 1, 1, 1))
+    poses[:, :3, 3] += np.outer(distances if forward else -distances, axis)
+    return poses
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One configuration ``rest`` (dof,) of one grasp at one placement, with the lines of the tool to it and off it.
+
+    It is joined to the roadmap at both ``ends`` (2, dof). ``motions`` (3,) are numbers of what leads from corner to
+    corner. The corners of a pick are the begin of its approach, the rest, ``RELEASE`` off it, and the end of its
+    retreat; of a placement the begin, ``RELEASE`` before the rest, the rest, and the end. A goal of a move is one
+    corner: it has no motions, its grasp and placement are NOTHING.
+    """
+
+    grasp: int
+    place: int
+    rest: Floats
+    ends: Floats
+    motions: Ints
+
+
+@dataclass(eq=False)
+class Rejected:
+    """Of how many grasps or placements of a step a configuration was sought, and why the others were rejected."""
+
+    of: int = 0
+    strays: int = 0
+    contacts: Counter[str] = field(default_factory=Counter)
+    out_of_reach: list[Floats] = field(default_factory=list)  # where the tool was to be (3,)
+
+    def count_blocked(self, hits: Iterable[tuple[Candidate, str | None]]) -> None:
+        """Count each grasp at a placement if all its candidates are blocked, by what the first touches; None: free."""
+        groups: dict[tuple[int, int], list[str | None]] = {}
+        for one, hit in hits:
+            groups.setdefault((one.grasp, one.place), []).append(hit)
+        for first, *others in groups.values():
+            if first is not None and None not in others:
+                self.strays += first == STRAYS
+                self.contacts.update({first} - {STRAYS})
+
+
+class Candidates:
+    """The candidates of each step of a task, as far as they are not blocked by what all modes share.
+
+    ``steps[k]`` are the candidates of a pick by placement, of a placement by grasp, of a move all by ``NOTHING``.
+    ``first`` is the mode of the beginning.
+    """
+
+    def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, ik: TaskWorldRequest) -> None:
+        """``start`` (1, dof); ``ik`` configurations of each grasp. What is held from the beginning has a grasp."""
+        self.task, self.modes, self.gripper, self.start, self._ik = task, modes, gripper, start, ik
+        robot = modes.robot
+        rng = np.random.default_rng(_SEED)
+        self._seeds = np.vstack([start, robot.home, rng.uniform(robot.lower, robot.upper, (_MOST, robot.dof))])
+        self.steps: list[dict[int, list[Candidate]]] = []
+        self.rejected: list[Rejected] = []
+        self._held = list(range(len(modes.grasps)))  # grasps that are left, of the object that is held
+        self._seeds_of: dict[int, list[Floats]] = {}  # configurations that hold it, by grasp
+        stands = [item for name, item in modes.objects.items() if name not in {held.object for held in modes.grasps}]
+        for item in stands:
+            others = tuple(other for other in stands if other is not item)
+            modes.placements.append(standing(item, item.placement, modes.checker, others))
+        self._standing = {each.object: [k] for k, each in enumerate(modes.placements)}  # numbers of its placements
+        self._require_free_tops()
+        self.first = Mode(tuple(range(len(modes.placements))), self._held[0] if self._held else None)
+        for step in task.steps:
+            self.rejected.append(Rejected())
+            match step:
+                case Move():
+                    self.steps.append({NOTHING: self._goals(len(self.rejected), step)})
+                case Pick():
+                    self.steps.append(self._pick(step))
+                case Place():
+                    self.steps.append(self._place(step))
+
+    @property
+    def dead_end(self) -> int | None:
+        """The first step (from 0) that nothing is left for."""
+        return next((k for k, step in enumerate(self.steps) if not any(step.values())), None)
+
+    def _require_free_tops(self) -> None:
+        """Raise :class:`TaskError` where something is picked on which another stands that is picked later."""
+        first = {each.object: each for each in self.modes.placements}
+        for number, step in enumerate(self.task.steps, start=1):
+            below = first.pop(step.object, None) if isinstance(step, Pick) else None
+            if below is None:
+                continue
+            for name, placement in first.items():
+                side_by_side = self._heights(placement)[0] < self._heights(below)[1] - REST
+                if below.object in placement.supports and not side_by_side:
+                    picks = f"step {number} picks '{below.object}'"
+                    raise TaskError(f"{picks} while '{name}' stands on it: pick '{name}' before.")
+
+    def _heights(self, placement: Placement) -> Floats:
+        """How low and how high (2,) m an object at a placement reaches."""
+        ends = extent(self.modes.objects[placement.object].shape, placement.pose[:3, :3])
+        return np.array(ends)[:, 2] + placement.pose[2, 3]
+
+    def _goals(self, number: int, step: Move) -> list[Candidate]:
+        checker, role, none = self.modes.checker, f"step {number}, the move,", np.zeros(0, dtype=np.int64)
+        states = states_of(checker.robot, checker.world.scene)
+        goals = resolve(parse_target(step.to), checker, states, role, _GOALS, self.start, self._ik.ik_tolerance)
+        return [Candidate(NOTHING, NOTHING, q, np.array([q, q]), none) for q in goals]
+
+    def _pick(self, step: Pick) -> dict[int, list[Candidate]]:
+        item, first = self.modes.objects[step.object], len(self.modes.grasps)
+        if step.grasps is None:
+            self.modes.grasps += generate_grasps(item.name, item.shape, self.gripper.opening)
+        else:
+            given = [Held(item.name, tool, grasp.opening) for grasp in step.grasps for tool in tool_poses(grasp)]
+            widest, opens = max(grasp.opening or 0.0 for grasp in given), self.gripper.opening
+            if opens is not None and widest > opens + 1e-9:
+                raise TaskError(f"a grasp of '{item.name}' must open at most {opens:g} m, got {widest:g}: narrow it.")
+            self.modes.grasps += given
+        numbers = range(first, len(self.modes.grasps))
+        by_place = {at: self._candidates(step, [(g, at) for g in numbers], {}) for at in self._standing[item.name]}
+        every = [one for candidates in by_place.values() for one in candidates]
+        self._held = [g for g in numbers if any(one.grasp == g for one in every)]
+        self._seeds_of = {g: [one.rest for one in every if one.grasp == g] for g in self._held}
+        return by_place
+
+    def _place(self, step: Place) -> dict[int, list[Candidate]]:
+        item, among, first = self.modes.objects[step.object], self.modes.checker, len(self.modes.placements)
+        if step.on is not None:
+            self.modes.placements += place_in_region(item, step, among.world.obstacles, among.world.margin)
+        else:
+            self.modes.placements += [place_at(item, each, among) for each in step.pose]
+        numbers = self._standing[item.name] = list(range(first, len(self.modes.placements)))
+        candidates = self._candidates(step, [(g, p) for g in self._held for p in numbers], self._seeds_of)
+        return {g: [one for one in candidates if one.grasp == g] for g in self._held}
+
+    def _candidates(self, step: Pick | Place, pairs: Sequence[tuple[int, int]], seeds: dict) -> list[Candidate]:
+        rejected, found, share = self.rejected[-1], [], _SEEDS // max(len(pairs), 1)
+        for grasp, place in pairs:
+            rejected.of += 1
+            tool = self.modes.placements[place].pose @ self.modes.grasps[grasp].tool
+            many = min(max(share, _FEWEST_MORE if grasp in seeds else _FEWEST), _MOST)
+            near = np.vstack([*seeds.get(grasp, ()), *self._seeds[:many]])
+            candidates = self._reach(step, grasp, place, tool, near)
+            if not candidates:
+                rejected.out_of_reach.append(tool[:3, 3])
+            found += candidates
+        return self._unblocked(step, found)
+
+    def _reach(self, step: Pick | Place, grasp: int, place: int, tool: Floats, seeds: Floats) -> list[Candidate]:
+        """The candidates that reach one pose of the tool, whose lines can be followed."""
+        margin = self.modes.checker.world.margin
+        out, away = (_line_poses(tool, *line, margin) for line in ((step.approach, False), (step.retreat, True)))
+        add, robot, found = self.modes.motions.through, self.modes.robot, []
+        most, tolerance = self._ik.ik_solutions, self._ik.ik_tolerance
+        most = most if isinstance(step, Pick) else max(1, most // 2)  # of a placement there are many
+        for q in solutions(robot, tool, seeds, most, tolerance):
+            before, after = (along(robot, q, poses, tolerance) for poses in (out, away))
+            if before is None or after is None:
+                continue
+            before, ends = before[::-1], np.array([before[-1], after[-1]])
+            parts = (before, after[:2], after[1:]) if isinstance(step, Pick) else (before[:-1], before[-2:], after)
+            found.append(Candidate(grasp, place, q, ends, np.array([add(part) for part in parts])))
+        return found
+
+    def _unblocked(self, step: Pick | Place, candidates: list[Candidate]) -> list[Candidate]:
+        """Those whose lines the arm can follow among what is fixed, and the empty hand next to the object itself."""
+        if not candidates:
+            return candidates
+        modes, empty = self.modes, 0 if isinstance(step, Pick) else 2
+        motions, places = np.array([one.motions for one in candidates]), np.array([one.place for one in candidates])
+        modes.prove(ARM, motions.ravel())
+        is_open = (modes.known(ARM)[motions] != BLOCKED).all(axis=1)
+        for place in np.unique(places).tolist():
+            modes.prove(self._at_object(place), motions[(places == place) & is_open, empty])
+        hits = []
+        for one in candidates:
+            parts = [(ARM, motion) for motion in one.motions.tolist()]
+            parts.insert(empty + 1, (self._at_object(one.place), parts[empty][1]))
+            hits.append(next((modes.blame[part] for part in parts if part in modes.blame), None))
+        self.rejected[-1].count_blocked(zip(candidates, hits, strict=True))
+        return [one for one, hit in zip(candidates, hits, strict=True) if hit is None]
+
+    def _at_object(self, place: int) -> Mode:
+        """The hand going to, or coming from, an object at a placement: of it the gripper's links may touch it."""
+        return Mode((place,)).allowing(*self.at_hand(place))
+
+    def at_hand(self, place: int) -> list[tuple[str, str]]:
+        """The gripper's links and an object."""
+        return [(link, self.modes.placements[place].object) for link in self.gripper.touch or ()]
+
+    def at_rest(self, place: int) -> list[tuple[str, str]]:
+        """An object and what it stands on."""
+        return [(self.modes.placements[place].object, on) for on in self.modes.placements[place].supports]
+
+
+def require_sensible(task: Task, scene: Scene) -> Carried | None:
+    """Raise :class:`TaskError` for objects that are not there, and for steps out of order.
+
+    Returns what the scene lets the arm carry, if that is what the task places first.
+    """
+    names = [item.object for item in scene.obstacles]
+    handled = next((step for step in task.steps if not isinstance(step, Move)), None)
+    placed = handled.object if isinstance(handled, Place) else None
+    first = next((item for item in scene.carried if item.name == placed), None)
+    held = None if first is None else first.name
+    for k, step in enumerate(task.steps, start=1):
+        if isinstance(step, Pick):
+            if step.object not in names:
+                meant, there = nearest(step.object, names), choices(names)
+                raise TaskError(f"step {k} picks '{step.object}'{meant}, not in the scene; obstacles are {there}.")
+            if names.count(step.object) > 1:
+                raise TaskError(f"step {k} picks '{step.object}', which is several shapes: give one that is one shape.")
+            if held is not None:
+                raise TaskError(f"step {k} picks '{step.object}' while '{held}' is held: place that first.")
+            held = step.object
+        elif isinstance(step, Place):
+            if held != step.object:
+                what = f"'{held}' is held" if held else "nothing is held"
+                raise TaskError(f"step {k} places '{step.object}', but {what}: pick it first.")
+            if step.object not in names:
+                names.append(step.object)
+            held = None
+    return first

@@ -1,0 +1,287 @@
+"""Grasps from an object's shape and placements on a box, the same ones each time; and the gripper that a robot has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Floats
+from planner.base.errors import choices
+from planner.base.yamlfile import nearest
+from planner.collision.checker import CollisionChecker
+from planner.kinematics.forward import tool_joint
+from planner.robot.files import urdf
+from planner.robot.poses import pose
+from planner.robot.robot import Robot, with_carried
+from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
+from planner.tasks.modes import Held, Placement
+from planner.tasks.task import Grasp, Gripper, Place, TaskError
+
+MOST = 200  # grasps of an object
+_SPARE = 2e-3  # m: so much wider than the object the gripper has to open
+_DEPTH, _ROUND = 0.02, 2.0  # m below the surface that the tool's origin comes to lie at most; times that in round sides
+_ALONG = (0.0, 0.25, -0.25)  # of the object's length, from its middle
+_TILTS = (0.0, 0.35, -0.35)  # rad about the axis along which the fingers close
+_ABOUT = 16  # directions around an axis
+_SPHERE, _TURNS = 24, 8  # directions towards a sphere, turns about each
+_FREE_TURNS = 12  # of the tool about an axis that is free
+_CONE_EDGE = 6  # directions on the edge of a cone
+GAP = 1e-3  # m beyond the margin, between a sampled placement and the surface: what stands there touches nothing
+REST = 5e-3  # m: what is no farther beneath an object carries it
+_LEVEL = 1e-6  # of a direction's components
+_TRIES = 50  # points per sample
+_STEPS = 1 / 1.2207440846057596 ** np.arange(1, 4)  # of the additive sequence in (x, y, turn) that covers most evenly
+
+
+def tool_at(position: Floats, approach: Floats, closing: Floats) -> Floats:
+    """The pose (4, 4) of a tool whose z is along ``approach`` and whose y along ``closing``, unit and orthogonal."""
+    matrix = np.array(pose(position.tolist()))
+    matrix[:3, :3] = np.column_stack([np.cross(closing, approach), closing, approach])
+    return matrix
+
+
+def _turned_about(position: Floats, direction: Floats, turns: int) -> Iterator[Floats]:
+    """Tools at ``position`` with their z along a unit ``direction``, turned about it by even steps."""
+    for angle in np.arange(turns) * 2 * np.pi / turns:
+        yield tool_at(position, direction, _across(direction, angle))
+
+
+def _across(direction: Floats, angle: float) -> Floats:
+    """The unit vector at an ``angle`` (rad) around a unit ``direction``."""
+    across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
+    side = across / np.linalg.norm(across)
+    return np.cos(angle) * side + np.sin(angle) * np.cross(direction, side)
+
+
+def tool_poses(grasp: Grasp) -> Iterator[Floats]:
+    """The pose (4, 4) of a grasp, or where an axis leaves the tool free some that it allows, evenly."""
+    if grasp.axis is None:
+        yield grasp.matrix()
+        return
+    axis = np.array(grasp.axis) / np.linalg.norm(grasp.axis)
+    directions = [axis]
+    if grasp.cone:
+        edge = [_across(axis, angle) for angle in np.arange(_CONE_EDGE) * 2 * np.pi / _CONE_EDGE]
+        directions += list(np.cos(grasp.cone) * axis + np.sin(grasp.cone) * np.array(edge))
+    for direction in directions:
+        yield from _turned_about(np.array(grasp.position), direction, _FREE_TURNS)
+
+
+def generate_grasps(name: str, shape: Shape, opening: float | None) -> list[Held]:
+    """At most ``MOST`` grasps of a shape by a tool that opens ``opening`` (m) at most, None for one that only touches.
+
+    Boxes are taken between two opposite faces, cylinders and capsules across their axis and from their ends, spheres
+    from all around. Raises :class:`TaskError` where the gripper does not open that wide, and for meshes.
+    """
+    if isinstance(shape, Mesh):
+        raise TaskError(f"'{name}' is a mesh, of which no grasps are generated: give its 'grasps'.")
+    widest, depth = (np.inf, 0.0) if opening is None else (opening - _SPARE, _DEPTH)
+    grasps = [Held(name, tool, width) for tool, width in _grasps_of(shape, depth) if width <= widest]
+    if not grasps:
+        raise TaskError(
+            f"'{name}' is wider than the gripper opens ({opening:g} m) wherever it could be grasped: give its 'grasps'."
+        )
+    return [grasps[k] for k in np.linspace(0, len(grasps) - 1, min(MOST, len(grasps))).round().astype(int)]
+
+
+def _grasps_of(shape: Shape, deep: float) -> Iterator[tuple[Floats, float]]:
+    """Tool poses (4, 4), and how wide the gripper is in each."""
+    match shape:
+        case Box(size):
+            yield from _on_box(size, deep)
+        case Sphere(radius):
+            for out in _directions():
+                at = (radius - min(radius, _ROUND * deep)) * out
+                yield from ((tool, 2 * radius) for tool in _turned_about(at, -out, _TURNS))
+        case Cylinder(radius, length) | Capsule(radius, length):
+            yield from ((tool, 2 * radius) for tool in _on_side(radius, length, _ROUND * deep))
+            top = 0.5 * length + (radius if isinstance(shape, Capsule) else 0.0)
+            for sign in (1.0, -1.0):
+                out = np.array([0.0, 0.0, sign])
+                yield from ((tool, 2 * radius) for tool in _turned_about((top - min(deep, top)) * out, -out, _ABOUT))
+
+
+def _on_box(size: Sequence[float], deep: float) -> Iterator[tuple[Floats, float]]:
+    axes = np.eye(3)
+    for face in range(3):
+        inside = 0.5 * size[face] - min(deep, 0.5 * size[face])
+        for side in (1.0, -1.0):
+            for closing in (k for k in range(3) if k != face):
+                across = 3 - face - closing
+                for share in _ALONG:
+                    at = side * inside * axes[face] + share * size[across] * axes[across]
+                    for tool in _tilted(at, -side * axes[face], axes[closing]):
+                        yield tool, size[closing]
+
+
+def _on_side(radius: float, length: float, deep: float) -> Iterator[Floats]:
+    for angle in np.arange(_ABOUT) * 2 * np.pi / _ABOUT:
+        out = np.array([np.cos(angle), np.sin(angle), 0.0])
+        for share in _ALONG:
+            at = (radius - min(radius, deep)) * out + np.array([0.0, 0.0, share * length])
+            yield from _tilted(at, -out, np.array([-out[1], out[0], 0.0]))
+
+
+def _tilted(at: Floats, approach: Floats, closing: Floats) -> Iterator[Floats]:
+    """The tool and those tilted about the axis along which the fingers close, each with either finger first."""
+    for tilt in _TILTS:
+        tilted = np.cos(tilt) * approach + np.sin(tilt) * np.cross(closing, approach)
+        for sign in (1.0, -1.0):
+            yield tool_at(at, tilted, sign * closing)
+
+
+def _directions() -> Floats:
+    """Unit vectors (k, 3) evenly around, on a spiral (Fibonacci's lattice)."""
+    k = np.arange(_SPHERE) + 0.5
+    height, angle = 1 - 2 * k / _SPHERE, np.pi * (1 + np.sqrt(5)) * k
+    across = np.sqrt(1 - height**2)
+    return np.column_stack([across * np.cos(angle), across * np.sin(angle), height])
+
+
+def gripper_of(robot: Robot, given: Gripper) -> Gripper:
+    """The gripper as ``given``, and for the rest as the robot shows it: sliding joints that it holds behind the tool.
+
+    They are taken to close at their lower limit, and to open, all of them together, by what their limits allow. The
+    links that they move may touch; where there are none those that the tool's last joint carries, but for the first.
+    """
+    model, (last, _) = urdf.build_model(robot.source), tool_joint(robot)
+    joints = {name: model.getJointId(name) for name in robot.fixed_joints}
+    ends = list(zip(model.lowerPositionLimit.tolist(), model.upperPositionLimit.tolist(), strict=True))
+    limits = {name: ends[model.idx_qs[k]] for name, k in joints.items()}
+    for values in (given.open or {}, given.closed or {}):
+        _require_joints(robot, limits, values)
+    links = dict.fromkeys(body.link for body in robot.bodies)
+    unknown = sorted(set(given.touch or ()) - set(links))
+    if unknown:
+        raise TaskError(f"link '{unknown[0]}' cannot touch what is grasped: links with shapes are {choices(links)}.")
+    hand = model.getJointId(robot.model.names[last]) if last else 0
+    slides = [name for name, k in joints.items() if model.joints[k].shortname().startswith("JointModelP")]
+    fingers = [name for name in slides if hand in model.supports[joints[name]]]
+    tight, wide = ({name: limits[name][end] for name in fingers} for end in (0, 1))
+    frames = [(f.name, model.supports[f.parentJoint]) for f in model.frames if f.type == pin.FrameType.BODY]
+    moved = [link for name in fingers for link, path in frames if joints[name] in path and link in links]
+    at_tool = dict.fromkeys(body.link for body in robot.bodies if body.joint == last and body not in robot.carried)
+    return Gripper(
+        wide if given.open is None else given.open,
+        tight if given.closed is None else given.closed,
+        (sum(wide.values()) - sum(tight.values()) or None) if given.opening is None else given.opening,
+        tuple(dict.fromkeys(moved) or [*at_tool][1:] or at_tool) if given.touch is None else given.touch,
+    )
+
+
+def _require_joints(robot: Robot, limits: Mapping[str, tuple[float, float]], values: Mapping[str, float]) -> None:
+    """Raise :class:`TaskError` for joints that are not held, or values beyond their limits."""
+    for name, value in values.items():
+        if name not in limits:
+            held = choices(sorted(limits))
+            raise TaskError(f"the gripper cannot move '{name}': joints of {robot.name} that are held are {held}.")
+        low, high = limits[name]
+        if not low - 1e-9 <= value <= high + 1e-9:
+            raise TaskError(f"the gripper moves '{name}' to {value:g}, outside its limits [{low:g}, {high:g}].")
+
+
+def extent(shape: Shape, rotation: Floats) -> tuple[Floats, Floats]:
+    """The lowest and highest coordinates (3,) of a turned shape about its own origin, exact."""
+    match shape:
+        case Box(size):
+            half = np.abs(rotation) @ (0.5 * np.array(size))
+        case Sphere(radius):
+            half = np.full(3, radius)
+        case Cylinder(radius, length):
+            axis = rotation[:, 2]
+            half = 0.5 * length * np.abs(axis) + radius * np.sqrt(np.maximum(1 - axis**2, 0.0))
+        case Capsule(radius, length):
+            half = 0.5 * length * np.abs(rotation[:, 2]) + radius
+        case Mesh():
+            points = shape.vertices @ rotation.T
+            return points.min(axis=0) - shape.radius, points.max(axis=0) + shape.radius
+    return -half, half
+
+
+def place_in_region(item: Obstacle, step: Place, boards: Iterable[Obstacle], margin: float) -> list[Placement]:
+    """Placements of an object on the top of a box, as it stands in the scene but turned about the vertical.
+
+    All of it lies within the region, ``GAP`` beyond the margin above the top. Raises :class:`TaskError` for a region
+    that is not on a level top, or smaller than the object.
+    """
+    corners = np.array(step.at, dtype=np.float64)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    top = _level_top(str(step.on), list(boards), low, high)
+    upright, placements = item.placement[:3, :3], list[Placement]()
+    for k in range(_TRIES * step.samples):
+        at = np.mod(0.5 + (k + 1) * _STEPS, 1.0)
+        turn = pose(rpy=(0.0, 0.0, 2 * np.pi * at[2]))[:3, :3] @ upright
+        least, most = extent(item.shape, turn)
+        spare = high - low - (most - least)[:2]
+        if (spare < 0).any():
+            continue
+        matrix = np.eye(4)
+        matrix[:3, :3] = turn
+        matrix[:2, 3] = low - least[:2] + at[:2] * spare
+        matrix[2, 3] = top - least[2] + margin + GAP
+        placements.append(Placement(item.name, matrix, (str(step.on),)))
+        if len(placements) == step.samples:
+            break
+    if not placements:
+        size = " x ".join(f"{side:.3g}" for side in high - low)
+        raise TaskError(f"the region on '{step.on}' ({size} m) is smaller than '{item.name}': give a larger one.")
+    return placements
+
+
+def _level_top(name: str, boards: list[Obstacle], low: Floats, high: Floats) -> float:
+    """How high (m) the top of a box is; :class:`TaskError` where it is not level, or does not hold the region."""
+    board = next((each for each in boards if each.name == name), None)
+    if board is None:
+        names = [each.name for each in boards]
+        raise TaskError(f"'{name}'{nearest(name, names)} is nothing to put on; what stands still is {choices(names)}.")
+    turn = board.placement[:3, :3]
+    up = int(np.abs(turn[2]).argmax())
+    if not isinstance(board.shape, Box) or abs(turn[2, up]) < 1.0 - _LEVEL:
+        raise TaskError(f"'{name}' must be a box with a level top: give a 'pose' in place of 'on' and 'at'.")
+    half = 0.5 * np.array(board.shape.size)
+    corners = np.array([[x, y, board.placement[2, 3]] for x in (low[0], high[0]) for y in (low[1], high[1])])
+    if not (np.abs((corners - board.placement[:3, 3]) @ turn) <= half + 1e-9).all():
+        least, most = (end + board.placement[:3, 3] for end in extent(board.shape, turn))
+        spans = f"x {least[0]:.3g} to {most[0]:.3g}, y {least[1]:.3g} to {most[1]:.3g}"
+        raise TaskError(f"the region reaches beyond the top of '{name}' ({spans} m): keep it inside.")
+    return float(board.placement[2, 3] + half[up])
+
+
+def standing(item: Obstacle, at: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()) -> Placement:
+    """An object at ``at`` (4, 4), and what it rests on: what it would touch were it ``REST`` lower."""
+    lower = np.array(at)
+    lower[2, 3] -= REST + among.world.margin
+    return Placement(item.name, np.array(at), _touched(item, lower, among, others))
+
+
+def place_at(item: Obstacle, at: Floats, among: CollisionChecker) -> Placement:
+    """The placement at a pose that is given; :class:`TaskError` where it lies inside something, or in the air."""
+    where, placement = ", ".join(f"{value:g}" for value in at[:3, 3]), standing(item, at, among)
+    lifted = np.array(at)
+    lifted[2, 3] += GAP + among.world.margin
+    hit = [name for name in _touched(item, lifted, among) if name in placement.supports]  # others are above it
+    if hit:
+        raise TaskError(
+            f"'{item.name}' cannot stand at ({where}) m: it would lie inside '{hit[0]}'; choose another pose."
+        )
+    if not placement.supports:
+        raise TaskError(
+            f"'{item.name}' would stand in the air at ({where}) m: nothing is within {1e3 * REST:g} mm beneath it; "
+            "lower it onto something."
+        )
+    return placement
+
+
+def _touched(item: Obstacle, at: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()) -> tuple[str, ...]:
+    """What an object touches at ``at``, or comes closer to than the margin: fixed things, and ``others``."""
+    root = among.robot.model.frames[0]
+    held = Carried(root.name, item.name, item.shape, np.linalg.inv(root.placement.homogeneous) @ at)
+    robot = with_carried(among.robot, [held])
+    scene = replace(among.world.scene, obstacles=(*among.world.obstacles, *others))
+    checker = type(among)(among.world.among(scene, robot), among)
+    count = len(scene.obstacles)
+    near = checker.gaps(np.zeros(robot.dof), (len(robot.bodies) - 1) * count + np.arange(count)) <= among.world.margin
+    return tuple(each.object for each, close in zip(scene.obstacles, near, strict=True) if close)

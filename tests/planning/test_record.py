@@ -1,0 +1,158 @@
+"""``plan.json`` is as its schema says, and the rows of its table promise no more than the record holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pydantic
+import pytest
+import yaml
+
+import planner
+from planner.base.formats import FORMAT_VERSION
+from planner.base.resources import robot_names, robots_folder, scenes_folder
+from planner.base.versions import versions
+from planner.cost.scale import manipulability_cost
+from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.planning.plan import plan
+from planner.planning.record import PlanRecord
+from planner.planning.result import Plan
+from planner.planning.run import FieldRecord, RunRecord
+from planner.problem.request import PlanRequest, TimingRequest
+from planner.trajectory.measure import dense_path
+from tests.planning.records import SMALL, as_written, spoilt, unknown_keys
+
+UNREACHED: dict[str, Any] = {"robot": "planar_2r", "scene": "empty", "nodes": 2, "min_manipulability": 0.199}
+
+
+@cache
+def small() -> tuple[Plan, ...]:
+    """With a motion, without, and without a path."""
+    timed = plan(PlanRequest.from_options(**SMALL), timing=TimingRequest())
+    return timed, plan(PlanRequest.from_options(**SMALL)), plan(PlanRequest.from_options(**UNREACHED))
+
+
+@pytest.mark.parametrize("validator", ["plan"], indirect=True)
+def test_plans_are_as_the_schema_says(validator: jsonschema.Draft202012Validator, solved: Plan) -> None:
+    """The types of the record are the schema: nothing is written that it does not know, at any depth."""
+    schema = pydantic.TypeAdapter(PlanRecord).json_schema()
+    for made in (solved, *small()):
+        record = as_written(made.to_dict())
+        validator.validate(record)
+        assert unknown_keys(record, schema) == []
+        assert not any(validator.is_valid(bad) for bad in spoilt(record))
+
+
+def test_a_written_plan_is_read_as_the_same_record_with_whatever_comes_later(solved: Plan) -> None:
+    made, written = solved, {}
+    for made in (solved, *small()):
+        written = as_written(made.to_dict())
+        read = pydantic.TypeAdapter(PlanRecord).validate_python(written | {"from_the_future": 1})
+        assert as_written(read.to_dict()) == written
+        assert read.rows == made.record.rows
+    assert made.record.format_version == FORMAT_VERSION
+    assert made.record.versions == versions()
+    for key, value in (("seed", "zero"), ("config", None), ("joints", "a")):
+        with pytest.raises(pydantic.ValidationError, match=key):
+            pydantic.TypeAdapter(RunRecord).validate_python(written | {key: value})
+
+
+@pytest.mark.parametrize("validator", ["scene"], indirect=True)
+def test_scene_files_are_as_the_schema_says(validator: jsonschema.Draft202012Validator) -> None:
+    for path in (*scenes_folder().glob("*.yaml"), *scenes_folder().glob("published/*.yaml")):
+        validator.validate(yaml.safe_load(path.read_text()))
+    assert not validator.is_valid({"obstacles": [{"name": "a", "type": "box"}]})
+    assert not validator.is_valid({"obstacle": []})
+
+
+@pytest.mark.parametrize("validator", ["robot"], indirect=True)
+def test_robot_files_are_as_the_schema_says(validator: jsonschema.Draft202012Validator) -> None:
+    for name in robot_names():
+        validator.validate(yaml.safe_load((robots_folder() / name / "robot.yaml").read_text()))
+    assert not validator.is_valid({"description": "no urdf"})
+
+
+# the table
+
+
+@cache
+def direct() -> Plan:
+    return planner.plan(robot="panda", scene="empty", start="home", goal="xyz:0.45,0.25,0.5", beta=1.0, nodes=60)
+
+
+def settled(**changes: Any) -> dict[str, str]:
+    """The rows of a field, with its only certificate changed by ``certificate``."""
+    field, changed = direct().record.gabf, changes.pop("certificate", {})
+    assert isinstance(field, FieldRecord)
+    best = replace(field.certificate[0], **{"quantity": "settling tau", "applies": True, "proven": True} | changed)
+    return dict(replace(field, certificate=[best], **changes).rows)
+
+
+@pytest.mark.parametrize(
+    ("bound", "gap", "told"),
+    [
+        (0.24637, 0.00032, ("0.2463;", "0.1 %")),
+        (0.2463, 0.021, ("0.2463;", "2.1 %")),
+        (0.2463, -1e-16, ("0.2463;", " 0.0 %")),
+        (0.24631, None, ("less than 0.2463",)),
+    ],
+)
+def test_a_bound_on_the_cost_is_rounded_to_the_side_on_which_it_holds(
+    bound: float, gap: float | None, told: tuple[str, ...]
+) -> None:
+    record = direct().record
+    assert record.quality is not None
+    assert record.cost is not None
+    rows = dict(replace(record.quality, lower_bound=bound, gap=gap).rows(record.cost, in_time=False))
+    assert all(words in rows["bound"] for words in told)
+
+
+def test_a_settling_time_is_rounded_to_the_side_on_which_it_holds() -> None:
+    near = {"bound": 12.34, "log10_remaining": np.log10(0.0468)}
+    assert settled(certificate=near)["certified"].startswith("to settle by tau = 12.4, 0.046 s before")
+    assert settled(certificate={"bound": 1e40})["certified"].startswith("to settle by tau = 1000000")
+    assert "certified" not in settled(certificate={"bound": None})
+    short = settled(settling_time=3.4e-7, prescribed_time=1e-6)["settled"]
+    assert short.startswith("at t = 3.4e-07 of T_p = 1e-06 s")
+    assert settled(settling_time=3.99871, prescribed_time=4.0)["settled"].startswith("at t = 3.9987 of T_p = 4 s")
+    assert settled(settling_time=None)["settled"] == "not within the budget"
+    for latest, told in ((None, True), (9.0, False)):
+        row = settled(settling_tau_bracket=[0.0, latest])["settled"]
+        assert row.endswith("; not enclosed: too many steps") == told
+
+
+def test_another_configuration_of_the_same_tool_position_may_cost_less() -> None:
+    plan, start = direct(), direct().path[0]
+    bound = plan.record.quality.lower_bound  # type: ignore[union-attr]
+    target, q = tool_positions(plan.robot, plan.path[-1:])[0], plan.path[-1]
+    for _ in range(200):  # towards the start in the null space of the tool's position, and back onto the target
+        ahead = np.array([tool_positions(plan.robot, (q + step)[None])[0] for step in 1e-6 * np.eye(q.size)])
+        here = tool_positions(plan.robot, q[None])[0]
+        slope = (ahead - here).T / 1e-6
+        inverse = np.linalg.pinv(slope)
+        q = q + inverse @ (target - here) + 0.1 * (np.eye(q.size) - inverse @ slope) @ (start - q)
+    assert np.abs(tool_positions(plan.robot, q[None])[0] - target).max() < 1e-6
+    assert np.linalg.norm(q - start) / plan.roadmap.scale.joint_length < 0.99 * bound
+    assert "between the roadmap's start and goal configurations" in dict(plan.record.rows)["bound"]
+
+
+def test_a_dip_of_w_between_the_states_of_edges_is_told() -> None:
+    """Refinement seeks what is priced too low: with 1/w a path cost a quarter more than was said."""
+    plan = planner.plan(
+        robot="kinova", scene="empty", start="home", goal="xyz:0.3,0.3,0.5", beta=0.0, manipulability_cost="inverse",
+        nodes=300,
+    )  # fmt: skip
+    record, scale = plan.to_dict(), plan.roadmap.scale
+    states = dense_path(plan.path, 1e-3)
+    omega = manipulability_cost(manipulability(plan.robot, states), scale, "inverse")
+    step = np.linalg.norm(np.diff(states, axis=0), axis=1) / scale.joint_length
+    finely = float((0.5 * (omega[1:] + omega[:-1]) * step).sum())
+    assert record["quality"]["manipulability_cost"] == pytest.approx(finely, rel=2e-3)
+    assert finely > 1.1 * record["cost"]["manipulability"]
+    assert dict(plan.record.rows)["integral"].startswith(f"{record['quality']['manipulability_cost']:.4f} ")
+    assert "integral" not in dict(direct().record.rows)
