@@ -28,7 +28,7 @@ HELD = float(np.array(NETWORK.source_values, dtype=float).sum())
 NUMBERS = {"one": "1", "two": "2", "six": "6", "twelve": "12"}
 # a file, words of it around what is told, and what the code has
 TOLD: list[tuple[str, str, Any]] = [
-    ("planner/problem/options.py", r"gain nothing; left out, (\S+), or 0 with --roadmap", PLAIN.quality.rounds),
+    ("planner/problem/options.py", r"gain nothing; \" \"left out, (\S+), or 0 with --roadmap", PLAIN.quality.rounds),
     (
         "planner/problem/options.py",
         r"left out, \d+, or (\S+) with --roadmap: as it is",
@@ -48,7 +48,6 @@ TOLD: list[tuple[str, str, Any]] = [
     ("docs/howto/choose_beta.md", r"falls with w: .*?`(\w+)` \(default\)", PLAIN.quality.manipulability_cost),
     ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.quality.charge),
     ("docs/reference/commands.md", r"`--ik-solutions` \((\S+)\)", PLAIN.what.ik_solutions),
-    ("docs/reference/commands.md", r"`--ik-tolerance` \(`(\S+)`", PlanRequest().config()["ik_tolerance"]),
     ("docs/reference/commands.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
 ]
 MORE = r"left out, [\"`\d]|[\"`\d]+ (?:per joint )?where left out|rounds are the default|\(default\)|\d by default"

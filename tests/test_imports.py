@@ -121,16 +121,8 @@ def test_foreign_libraries_have_one_door(module: str) -> None:
         assert module in DOORS.get(library, {module}), f"{module} imports {library}; its door is {DOORS[library]}"
 
 
-# methods of a result that hand it to functions over it, which read best as methods: imported when they are called
-FACADES = {
-    ("planner.trajectory.trajectory", "planner.trajectory.stopping"),
-}
-
-
 def test_no_cycle_of_imports_wherever_they_stand() -> None:
     graph = {name: {o for o in imported(path) if o in MODULES} for name, path in MODULES.items() if name != "planner"}
-    for name, other in FACADES:
-        graph[name].remove(other)
     done: set[str] = set()
 
     def visit(name: str, trail: tuple[str, ...]) -> None:

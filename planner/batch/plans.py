@@ -21,7 +21,6 @@ from planner.problem.request import PlanRequest
 from planner.query.robots import sources_hash
 
 _FILES = ("robot", "scene", "srdf", "motion_plan_request", "roadmap")  # options that may be the path of a file
-_SWITCHES = ("widen_limits", "path_only")
 
 
 @dataclass(frozen=True)
@@ -109,8 +108,6 @@ def _task(entry: Mapping[str, Any], number: int, plain: PlanRequest, where: str,
     for key, value in given.items():
         if key in _FILES and isinstance(value, str) and os.path.isfile(beside / value):
             given[key] = str(beside / value)
-        if isinstance(value, bool) and key not in _SWITCHES:  # pydantic takes it for 0 or 1
-            raise FileError(f"{where}: option '{key}' must not be {str(value).lower()}: put a text in quotes.")
     try:
         return Task(name, plain.with_options(**given))
     except PlannerError as error:

@@ -213,7 +213,7 @@ class Plan(Result[PlanRecord]):
             return None
         return certificate_of(self.checker, self.path, self.trajectory, self.request.quality.min_manipulability)
 
-    def write(self, folder: Path) -> None:
+    def _write(self, folder: Path) -> None:
         """Write ``roadmap.npz``, and ``trajectory.json`` where there is a motion, into an empty ``folder``."""
         save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         if self.trajectory is not None:

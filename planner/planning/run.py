@@ -110,7 +110,7 @@ class Result(ABC, Generic[R]):
         """The page as HTML text that needs nothing but a browser."""
 
     @abstractmethod
-    def write(self, folder: Path) -> None:
+    def _write(self, folder: Path) -> None:
         """Write the files but for page, proof and record into an empty folder."""
 
     def certify(self) -> Certificate | None:
@@ -158,7 +158,7 @@ class Result(ABC, Generic[R]):
         clock.seconds.update(self.timings)
         with staged(folder, self.FILES) as inner:
             with clock("files"):
-                self.write(inner)
+                self._write(inner)
             if certificate:
                 with clock("certificate"):
                     proof = self.certify()

@@ -89,6 +89,16 @@ def _tolerance(value: object) -> Tolerance:
     return metres, radians
 
 
+def _number(value: object) -> object:
+    if isinstance(value, bool):  # Python takes it for 0 or 1
+        raise ValueError("must be a number")
+    return value
+
+
+Real: TypeAlias = Annotated[float, BeforeValidator(_number)]
+Integer: TypeAlias = Annotated[int, BeforeValidator(_number)]
+
+
 def _leg(length: float) -> float:
     if length != 0 and not 1e-3 <= length <= 1.0:
         raise ValueError("must be from 0.001 to 1 m, or 0 for none")
@@ -134,9 +144,7 @@ Collision = Annotated[
         "Own separating planes prove the edges, and coal looks at every answer too."
     ),
 ]
-Margin = Annotated[
-    float, Field(ge=0, le=100), Doc("Distance in metres to keep from every obstacle, and between links.")
-]
+Margin = Annotated[Real, Field(ge=0, le=100), Doc("Distance in metres to keep from every obstacle, and between links.")]
 Keep = Annotated[
     Conditions,
     BeforeValidator(conditions_of),
@@ -171,7 +179,7 @@ MotionPlanRequest = Annotated[
     Doc("A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."),
 ]
 IkSolutions = Annotated[
-    int,
+    Integer,
     Field(ge=1, le=100),
     Doc(
         "Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to "
@@ -187,22 +195,22 @@ WidenLimits = Annotated[
     bool, Doc("Widen joint limits that a start or goal given in joints exceeds, instead of refusing it.")
 ]
 Approach = Annotated[
-    float,
+    Real,
     AfterValidator(_leg),
     Doc("Metres that the tool goes straight along its z axis into the goal, proven within 1 mm and 0.5 degrees."),
 ]
 Retreat = Annotated[
-    float,
+    Real,
     AfterValidator(_leg),
     Doc("Metres that it first goes straight back along its z axis from the start."),
 ]
 Nodes = Annotated[
-    int,
+    Integer,
     Field(ge=2, le=10_000_000),
     Doc("Configurations in the roadmap; more find better paths and take longer."),
 ]
 Seed = Annotated[
-    int,
+    Integer,
     Field(ge=0, lt=2**31),
     Doc(
         "Seed of all randomness: the same command, seed and versions give the same path on x86-64 processors with FMA."
@@ -215,11 +223,9 @@ RoadmapFile = Annotated[
         "joints, and what does not hold in the scene is left out."
     ),
 ]
-Beta = Annotated[
-    float, Field(ge=0, le=1), Doc("Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.")
-]
+Beta = Annotated[Real, Field(ge=0, le=1), Doc("Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.")]
 MinManipulability = Annotated[
-    float,
+    Real,
     Field(ge=0, le=1e9),
     Doc(
         "A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a "
@@ -229,7 +235,7 @@ MinManipulability = Annotated[
 ]
 Law = Annotated[LawName, Doc("Control law under which the dynamics runs.")]
 PrescribedTime = Annotated[
-    float,
+    Real,
     Field(ge=1e-9, le=1e9),
     Doc("T_p in seconds: the field settles before it (laws without a prescribed time ignore it)."),
 ]
@@ -247,14 +253,14 @@ WhereCharged = Annotated[
     ),
 ]
 Effort = Annotated[
-    Annotated[int, Field(ge=0, le=1_000_000)] | None,
+    Annotated[Integer, Field(ge=0, le=1_000_000)] | None,
     Doc(
-        "Rounds in which the best path is refined and others searched, fewer where two thirds gain nothing; left out, "
-        "12, or 0 with --roadmap: as it is."
+        "Rounds in which the best path is refined and others searched, fewer where two thirds gain nothing; "
+        "left out, 12, or 0 with --roadmap: as it is."
     ),
 ]
 Room = Annotated[
-    float,
+    Real,
     Field(ge=0, le=100),
     Doc(
         "Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and "
@@ -269,19 +275,19 @@ PathOnly = Annotated[
     ),
 ]
 ToolSpeed = Annotated[
-    Annotated[float, Field(ge=1e-5, le=10)] | None,
+    Annotated[Real, Field(ge=1e-5, le=10)] | None,
     Doc("Speed of the tool along the path, m/s: at most so much, and just that where the joints' limits allow it."),
 ]
 LadderDensity = Annotated[
-    int,
+    Integer,
     Field(ge=1, le=100),
     Doc("How many times as many solutions of inverse kinematics are spread along the path: more find better ways."),
 ]
 LimitsFile = Annotated[
     Path | None, Doc("A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints.")
 ]
-Share: TypeAlias = Annotated[float, Field(gt=0, le=1)]
-Positive: TypeAlias = Annotated[float, Field(gt=0)]
+Share: TypeAlias = Annotated[Real, Field(gt=0, le=1)]
+Positive: TypeAlias = Annotated[Real, Field(gt=0)]
 VelocityScale = Annotated[Share | None, Doc("Share of the velocity limits to use, above 0 up to 1.")]
 AccelerationScale = Annotated[Share | None, Doc("Share of the acceleration limits to use, above 0 up to 1.")]
 Acceleration = Annotated[
@@ -294,12 +300,12 @@ TimeLawOption = Annotated[
     Doc("Corners rounded as far as that is proven free, with proven shortcuts in time or without; or a stop at each."),
 ]
 ExtraCost = Annotated[
-    float,
+    Real,
     Field(ge=0, le=100),
     Doc("Share by which shortcuts in time may raise what the path costs (its objective): more is quicker."),
 ]
 Jobs = Annotated[
-    int,
+    Integer,
     Field(ge=1, le=10_000),
     Doc("Tasks at once, each in a process of this machine; 1 is one task after the other in this process."),
 ]
@@ -338,5 +344,7 @@ def _sentence(error: pydantic.ValidationError, names: Sequence[str]) -> str:
     first = error.errors(include_url=False, include_context=False)[0]
     place = first["loc"][0] if first["loc"] else "options"  # a number where it was given by position
     name = (names[place] if isinstance(place, int) else place).replace("_", " ")
+    if first["type"] == "unexpected_keyword_argument":
+        return f"there is no option '{name}': options are {', '.join(names)}."
     wish = first["msg"].removeprefix("Value error, ").replace("Input should", "must")
-    return f"{name} {wish}, got {first['input']!r:.100}."
+    return f"{name} {wish}, got {' '.join(repr(first['input']).split()):.100}."

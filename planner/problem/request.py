@@ -185,7 +185,7 @@ class Request:
 
     def with_options(self, **values: Any) -> Self:
         """The request with ``values`` in place of its own; :class:`KeywordError` for an option that it lacks."""
-        require_known(values, self.names())
+        require_known(values, self.names(), type(self).__name__.removesuffix("Request").lower())
         changed: dict[str, Any] = {}
         for name, part in vars(self).items():
             own = {key: value for key, value in values.items() if hasattr(part, key)}

@@ -235,7 +235,7 @@ class TaskPlan(Result[TaskPlanRecord]):
             page.add_paths(paths, beta=self.request.quality.beta)
         return page.html()
 
-    def write(self, folder: Path) -> None:
+    def _write(self, folder: Path) -> None:
         """Write ``roadmap.npz`` and ``trajectory.json`` into an empty ``folder``, as far as there are such."""
         if self.roadmap is not None:
             save_roadmap(self.roadmap, folder / ROADMAP_NAME)

@@ -230,7 +230,7 @@ class Tradeoff(Result[SweepRecord]):
             page.add_paths(paths, current, beta=beta, floor=self.request.quality.min_manipulability)
         return page.html()
 
-    def write(self, folder: Path) -> None:
+    def _write(self, folder: Path) -> None:
         """Write ``roadmap.npz`` and ``sweep.csv`` into an empty ``folder``."""
         save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         write_whole(folder / self.CSV, self.record.csv.encode())

@@ -147,7 +147,7 @@ def query_of(request: SweepRequest) -> Query:
 
 def study_seed(k: int, first: SweepRequest) -> SeedStudy:
     """The roadmap of the k-th seed with every path on it; start and goals are those of the ``first``."""
-    query, request = query_of(first), replace(first, seed=first.quality.seed + k)
+    query, request = query_of(first), first.with_options(seed=first.quality.seed + k)
     ends = query.starts, query.goals
     roadmap = build_roadmap(query.robot, query.checker, *ends, request.quality.nodes, request.quality.seed, refined=0.0)
     fields, paths = [], {}

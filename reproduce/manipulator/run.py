@@ -52,7 +52,7 @@ def run_manipulator(
     asked = ("nodes", "collision", "seed", "robot", "scene", "law", "prescribed_time", "metric", "manipulability_cost")
     return Report(
         name="manipulator",
-        config={"seeds": seeds, **{name: getattr(request, name) for name in asked}},
+        config={"seeds": seeds, **{name: value for name, value in request.config().items() if name in asked}},
         table=tuple(_row(label, whole) for label in LABELS) if whole else (),
         verdicts=judge(NETWORK, cases) + judge(PATHS, whole) + judge(PRINTED, [PAPER_COSTS]),
         figures=manipulator_figures(query_of(request), shown_case(whole), whole) if whole else {},

@@ -79,7 +79,7 @@ def test_folders_without_problems_or_with_two_of_one_name_are_refused(tmp_path: 
         ("plans: [{margn: 1}]", "plan '0001': plan has no option 'margn' .did you mean 'margin'"),
         ("plans: [{nodes: 20, nodes: 30}]", "key 'nodes' stands twice"),
         ("plans: [{beta: 2}]", "beta must be less than or equal to 1, got 2"),
-        ("plans: [{beta: yes}]", "option 'beta' must not be true"),
+        ("plans: [{beta: yes}]", "beta must be a number, got True"),
         ("plans: [{name: a, nodes: many}]", "plan 'a': nodes must be a valid integer"),
         ("plans: [{}, {keep: [1]}]", "plan '0002': keep must be"),
         ("plans: [{name: a}, {name: a}]", "two plans called 'a'"),

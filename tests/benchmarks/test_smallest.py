@@ -172,7 +172,7 @@ def test_every_benchmark_has_a_smallest_size(run: Run) -> None:
         ("plan . --time-limit 0", 2, "times above 0"),
         ("plan . --scene shelf", 2, "scene is what each problem says"),
         ("first-motion . --python vamp=x", 2, "python 'vamp=x' is not usable"),
-        ("first-motion . --jerk 0", 2, "jerk limit 0 is not usable"),
+        ("first-motion . --jerk 0", 2, "jerk must be greater than 0"),
         ("attack --tries 0", 2, "at least 1"),
         ("attack --thicknesses 0", 2, "thicknesses above 0"),
         ("attack --robots marvin", 3, "robot 'marvin' not found"),

@@ -290,7 +290,7 @@ def test_options_that_make_no_sense_are_refused() -> None:
             FollowRequest.from_options(tool_speed=bad)
     of_free_motions = (("path_only", True), ("nodes", 50), ("effort", 3), ("room", 0.02))
     for name in ("goal", "ik_solutions", "widen_limits", "approach"):
-        with pytest.raises(OptionError, match=f"no option '{name}'"):
+        with pytest.raises(OptionError, match=f"follow has no option '{name}'"):
             FollowRequest.from_options(**{name: 3})
     for name, value in of_free_motions:
         with pytest.raises(OptionError, match=f"{name.replace('_', '-')} needs a start"):
@@ -303,7 +303,7 @@ def test_options_that_make_no_sense_are_refused() -> None:
         FollowRequest.from_options(ladder_density=0)
     with pytest.raises(RobotError, match="not found"):
         follow(RASTER, REQUEST, tool="nowhere")
-    with pytest.raises(KeywordError, match="follow knows no option"):
+    with pytest.raises(KeywordError, match="follow has no option"):
         follow(RASTER, REQUEST, speed=1.0)
     with pytest.raises(SceneError, match="a tool path needs a still one"):
         follow(RASTER, robot="panda", scene=ROOT / "scenes/examples/cart.yaml")
