@@ -11,7 +11,7 @@ import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-import planner.planning.plan as module_planning
+import planner.planning.solve as module_planning
 from planner import gabf
 from planner.base.errors import OptionError, SceneError, StateError
 from planner.base.progress import Progress

@@ -15,9 +15,10 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
+from planner.planning.improvement import improve_plan
 from planner.planning.motion import looked_at_again, timed
-from planner.planning.plan import improved, solve_and_heal
 from planner.planning.result import Plan
+from planner.planning.solve import solve_and_heal
 from planner.planning.why_no_path import why_no_path
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
@@ -121,7 +122,7 @@ class Follower:
         if request.what.start is not None:
             with clock("roadmap"):
                 grown = obtain_roadmap(request.quality, self._query(request, draft), progress)
-                free = improved(replace(draft, roadmap=grown), progress)
+                free = improve_plan(replace(draft, roadmap=grown), progress)
                 if progress.stopped:
                     return draft
                 if not free.roadmap.connected:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from planner.base.arrays import Ints
@@ -11,6 +13,7 @@ from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import reached
 from planner.planning.extra_clearance import with_clearance
+from planner.planning.result import Plan
 from planner.problem.request import PlanQuality, SweepQuality
 from planner.roadmap.improve import Improvement, improve, without_last_grown
 from planner.roadmap.roadmap import Roadmap, path_waypoints
@@ -19,7 +22,27 @@ from planner.search.network import build_network, cheapest_steps
 from planner.trajectory.measure import path_manipulability
 
 _ROUNDS_ABOVE_ENDS = 2  # where nothing but the cost decides
+_EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 1  # betas refined too, else the one asked for would be best for all
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
+
+
+def improve_plan(draft: Plan, progress: Progress) -> Plan:
+    """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for."""
+    quality = draft.request.quality
+    if quality.roadmap is not None and quality.rounds < 1:
+        return draft  # on the roadmap as it is kept
+    roadmap, room = roomy_roadmap(draft.roadmap, draft.checker, quality, progress)
+    refined = improved_roadmap(roadmap, draft.checker, quality, quality.beta, progress, room)
+    roadmap = refined.roadmap
+    for beta in _EXTREMES:
+        if beta != quality.beta and quality.rounds > 0:
+            fewer = replace(quality, effort=min(quality.rounds, _ROUNDS_PER_EXTREME))
+            roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress, room).roadmap
+    if quality.beta == 0.0 and quality.min_manipulability <= 0:
+        roadmap = with_path_above_ends(roadmap, draft.checker, quality, progress, room)
+    if quality.roadmap is None:
+        roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), quality, room)
+    return replace(draft, roadmap=roadmap, curve=refined.curve, clearance_kept=room)
 
 
 def roomy_roadmap(

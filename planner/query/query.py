@@ -45,6 +45,11 @@ class Query:
     goal_names: tuple[str, ...]
     end_notes: tuple[str, ...] = ()
 
+    @property
+    def ends(self) -> Floats:
+        """Starts, then goals (k + g, dof)."""
+        return np.concatenate([self.starts, self.goals])
+
     def goal_at(self, q: Floats) -> str:
         """The text of the goal that the configuration ``q`` (dof,) reaches, of all the nearest one."""
         away = np.abs(self.robot.difference(self.goals, q)).max(axis=1)

@@ -18,8 +18,8 @@ from planner.base.errors import OptionError, PlannerError, SceneError, StateErro
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
-from planner.planning.plan import require_no_floor
 from planner.planning.result import Change, Plan
+from planner.planning.solve import require_no_floor
 from planner.planning.why_no_path import why_no_path
 from planner.problem.conditions import AND
 from planner.problem.objective import Objective
