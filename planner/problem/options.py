@@ -38,7 +38,11 @@ Base: TypeAlias = tuple[float, ...]
 Names: TypeAlias = tuple[str, ...]
 Conditions: TypeAlias = tuple[Condition, ...]
 Targets: TypeAlias = tuple[Target, ...]
-Tolerance: TypeAlias = tuple[float, float]
+
+
+class Tolerance(tuple[float, float]):
+    """Metres and radians."""
+
 
 Backend = Literal["fcl", "coal"]
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
@@ -86,7 +90,7 @@ def _tolerance(value: object) -> Tolerance:
             f"ik tolerance must be metres and radians from {IK_LEAST:g} to {IK_LARGEST[0]:g} m and "
             f"{IK_LARGEST[1]:g} rad, got '{str(value)[:100]}': give them as 1e-6,1e-4."
         )
-    return metres, radians
+    return Tolerance((metres, radians))
 
 
 def _number(value: object) -> object:

@@ -65,7 +65,7 @@ class ProblemRequest(WorldRequest):
     motion_plan_request: of.MotionPlanRequest = None
     widen_limits: of.WidenLimits = False
     ik_solutions: of.IkSolutions = 8
-    ik_tolerance: of.IkTolerance = (1e-6, 1e-4)
+    ik_tolerance: of.IkTolerance = of.Tolerance((1e-6, 1e-4))
 
 
 @options
@@ -81,7 +81,7 @@ class FollowedRequest(WorldRequest):
     """The world of a tool path, and the start of a free motion to it; without a start the plan begins on the path."""
 
     start: of.FreeStart = None
-    ik_tolerance: of.IkTolerance = (1e-6, 1e-4)
+    ik_tolerance: of.IkTolerance = of.Tolerance((1e-6, 1e-4))
     tool_speed: of.ToolSpeed = None
     ladder_density: of.LadderDensity = 1
 
@@ -93,7 +93,7 @@ class TaskWorldRequest:
     collision: of.Collision = "fcl"
     margin: of.Margin = 0.0
     ik_solutions: of.IkSolutions = 4
-    ik_tolerance: of.IkTolerance = (1e-6, 1e-4)
+    ik_tolerance: of.IkTolerance = of.Tolerance((1e-6, 1e-4))
 
 
 @options

@@ -77,6 +77,7 @@ ROWS = [
     ("plan --prescribed-time 0", 2, "prescribed time must be greater than or equal to"),
     ("plan --prescribed-time 1e308", 2, "prescribed time must be less than"),
     ("plan --margin -1", 2, "margin must be greater than or equal to 0"),
+    ("plan --ik-tolerance 5", 2, "ik tolerance must be metres and radians"),
     ("plan --seed -1", 2, "seed must be greater than or equal to 0"),
     ("plan --law newton", 2, "'newton'"),
     ("plan --start q:0,zero", 2, "no number"),
