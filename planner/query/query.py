@@ -15,8 +15,8 @@ from planner.base.notes import tell
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.constraints.keeps import bound_to, unbound
+from planner.kinematics.inverse import Tolerance
 from planner.problem.conditions import Condition, parse_keeps
-from planner.problem.options import Tolerance
 from planner.problem.request import ProblemRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text
 from planner.query.resolve import check_limits, joint_values, other_turns, resolve
