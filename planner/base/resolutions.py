@@ -12,7 +12,6 @@ W_STATES_PER_EDGE = 9  # evenly spaced states, both ends included, that a roadma
 
 # lengths, rad of joint motion between the points that are summed over
 TOOL_ALONG_EDGE = 0.05  # the tool's path along a roadmap edge
-COST_ALONG_EDGE = 0.02  # an edge's cost that is learned
 
 # contacts, metres: between two states no point of the robot moves farther than this
 RECHECK = 1e-3  # the second look at every finished path, by the second checker

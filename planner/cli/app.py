@@ -9,7 +9,7 @@ from typing import Any
 import tyro
 
 from planner.problem import options as of
-from planner.problem.conditions import AND
+from planner.problem.conditions import AND, conditions_of
 from planner.problem.targets import Target, goals_of, parse_base, target_of
 
 COMMANDS = {  # each is what has its name in this module; in the order of the help
@@ -32,9 +32,10 @@ COMMANDS = {  # each is what has its name in this module; in the order of the he
 # a type of option: its word in the help, its value out of text, the text of a value
 _TEXTS: tuple[tuple[Any, str, Callable[[str], Any], Callable[[Any], str]], ...] = (
     (of.RobotLike, "NAME|FILE", str, str),
+    (of.RobotLike | None, "NAME|FILE", str, str),
     (of.Names | None, "NAME,...", str, ",".join),
     (of.Base | None, "NUMBER,...", parse_base, str),
-    (of.Conditions, "CONDITION", of.conditions_of, lambda value: AND.join(each.text for each in value) or "none"),
+    (of.Conditions, "CONDITION", conditions_of, lambda value: AND.join(each.text for each in value) or "none"),
     (Target, "STATE", target_of, lambda value: value.text),
     (Target | None, "STATE", target_of, lambda value: value.text),
     (of.Targets, "STATE", goals_of, lambda value: AND.join(each.text for each in value)),

@@ -10,8 +10,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import worked_out
 from planner.collision.world import World
 from planner.constraints.keeps import require_bound
-from planner.problem.conditions import Condition
-from planner.problem.options import conditions_of
+from planner.problem.conditions import Condition, conditions_of
 from planner.problem.request import WorldRequest
 from planner.robot.frames import in_world
 from planner.robot.robot import Robot

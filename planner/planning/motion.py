@@ -22,10 +22,9 @@ _log = logging.getLogger(__name__)
 
 def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
     """The motion along a plan's path."""
-    how = (limits, timing.time_law, found.request.quality.min_manipulability, cost_in_motion(found), timing.extra_cost)
-    wanted = (
-        0.0 if found.scene.limited else found.request.quality.room
-    )  # until when these cannot touch is told for the margin
+    quality = found.request.quality
+    how = (limits, timing.time_law, quality.min_manipulability, cost_in_motion(found), timing.extra_cost)
+    wanted = 0.0 if found.scene.limited else quality.room  # of obstacles with a speed limit the proof counts the margin
     kept = min(wanted, found.clearance_kept)
     clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)
     made, _ = timed_curve(found.path, keeping(found.checker, clearance), *how)

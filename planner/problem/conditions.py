@@ -216,17 +216,17 @@ def require_thick(conditions: tuple[Condition, ...]) -> tuple[Condition, ...]:
     return conditions
 
 
-def keeps_text(keep: object) -> str:
-    """Conditions, one or several of them, or texts of them, as one text; :class:`OptionError` for anything else."""
-    if isinstance(keep, str):
-        return AND.join(condition.text for condition in parse_keeps(keep))
-    if isinstance(keep, Condition):
-        return keeps_text(keep.text)
-    items = list(keep) if isinstance(keep, Iterable) else [None]
-    if all(isinstance(item, str | Condition) for item in items):
-        return AND.join(keeps_text(item) for item in items)
-    given = " ".join(repr(keep).split())[:100]
-    raise OptionError(f"keep {given} is not usable: give {FORMS}, or planner.KeepAxis(...) and its like.")
+def conditions_of(value: object) -> tuple[Condition, ...]:
+    """Conditions out of text, a condition, or several of both; :class:`OptionError` for anything else."""
+    if isinstance(value, str):
+        return parse_keeps(value)
+    if isinstance(value, Condition):
+        return parse_keeps(value.text)
+    if value is None:
+        return ()
+    if isinstance(value, Iterable):
+        return tuple(each for part in value for each in conditions_of(part))
+    raise OptionError(f"keep must be conditions, got {str(value)[:100]}: give text or planner.KeepAxis and its like.")
 
 
 def numbers_text(values: Sequence[float]) -> str:

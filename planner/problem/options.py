@@ -15,7 +15,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Doc
 
 from planner.base.errors import OptionError
-from planner.problem.conditions import Condition, parse_keeps
+from planner.problem.conditions import Condition, conditions_of
 from planner.problem.targets import Target, goals_of, parse_base, target_of
 
 
@@ -66,19 +66,6 @@ def _names(value: object) -> Names:
     return stripped
 
 
-def conditions_of(value: object) -> Conditions:
-    """Conditions out of text, a condition, or several of both; :class:`OptionError` for anything else."""
-    if isinstance(value, str):
-        return parse_keeps(value)
-    if isinstance(value, Condition):
-        return parse_keeps(value.text)
-    if value is None:
-        return ()
-    if isinstance(value, Iterable):
-        return tuple(each for part in value for each in conditions_of(part))
-    raise OptionError(f"keep must be conditions, got {str(value)[:100]}: give text or planner.KeepAxis and its like.")
-
-
 def _tolerance(value: object) -> Tolerance:
     try:
         words = value.split(",") if isinstance(value, str) else value
@@ -127,6 +114,24 @@ Tool = Annotated[
     Doc(
         "Frame of the robot that targets and manipulability speak of; where left out the scene's, else the robot's, "
         "else the tip of --group, or of the group that --request names; of a kept roadmap its own."
+    ),
+]
+# of a check: a plan.json next to the file stands in for what is left out
+RecordedRobot = Annotated[
+    RobotLike | None,
+    BeforeValidator(_name_or_object),
+    Doc("Robot, as 'planner plan' takes it; left out, that of the plan.json next to the file, else iiwa14."),
+]
+RecordedScene = Annotated[
+    RobotLike | None,
+    BeforeValidator(_name_or_object),
+    Doc("Scene, as 'planner plan' takes it; left out, that of the plan.json next to the file, else paper."),
+]
+RecordedMargin = Annotated[
+    Annotated[Real, Field(ge=0, le=100)] | None,
+    Doc(
+        "Distance in metres to keep from every obstacle, and between links; left out, that of the plan.json next to "
+        "the file, else 0."
     ),
 ]
 Srdf = Annotated[

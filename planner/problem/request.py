@@ -31,15 +31,15 @@ _SPELT = {"motion_plan_request": "request"}  # in files and on the command line
 class PartialWorld:
     """A robot in a scene, and the backend that finds contacts; a plan.json says what is left out."""
 
-    robot: of.Robot | None = None
-    scene: of.Scene | None = None
+    robot: of.RecordedRobot = None
+    scene: of.RecordedScene = None
     tool: of.Tool = None
     srdf: of.Srdf = None
     group: of.Group = None
     joints: of.Joints = None
     base: of.Placement = None
     collision: of.Collision = "fcl"
-    margin: of.Margin | None = None
+    margin: of.RecordedMargin = None
     keep: of.Keep = ()
 
     def __post_init__(self) -> None:

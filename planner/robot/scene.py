@@ -32,7 +32,7 @@ from planner.base.yamlfile import (
     validate,
     yaml_text,
 )
-from planner.problem.conditions import AND, keeps_text
+from planner.problem.conditions import AND, conditions_of
 from planner.problem.targets import TURN
 from planner.robot.files.meshes import collada_notes, read_mesh
 from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
@@ -146,7 +146,7 @@ class SceneFile(Strict):
     @classmethod
     def _kept(cls, keep: list[str]) -> list[str]:
         try:
-            keeps_text(keep)
+            conditions_of(keep)
         except OptionError as error:
             raise ValueError(str(error)) from None
         return keep
@@ -275,12 +275,12 @@ def _build(file: SceneFile, path: Path) -> Scene:
         tuple(_carried(item, folder) for item in file.carried),
         frozenset(frozenset(pair) for pair in file.allowed),
         notes=mesh_notes((*file.obstacles, *file.carried), folder),
-        keep=keeps_text(file.keep),
+        keep=AND.join(each.text for each in conditions_of(file.keep)),
     )
 
 
 def write_scene(scene: Scene, path: StrPath) -> list[Path]:
-    """Write ``scene`` to ``path``, and every mesh as an OBJ file beside it; returns what was written.
+    """Write ``scene`` to ``path``, and every mesh as an OBJ file next to it; returns what was written.
 
     :meth:`Scene.load` reads the same scene from it, to rounding. Permissions are written shape by shape.
     Raises :class:`FileError` where that cannot be done, :class:`SceneError` for what such a file has no words for: an

@@ -24,7 +24,7 @@ from planner.base.errors import OptionError, PlannerError
 from planner.base.notes import Note
 from planner.base.progress import QUIET, Progress
 from planner.planning.motion import timed
-from planner.problem.options import conditions_of
+from planner.problem.conditions import conditions_of
 from planner.problem.request import TimingRequest, WorldRequest
 from planner.query.robots import robot_sources, scene_sources
 from planner.robot.model_checks import notes

@@ -11,7 +11,8 @@ from planner.base.arrays import Floats, numbers
 from planner.base.errors import ArrayError, StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
-from planner.problem.options import Backend, RobotLike, conditions_of
+from planner.problem.conditions import conditions_of
+from planner.problem.options import Backend, RobotLike
 from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import HALF_TURN, Robot

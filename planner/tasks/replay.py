@@ -78,10 +78,10 @@ def check_task(
             *report.findings,
             *(Finding("constraint", ("task",), (number, number), text=text) for text in faults),
         )
-        told = {name: getattr(segment, name) for name in ("step", "doing", "part", "carried")}
-        told["may_touch"] = sorted(map(sorted, may_touch))
+        labels = {name: getattr(segment, name) for name in ("step", "doing", "part", "carried")}
+        labels["may_touch"] = sorted(map(sorted, may_touch))
         title = f"step {segment.step}, {segment.doing}: {segment.part}"
-        parts.append(replace(report, findings=findings, measures=report.measures | told, title=title))
+        parts.append(replace(report, findings=findings, measures=report.measures | labels, title=title))
         begun = following
         for event in events:
             replay.apply(event, path[-1])

@@ -3,8 +3,7 @@
 import pytest
 
 from planner.base.errors import OptionError
-from planner.problem.conditions import KeepAxis, KeepBox, KeepTurn, parse_condition, parse_keeps
-from planner.problem.options import conditions_of
+from planner.problem.conditions import KeepAxis, KeepBox, KeepTurn, conditions_of, parse_condition, parse_keeps
 from planner.problem.request import PlanRequest
 from planner.problem.targets import ToolGoal, parse_target, parse_targets
 
