@@ -45,6 +45,10 @@ class Chain:
         tree = self.parent, self.prismatic, self.rotations, self.offset, self.slide, self.axis
         return NativeChain(*tree, (self.leader, self.factor, self.zero))
 
+    def __getstate__(self) -> dict[str, object]:
+        """A copy and a pickle hold the arrays; the compiled tree is built again from them."""
+        return {name: value for name, value in self.__dict__.items() if name != "native"}
+
     def values(self, q: Floats) -> Floats:
         """The values x (..., joints) of all joints at configurations (..., dof)."""
         return self.factor * q[..., self.leader] + self.zero if self.follows else q
