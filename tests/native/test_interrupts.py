@@ -203,9 +203,7 @@ def test_what_is_raised_ends_a_long_call(name: str) -> None:
 def test_where_a_stop_is_asked_for_what_is_not_proven_is_undecided(name: str) -> None:
     call, arguments = LONG[name]
     given = arguments()
-    with StopRequest() as stop:
-        timer = threading.Timer(0.2, signal.raise_signal, [signal.SIGINT])
-        timer.start()
+    with StopRequest() as stop, asking(lambda: bool(stop() or signal.raise_signal(signal.SIGINT))):
         found = call(*given)
         assert stop()
     assert isinstance(found, tuple)
