@@ -134,7 +134,7 @@ def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     from planner.cli.common import record_of_plan
     from planner.planning.run import ROADMAP_NAME
     from planner.problem.targets import joints_text
-    from planner.roadmap.world_of import reopen_plan
+    from planner.roadmap.storage import reopen_plan
     from planner.session.session import OPTIONS, Session
     from planner.view.live.page import Question
 

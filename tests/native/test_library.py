@@ -13,6 +13,7 @@ from benchmarks.attack.claims import world_of
 from benchmarks.attack.true_distance import true_distance
 from planner.collision.bounds import ClearanceBound
 from planner.collision.edge_prover import EdgeProver
+from planner.collision.path_moves import first_free
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
 from planner.native.compiled import NativeBoxes, NativeChain, NativeWorld, manipulability_costs, set_threads
@@ -90,7 +91,7 @@ def test_the_same_bits_on_one_thread_and_on_many() -> None:
         set_threads(count)
         prover, delta = EdgeProver(checker), 0.3 * np.roll(q, 1, axis=0)
         proofs, pairs = prover.prove(q, delta), np.full(150, 2)
-        first = prover.first_free(q, delta, pairs, np.full(50, 3))
+        first = first_free(prover, q, delta, pairs, np.full(50, 3))
         w = manipulability(robot, q)
         rows, numbers = np.divmod(np.arange(len(q) * checker.bound.native.pairs), checker.bound.native.pairs)
         gaps = checker.bound.close(*joint_placements(checker.chain, q), rows, numbers, 0.05)
