@@ -50,7 +50,7 @@ inline int64_t first_beyond(int64_t count, int degree, int dof, const double* c,
     return -1;
 }
 
-// The stop from a state q, v, a (dof,), as calls/chunk.hpp has it: pieces (2, 5, dof) and their seconds (2,), both 0 where
+// The stop from a state q, v, a (dof,), as python/gate.hpp has it: pieces (2, 5, dof) and their seconds (2,), both 0 where
 // there is none; then `worst` is the kind of limit that is in the way, and the joint. `end` (3 dof,) is to work in.
 inline void stop_from(const double* q, int dof, const std::vector<double>& times, const StopLimits* limits,
                       double* pieces, double* seconds, int* worst, double* end) {
