@@ -8,7 +8,7 @@ from statistics import fmean
 
 from benchmarks import bench
 from benchmarks.others.elsewhere import ROBOPLAN
-from planner.base.tables import median, percentile
+from benchmarks.text import median, percentile
 from planner.batch.outcomes import CRASHED, SOLVED
 
 OURS, WHOLE, OMPL = "planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks import bench
-from planner.base.tables import markdown_table
+from benchmarks.text import markdown_table
 from planner.batch.outcomes import CRASHED
 
 OURS = "gabf-planner"

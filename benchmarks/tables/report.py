@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks import bench
 from benchmarks.tables.published import GCS, GCS_TASKS, MBM, MISSING, PUBLISHED, SOURCES, Published
-from planner.base.tables import markdown_table
+from benchmarks.text import markdown_table
 from planner.batch.outcomes import CRASHED, SOLVED
 
 

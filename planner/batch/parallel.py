@@ -15,7 +15,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from planner.base.errors import FileError, InstallationError
 from planner.base.progress import Progress
-from planner.base.versions import software
+from planner.base.resources import software
 from planner.problem.request import WorkersRequest
 
 C = TypeVar("C")

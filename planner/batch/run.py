@@ -16,7 +16,7 @@ from planner.base.errors import OptionError, PlannerError
 from planner.base.files import make_folder, write_json, write_whole
 from planner.base.interrupts import stop_requests
 from planner.base.progress import QUIET, Progress
-from planner.base.versions import software
+from planner.base.resources import software
 from planner.batch.outcomes import CRASHED, REFUSED, SOLVED, TIMED_OUT
 from planner.batch.parallel import measured_cases
 from planner.batch.plans import Task, read_plans

@@ -11,9 +11,7 @@ import time
 from collections.abc import Callable
 from typing import NoReturn
 
-from planner.base.errors import PlannerError
-from planner.base.notes import LOGGER
-from planner.base.printable import printable
+from planner.base.errors import LOGGER, PlannerError, printable
 from planner.cli.arguments import prepared
 from planner.cli.terminal import complain, let_go_of_output, say
 
@@ -60,7 +58,7 @@ def run_and_exit(run: Callable[[list[str]], int]) -> NoReturn:
 
 def _run(arguments: list[str]) -> int:
     if arguments == ["--version"]:
-        from planner.base.versions import __version__
+        from planner.base.resources import __version__
 
         say(f"gabf-planner {__version__}")
         return 0

@@ -11,8 +11,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
-from planner.base.printable import printable
-from planner.base.progress import Progress, StopRequest
+from planner.base.errors import printable
+from planner.base.interrupts import StopRequest
+from planner.base.progress import Progress
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bars
@@ -140,10 +141,13 @@ def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
     """A report's table as the terminal shows it."""
     from rich.table import Table
 
-    from planner.base.tables import text_table
-
-    columns, lines = text_table(tuple(rows))
-    table = Table(*map(_cell, columns))
-    for line in lines:
-        table.add_row(*map(_cell, line))
+    table = Table(*map(_cell, rows[0]))
+    for row in rows:
+        table.add_row(*(_cell(_text_of(value)) for value in row.values()))
     return table
+
+
+def _text_of(value: Any) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.5g}" if isinstance(value, float) else str(value)

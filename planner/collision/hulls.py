@@ -6,8 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, distinct_rows, frozen
-from planner.base.products import product
+from planner.base.arrays import Floats, distinct_rows, frozen, product
 from planner.robot.shapes import Mesh
 from planner.robot.solids import points_used, solid_of
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen, quantile
+from planner.base.arrays import Floats, frozen
 from planner.base.errors import OptionError, choices
 from planner.native.library import manipulability_cost_sums, manipulability_costs
 from planner.problem.objective import DEFAULT_COST, ManipulabilityCost, Metric
@@ -50,7 +50,7 @@ def measure_scale(manipulability: Floats, joint_length: Floats, tool_length: Flo
 
     w is capped below its ``CAP_QUANTILE``; a length is measured in the longest edge.
     """
-    low = quantile(manipulability, CAP_QUANTILE)
+    low = float(np.quantile(manipulability, CAP_QUANTILE))
     high = float(manipulability.max())
     return CostScale(
         w_low=max(low, 1e-9 * high, 1e-300),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from planner.base.shares import Cost, traded_off
+from planner.base.arrays import Cost, traded_off
 from planner.problem.options import (
     Beta,
     Charge,

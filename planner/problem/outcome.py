@@ -1,13 +1,18 @@
-"""How a run ended, and the base class of the records that are written of it."""
+"""How a run ended, and what is written of it: the base class of records, their version, tables of a notebook."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import Enum
+from html import escape
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from planner.base.errors import FileError
+
+FORMAT_VERSION = 1  # of plan.json and sweep.json: one more where a key goes or changes its meaning
 Nodes = list[Annotated[int, Field(ge=0)]]
 Rows = list[tuple[str, str]]
 """The rows of a table: names and texts."""
@@ -68,3 +73,24 @@ class Outcome(Enum):
     def exit_code(self) -> int:
         """The exit code of a command that ends so."""
         return {Outcome.SOLVED: 0, Outcome.INTERRUPTED: 130}.get(self, 4)
+
+
+def require_readable_version(record: dict[str, Any], where: str) -> None:
+    """Refuse a record of a later format than this planner knows; one that names none is of version 1."""
+    version = record.get("format_version", 1)
+    if not (isinstance(version, int) and 1 <= version <= FORMAT_VERSION):
+        raise FileError(
+            f"{where} has format version {version!r:.40}, this planner reads up to {FORMAT_VERSION}: "
+            "update the planner, or make the file again with this one."
+        )
+
+
+def html_table(caption: str, rows: Sequence[Sequence[str]], head: Sequence[str] = ()) -> str:
+    """A table of a notebook; names out of files cannot become markup."""
+    top = f"<thead>{_html_row('th', head)}</thead>" if head else ""
+    body = "".join(_html_row("td", row) for row in rows)
+    return f"<p>{escape(caption)}</p><table>{top}<tbody>{body}</tbody></table>"
+
+
+def _html_row(tag: str, cells: Sequence[str]) -> str:
+    return "<tr>" + "".join(f'<{tag} style="text-align:left">{escape(cell)}</{tag}>' for cell in cells) + "</tr>"

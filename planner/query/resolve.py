@@ -9,8 +9,7 @@ from functools import cache
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
-from planner.base.errors import StateError, choices, metric
-from planner.base.notes import tell
+from planner.base.errors import StateError, choices, metric, tell
 from planner.base.yamlfile import FARTHEST, shown
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact

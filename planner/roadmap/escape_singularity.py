@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.base.arrays import Floats
-from planner.base.products import length
+from planner.base.arrays import Floats, length
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 

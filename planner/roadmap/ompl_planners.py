@@ -15,10 +15,9 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from planner.base.arrays import Floats, Ints
-from planner.base.process_lock import PROCESS
-from planner.base.products import length
+from planner.base.arrays import Floats, Ints, length
 from planner.base.progress import QUIET, Progress
+from planner.base.silenced import PROCESS
 from planner.constraints.keeps import Keeps
 from planner.roadmap.forest import Forest
 from planner.roadmap.joint_space import JointSpace

@@ -8,11 +8,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen, so_far
-from planner.base.polylines import cut, parts_of
-from planner.base.products import length
+from planner.base.arrays import Floats, Ints, cut, frozen, length, parts_of, so_far, traded_off
 from planner.base.progress import QUIET, Progress
-from planner.base.shares import traded_off
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.native.graphs import cheapest_nodes

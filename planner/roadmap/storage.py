@@ -17,9 +17,9 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import frozen
+from planner.base.cache import content_hash
 from planner.base.errors import FileError
 from planner.base.files import DAMAGE, StrPath, write_whole
-from planner.base.hashing import content_hash
 from planner.collision.checker import CollisionChecker
 from planner.cost.scale import CostScale
 from planner.roadmap.roadmap import ARRAYS, DTYPES, LIBRARIES, Origin, Roadmap, world_hash

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
-from planner.base.products import length
+from planner.base.arrays import Bools, Floats, length
 from planner.base.resolutions import PROOF, W_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver, MotionCheck
 from planner.kinematics.manipulability import manipulability

@@ -16,7 +16,7 @@ from types import FrameType
 import numpy as np
 import pytest
 
-from planner.base.progress import StopRequest
+from planner.base.interrupts import StopRequest
 from planner.native import graphs, loading
 from planner.native.library import Charge, KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping
 from planner.native.motions import (

@@ -4,8 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.base.errors import PlannerError, StateError
-from planner.base.notes import LOGGER
+from planner.base.errors import LOGGER, PlannerError, StateError
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.kinematics.forward import tool_pose, tool_positions
