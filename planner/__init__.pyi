@@ -14,10 +14,10 @@ from .problem.conditions import KeepAxis as KeepAxis
 from .problem.conditions import KeepBox as KeepBox
 from .problem.conditions import KeepPlane as KeepPlane
 from .problem.conditions import KeepTurn as KeepTurn
-from .problem.objective import Objective as Objective
 from .problem.outcome import Outcome as Outcome
 from .problem.request import FollowRequest as FollowRequest
 from .problem.request import LimitsRequest as LimitsRequest
+from .problem.request import Objective as Objective
 from .problem.request import PlanRequest as PlanRequest
 from .problem.request import SweepRequest as SweepRequest
 from .problem.request import TaskRequest as TaskRequest

@@ -10,7 +10,8 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import OptionError, choices
 from planner.native.library import manipulability_cost_sums, manipulability_costs
-from planner.problem.objective import DEFAULT_COST, ManipulabilityCost, Metric
+from planner.problem.options import ManipulabilityCost, Metric
+from planner.problem.request import DEFAULT_COST
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta

@@ -18,7 +18,7 @@ from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
 from planner.problem.conditions import Condition, KeepBox
 from planner.problem.options import IK_LARGEST, IK_LEAST
-from planner.problem.reasons import BeyondLimit, BreaksKept, OutOfReach, Touching
+from planner.problem.outcome import BeyondLimit, BreaksKept, OutOfReach, Touching
 from planner.problem.targets import (
     FORMS,
     HOME,

@@ -18,7 +18,7 @@ from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import measure_scale
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import cheapest_nodes
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.forest import Forest
 from planner.roadmap.refine import PathRefiner, cut
 from planner.robot.robot import Robot

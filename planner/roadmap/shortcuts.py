@@ -13,7 +13,7 @@ from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.native.graphs import cheapest_nodes
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.best_paths import BETAS
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.forest import Forest

@@ -10,7 +10,7 @@ from planner.collision.checker import is_free
 from planner.kinematics.forward import tool_pose, tool_positions
 from planner.kinematics.inverse import TOLERANCE
 from planner.kinematics.manipulability import manipulability
-from planner.problem.reasons import BeyondLimit, OutOfReach, Touching
+from planner.problem.outcome import BeyondLimit, OutOfReach, Touching
 from planner.problem.request import TaskRequest
 from planner.problem.targets import Joints, Pose, Position, joints_text, parse_target
 from planner.query.resolve import (

@@ -9,8 +9,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
-from planner.problem.objective import Objective
-from planner.problem.request import PlanRequest
+from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.best_paths import _with_dips, add_refined_paths, best_path
 from planner.roadmap.build import DENSITY, build_roadmap
 from planner.roadmap.roadmap import component_labels

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 from planner import gabf
 from planner.collision.looks import recheck
 from planner.cost.motion_cost import MotionCost
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.best_paths import BETAS
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.enlarge import enlarged

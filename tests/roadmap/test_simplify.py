@@ -7,7 +7,7 @@ import pytest
 
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.refine import PathRefiner, cut
 from planner.roadmap.simplify import TOLERANCE, _meeting, simplified
 from planner.trajectory.measure import corners, path_contact, path_manipulability
