@@ -21,7 +21,7 @@ from planner.base import resources
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
-from planner.batch.outcomes import CRASHED, TIMED_OUT
+from planner.batch.run import CRASHED, TIMED_OUT
 from planner.cli.common import Debug, Out
 from planner.cli.terminal import run_into, say
 from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner.base.errors import FileError
-from planner.batch.plans import Task, read_plans
+from planner.batch.run import Task, read_plans
 from planner.problem.request import PlanRequest
 
 

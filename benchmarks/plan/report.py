@@ -12,7 +12,7 @@ from benchmarks import bench
 from benchmarks.plan.agreement import band
 from benchmarks.plan.case import OURS
 from benchmarks.text import markdown_table, median
-from planner.batch.outcomes import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT
+from planner.batch.run import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT
 
 GOAL_SECONDS = 10.0
 BASE = "RRTConnect"

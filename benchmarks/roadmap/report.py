@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks import bench
 from benchmarks.text import markdown_table
-from planner.batch.outcomes import CRASHED
+from planner.batch.run import CRASHED
 
 OURS = "gabf-planner"
 OMPL, OMPL_PLAIN, PYROBOPLAN = "OMPL PRM, our checker", "OMPL PRM, plain coal", "pyroboplan PRM"

@@ -123,7 +123,7 @@ def plain_numbers(what: str, values: Any, error: type[PlannerError] = ArrayError
             return given.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError):
         pass
-    raise error(f"{what} is no array of numbers.")
+    raise error(f"{what} is no array of numbers: give integers or floats.")
 
 
 def numbers(

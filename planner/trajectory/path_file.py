@@ -178,7 +178,7 @@ def unwrapped(data: Any, where: str) -> tuple[Any, list[str]]:
 
 
 def parse(text: str, where: str) -> Any:
-    """Plain data out of JSON text in which no key stands twice in one object."""
+    """Plain data out of JSON text."""
     try:
         return json.loads(text)
     except ValueError as error:
