@@ -20,7 +20,7 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import StateError
 from planner.kinematics.forward import Chain
 from planner.kinematics.tool_bound import Frame, ToolBound
-from planner.native.library import KeptBounds, NativeKeeping
+from planner.native.compiled import NativeKeeping
 from planner.problem.conditions import Condition, KeepAxis, KeepBox, KeepPlane, KeepTurn, OfPoint, Quaternion, Three
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, with_tool
@@ -229,10 +229,11 @@ class Keeps:
         return self._native.proven(coefficients, self._bounds, FORGIVEN, _FINEST)
 
     @cached_property
-    def _bounds(self) -> KeptBounds:
+    def _bounds(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """What ``NativeKeeping.proven`` asks of frames and pieces."""
         groups, dof = self._groups, self.robot.dof
         pieces = [piece for group in groups for piece in group.pieces]
-        return KeptBounds(
+        return (
             np.reshape([group.bound.reach for group in groups], (-1, dof)),
             np.reshape([group.bound.rates for group in groups], (-1, dof, dof)),
             np.reshape([group.bound.turns for group in groups], (-1, dof)),

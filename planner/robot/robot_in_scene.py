@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.errors import RobotError, SceneError, choices
-from planner.base.notes import Note
+from planner.base.errors import Note, RobotError, SceneError, choices
 from planner.base.yamlfile import nearest, shown
 from planner.robot.robot import Robot, held_in
 from planner.robot.scene import Scene

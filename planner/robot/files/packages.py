@@ -11,12 +11,13 @@ import os
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from functools import cache
+from glob import glob
 from pathlib import Path
 from typing import Any
 
 from planner.base.errors import InstallationError, RobotError
-from planner.base.process_lock import PROCESS
 from planner.base.resources import robots_folder
+from planner.base.silenced import PROCESS
 from planner.base.yamlfile import read_bytes, shown
 
 PATHS = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
@@ -37,9 +38,9 @@ def find_package(name: str, *files: Path) -> Path:
         for folder in folders:
             if inside and os.path.isdir(folder / name):
                 return folder / name
-            for file in sorted(folder.glob(f"{inside}package.xml")):
-                if _name_in(file) == name:
-                    return file.parent
+            for file in sorted(glob(f"{inside}package.xml", root_dir=folder, recursive=True)):  # folders may vanish
+                if _name_in(folder / file) == name:
+                    return (folder / file).parent
     raise LookupError(f"package {shown(name)} not found: name its folder in ROS_PACKAGE_PATH")
 
 

@@ -14,11 +14,9 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats
-from planner.base.errors import RobotError, choices
-from planner.base.notes import Note
+from planner.base.errors import Note, RobotError, choices
 from planner.base.silenced import Silenced
-from planner.base.words import number
-from planner.base.yamlfile import FARTHEST, shown
+from planner.base.yamlfile import FARTHEST, number, shown
 from planner.robot.files.mjcf import Sites, convert_mjcf
 from planner.robot.files.packages import find_package, read_root
 from planner.robot.poses import se3
