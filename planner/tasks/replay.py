@@ -18,7 +18,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.looks import looks_along, straight
 from planner.kinematics.forward import tool_joint
 from planner.problem.outcome import Outcome
-from planner.query.in_hand import let_go, placement_of, taken
+from planner.query.robots import let_go, placement_of, take
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried, with_tool, without_carried
 from planner.robot.shapes import Carried, Obstacle, extremes
@@ -255,4 +255,4 @@ class EventReplay:
             return
         with_hand = tool_joint(with_tool(self.robot, event.link))[0] == tool_joint(self.robot)[0]
         _require(with_hand, f"the task takes '{name}' with '{event.link}', which does not move with the tool")
-        self.scene, self._name = taken(self.scene, item, self.robot, event.link, q), name
+        self.scene, self._name = take(self.scene, item, self.robot, event.link, q), name

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,12 +9,10 @@ import numpy as np
 import pytest
 import yaml
 
-import planner
-from planner.base.errors import LOGGER, RobotError, StateError
+from planner.base.errors import RobotError
 from planner.base.resources import published_scene_names, scene_names
 from planner.problem.request import RoadmapRequest, WorldRequest
 from planner.query.query import make_query, open_world
-from planner.query.resolve import check_limits
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import notes
@@ -109,29 +106,4 @@ def test_no_built_in_scene_is_doubted(name: str) -> None:
         assert not [note for note in notes(load(name), Scene.load(scene)) if "millimetres" in note.text]
 
 
-def test_a_library_call_holds_doubts_and_logs_them_at_debug_only(caplog: pytest.LogCaptureFixture) -> None:
-    """In the plan each stands once; its log is what the command line prints."""
-    home = load("z1").home
-    with caplog.at_level(logging.DEBUG, "planner"):
-        plan = planner.plan(robot="z1", scene="empty", start=home, goal=home + 0.1, path_only=True)
-    doubts = grave(load("z1"), Scene.load("empty"))
-    assert doubts
-    assert [record.message for record in caplog.records if record.name == LOGGER] == doubts
-    assert max(record.levelno for record in caplog.records) == logging.DEBUG
-    assert set(doubts) <= set(plan.notes)
-    assert list(plan.notes) == plan.to_dict()["notes"]
-
-
 # degrees
-
-
-def test_degrees_are_asked_about_and_never_widened_for() -> None:
-    robot = load("iiwa14")
-    with pytest.raises(StateError, match="degrees") as caught:
-        check_limits(robot, np.array([0, 90, 0, -45, 0, 30, 0.0]), "start")
-    assert "--widen-limits" not in str(caught.value)
-    with pytest.raises(StateError, match=r"bring it inside, or widen them with --widen-limits\.$"):
-        make_query(RoadmapRequest.from_options(start="q:0,2.5,0,-1,0,1,0").what)
-    request = RoadmapRequest.from_options(start="q:0,90,0,-45,0,30,0", widen_limits=True)
-    with pytest.raises(StateError, match="degrees"):
-        make_query(request.what)

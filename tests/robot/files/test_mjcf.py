@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,7 +11,6 @@ import pinocchio as pin
 import pytest
 
 from planner.base.arrays import Floats
-from planner.base.errors import InstallationError
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.robot.files import urdf
@@ -274,9 +272,3 @@ def test_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, extra: str, a
     monkeypatch.chdir(tmp_path)
     assert words in refusal_of(lambda: Robot.load(arm(tmp_path, extra, after)))
     assert [path.name for path in tmp_path.iterdir()] == ["arm.xml"]  # MuJoCo writes no file of warnings
-
-
-def test_mujoco_is_an_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(InstallationError, match=r"run pip install 'gabf-planner\[mjcf\]'"):
-        Robot.load(arm(tmp_path))
