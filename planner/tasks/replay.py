@@ -28,7 +28,7 @@ from planner.tasks.sampling import gripper_of, place_at, standing
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Gripper, TaskError
 from planner.trajectory.check import check_path, check_trajectory
-from planner.trajectory.path_file import require_of_an_arm
+from planner.trajectory.recorded import require_of_an_arm
 from planner.trajectory.report import Finding, Report
 from planner.trajectory.trajectory import Trajectory
 
