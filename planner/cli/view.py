@@ -169,7 +169,7 @@ def _state_page(request: WorldRequest, state: str | None) -> str:
     target = None if state is None else parse_target(state)
     from planner.query.query import open_world, states_of
     from planner.query.resolve import resolve_as_is
-    from planner.view.state import inspect_state, state_page
+    from planner.view.state import inspect_state
 
     checker = open_world(request)
     states = states_of(checker.robot, checker.world.scene)
@@ -177,4 +177,4 @@ def _state_page(request: WorldRequest, state: str | None) -> str:
         target = parse_target("start" if "start" in states else HOME)
     report = inspect_state(checker, resolve_as_is(target, checker, states, "state"))
     say(report.sentence)
-    return state_page(report)
+    return report.page()
