@@ -284,8 +284,8 @@ BAD: dict[str, tuple[type[PlannerError], dict[str, Any], str]] = {
     "not increasing": (ArrayError, {"times": [0.1, 0.3, 0.2]}, r"times\[2\]"),
     "before now": (ArrayError, {"times": [-0.1, 0.1, 0.2]}, r"times\[0\]"),
     "one point": (ArrayError, {"positions": np.zeros((1, 2)), "times": [0.1], "state": None}, "no motion"),
-    "state shape": (StateError, {"state": (np.zeros(3), np.zeros(3))}, "state's positions"),
-    "state NaN": (StateError, {"state": (HERE, np.full(2, np.nan))}, "state's velocities"),
+    "state shape": (StateError, {"state": (np.zeros(3), np.zeros(3))}, "state"),
+    "state NaN": (StateError, {"state": (HERE, np.full(2, np.nan))}, "state"),
     "state outside": (StateError, {"state": (np.array([50.0, 0.0]), np.zeros(2))}, "outside the limits"),
 }
 
