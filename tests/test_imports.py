@@ -57,7 +57,7 @@ DOORS = {
     "meshcat": {"planner.view.canvas"},
     "umsgpack": {"planner.view.canvas"},
     "viser": {"planner.view.live.picture", "planner.view.live.page"},
-    "websockets": {"planner.serve.server", "planner.serve.connection", "planner.view.live.picture"},
+    "websockets": {"planner.serve.server", "planner.view.live.picture"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.view.figures")} | {"reproduce.figures"},
     "ctypes": {"planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},

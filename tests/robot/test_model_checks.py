@@ -104,6 +104,3 @@ def test_shapes_in_millimetres(kind: str, tmp_path: Path) -> None:
 def test_no_built_in_scene_is_doubted(name: str) -> None:
     for scene in (*scene_names(), *published_scene_names()):
         assert not [note for note in notes(load(name), Scene.load(scene)) if "millimetres" in note.text]
-
-
-# degrees
