@@ -15,7 +15,6 @@ from planner.problem.request import TaskRequest
 from planner.problem.targets import Joints, Pose, Position, joints_text, parse_target
 from planner.query.resolve import (
     beyond_limits,
-    free_configurations,
     looks_like_degrees,
     other_turns,
     resolve,
@@ -24,7 +23,7 @@ from planner.query.resolve import (
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
 from planner.tasks.candidates import along, solutions
-from tests.worlds import POST_GOAL, POST_START, ROBOTS, arm_of_few_axes, checker_of, load, make_post, random_q, scene_of
+from tests.worlds import ROBOTS, arm_of_few_axes, checker_of, load, random_q, scene_of
 
 
 @pytest.fixture(scope="module")
@@ -182,19 +181,3 @@ def test_what_looks_like_degrees(name):
     assert looks_like_degrees(robot, degrees)
     assert not any(looks_like_degrees(robot, row) for row in (*q, *np.clip(1.5 * q, -2 * np.pi, 2 * np.pi)))
     assert not looks_like_degrees(robot, np.vstack([degrees, 400.0 + 0 * q[:1]])), "no limits hold as degrees either"
-
-
-def test_of_several_configurations_the_first_that_touches_is_named():
-    checker, across = make_post(), np.zeros(2)  # across: through the post
-    free = free_configurations([("start", POST_START), ("goal", POST_GOAL)], checker)
-    np.testing.assert_array_equal(free, [POST_START, POST_GOAL])
-    for rows, role in (
-        ([("start", POST_START), ("goal", across)], "goal"),
-        ([("start", across), ("goal", across)], "start"),
-        ([("start", POST_START), ("start", across), ("goal", POST_GOAL)], "start"),
-    ):
-        with pytest.raises(StateError, match=f"{role} is in collision"):
-            free_configurations(rows, checker)
-    with pytest.raises(StateError, match="goal has 3 joint values"):
-        free_configurations([("start", across), ("goal", np.zeros(3))], checker)
-    assert free_configurations([], checker).shape == (0, 2)

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
-import numpy as np
 import pytest
-import yaml
 
 from planner.base.errors import RobotError
 from planner.base.resources import published_scene_names, scene_names
@@ -62,42 +59,6 @@ def test_meshes_of_a_scene(mesh: Mesh, parts: list[str]) -> None:
     for text, part in zip(found, parts, strict=True):
         assert part in text
         assert "thing0" in text
-
-
-SHAPES = {
-    "box": {"size": [0.4, 0.3, 0.05]},
-    "sphere": {"radius": 0.03},
-    "cylinder": {"radius": 0.03, "length": 0.6},
-    "capsule": {"radius": 0.03, "length": 0.6},
-}
-
-
-def scene_file(folder: Path, kind: str, unit: float, base: float = 0.0) -> Scene:
-    """A shape beside a Panda at x = ``base``, one in its hand and one that passes by, in ``unit`` per metre."""
-    shape = {"type": kind} | {key: (unit * np.array(value)).tolist() for key, value in SHAPES[kind].items()}
-    at = [base + unit * 0.4, unit * -0.2, unit * 0.3]
-    held = {"name": "held", "link": "panda_hand", "position": [0.0, 0.0, unit * 0.1], **shape}
-    way = [{"t": 0.0, "position": at}, {"t": 1.0, "position": at}]
-    obstacles = [{"name": "still", "position": at, **shape}, {"name": "passing", "motion": way, **shape}]
-    base_of = {"panda": {"base": {"position": [base, 0.0, 0.0]}}}
-    path = folder / "scene.yaml"
-    path.write_text(yaml.safe_dump({"obstacles": obstacles, "carried": [held], "robots": base_of}))
-    return Scene.load(path)
-
-
-def doubted(name: str, scene: Scene) -> list[str]:
-    """The notes on units of a robot as it stands in the scene, in millimetres or not."""
-    return [text for text in grave(open_world(WorldRequest(name, scene)).robot, scene) if "millimetres" in text]
-
-
-@pytest.mark.parametrize("kind", SHAPES)
-def test_shapes_in_millimetres(kind: str, tmp_path: Path) -> None:
-    """The sphere of 30 mm is small even in metres: its place gives it away. A cell far from the origin is no doubt."""
-    (text,) = doubted("panda", scene_file(tmp_path, kind, 1000.0))
-    assert text.startswith("still, passing, held would reach")
-    assert text.endswith("in millimetres, give metres, and scale meshes by 0.001.")
-    assert doubted("panda", scene_file(tmp_path, kind, 1.0)) == []
-    assert doubted("panda", scene_file(tmp_path, kind, 1.0, base=800.0)) == []
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -37,14 +37,6 @@ def test_every_robot(name):
         assert any(set(pair) <= links for pair in robot.disabled_pairs)
 
 
-DOF = {"iiwa14": 7, "panda": 7, "xarm7": 7, "ur5": 6, "ur10": 6, "kinova": 6, "z1": 6, "planar_2r": 2}
-
-
-@pytest.mark.parametrize("name", DOF)
-def test_planned_joints(name):
-    assert load(name).dof == DOF[name]
-
-
 # angles
 
 ANGLES = st.lists(st.floats(-20, 20), min_size=6, max_size=6).map(np.array)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planner.base.errors import PlannerError, SceneError
+from planner.base.errors import SceneError
 from planner.problem.targets import Named, parse_target
 from planner.robot.files.urdf import frame_id
 from planner.robot.poses import pose
@@ -176,19 +176,3 @@ def test_what_is_carried_becomes_a_body_of_the_link_that_holds_it(scene):
     assert (rod.name, rod.shape, rod.joint) == ("rod", Capsule(0.01, 0.2), held.parentJoint)
     np.testing.assert_allclose(rod.placement, held.placement.homogeneous @ pose([0, 0, 0.1]))
     assert robot.touching == {frozenset(("rod", "link_2")), frozenset(("rod", "link_1"))}
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        (", link: link_2", "", "'carried.0.capsule.link' is missing"),
-        ("name: rod", "name: box", "'box' is used twice"),
-        ("link: link_2", "link: hand", "frame 'hand' not found"),
-        ("name: rod", "name: link_1", "a link has that name"),
-    ],
-)
-def test_a_bad_carried_entry_is_named(scene, old, new, words):
-    assert old in CARRIED
-    with pytest.raises(PlannerError) as caught:
-        with_carried(Robot.load("planar_2r"), scene(CARRIED.replace(old, new)).carried)
-    assert words in str(caught.value)
