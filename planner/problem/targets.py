@@ -1,18 +1,11 @@
 """Where the arm should be, as people write it.
 
 A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-0.10,0.42`` (tool position, m) or
-``pose:x,y,z,qx,qy,qz,qw`` (tool position and orientation). :mod:`planner.query.resolve` finds the configuration.
+``pose:x,y,z,qx,qy,qz,qw``; :mod:`planner.query.resolve` finds the configuration. ``home`` is the scene's state of that
+name, or else the robot's home: what its robot.yaml says, or all joints at zero, or at the limit next to zero.
 
-A goal with tolerance is written as conditions with ``&`` between, see :mod:`planner.problem.conditions`, of which
-``xyz:`` and ``pose:`` may be one: ``xyz:0.5,0.3,0.6 & axis:z,0,0,-1`` has the tool's z axis point down there, turning
-about it is free.
-
-The name ``home`` is always known: the scene's own state of that name, or else the robot's home, which is what its
-robot.yaml says, or where that says nothing (as of a URDF by path) all joints at zero, or at the limit next to zero.
-
-A state of the scene may be the name of another, as in ``start: home``.
-
-Alternative goals are written with ``;`` between, names also with commas: ``xyz:0.5,0.3,0.6;home``.
+A goal with tolerance is written as conditions with ``&`` between (:mod:`planner.problem.conditions`), of which ``xyz:``
+and ``pose:`` may be one. Alternative goals are written with ``;`` between, names also with commas.
 """
 
 from __future__ import annotations
