@@ -39,7 +39,7 @@ def test_colleagues_may_read_what_is_written(tmp_path: Path) -> None:
 def test_places_that_cannot_be_written_are_found_before_any_work(tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to(tmp_path / "loop")
     before = sorted(tmp_path.rglob("*"))
-    for place in (tmp_path / "loop" / "c", Path("/dev/full"), Path("a\0")):
+    for place in (tmp_path / "loop" / "c", Path("/dev/full")):
         with pytest.raises(FileError, match=r"cannot be written: .*; choose another place"):
             require_writable_folder(place)
     for place in (Path("/dev/full"), tmp_path):
