@@ -25,8 +25,8 @@ from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.query.query import make_query
-from planner.roadmap.joint_space import JointSpace
-from planner.roadmap.straight_motions import Motions
+from planner.roadmap.edges import Motions
+from planner.roadmap.ompl_planners import JointSpace
 from planner.robot.robot import Robot
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.measure import corners, measure_path, path_clearance, path_manipulability

@@ -9,6 +9,7 @@ import reprlib
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import is_dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
@@ -121,11 +122,16 @@ def validate(model: type[Model], data: Any, where: str, error_type: type[Planner
         keys = choices(_fields(model))
         raise error_type(f"{where} holds no mapping of keys to values: give its keys, out of {keys}.")
     try:
-        return pydantic.TypeAdapter(model).validate_python(data)
+        return _adapter(model).validate_python(data)
     except pydantic.ValidationError as error:
         errors = error.errors(include_url=False)  # a key that is misspelt is missing too: of the two say the former
         first = next((each for each in errors if each["type"] in _UNKNOWN), errors[0])
         raise error_type(f"{where}: {_sentence(first, model)}") from None
+
+
+@lru_cache
+def _adapter(model: type[Model]) -> pydantic.TypeAdapter[Model]:
+    return pydantic.TypeAdapter(model)
 
 
 def _sentence(error: Any, model: type) -> str:

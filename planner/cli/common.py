@@ -69,7 +69,7 @@ def record_of_plan(folder: Path) -> dict[str, Any]:
 def world_of_plan(folder: Path) -> CollisionChecker:
     """A checker in the world of the plan in ``folder``; :class:`PlannerError` where there is none."""
     from planner.planning.run import ROADMAP_NAME
-    from planner.roadmap.world_of import reopen_plan
+    from planner.roadmap.storage import reopen_plan
 
     return reopen_plan(record_of_plan(folder)["config"], folder / ROADMAP_NAME)
 

@@ -64,8 +64,7 @@ def info(file: File, json: Flag = False, debug: Debug = False) -> int:
         file: A roadmap.npz.
         json: Print it as JSON.
     """
-    from planner.roadmap.storage import load_roadmap
-    from planner.roadmap.summary import summary
+    from planner.roadmap.storage import load_roadmap, summary
 
     found = summary(load_roadmap(file))
     if json:

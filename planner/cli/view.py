@@ -116,7 +116,7 @@ def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest
 def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     """A session on the roadmap of the plan in ``folder``, in the plan's world, and the question of the plan."""
     from planner.planning.run import ROADMAP_NAME
-    from planner.roadmap.world_of import reopen_plan
+    from planner.roadmap.storage import reopen_plan
     from planner.session.session import OPTIONS, Session
     from planner.view.live.page import Question
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import OptionError, choices
-from planner.native.library import manipulability_cost_sums, manipulability_costs
+from planner.native.compiled import manipulability_cost_sums, manipulability_costs
 from planner.problem.options import ManipulabilityCost, Metric
 from planner.problem.request import DEFAULT_COST
 
@@ -68,7 +68,8 @@ def manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = 
     ``inverse`` 1/w punishes the neighbourhood of singularities most and tells good nodes apart least, ``linear`` -w
     the reverse, ``log`` -ln w stands between.
     """
-    return manipulability_costs(w, scale.w_low, scale.w_high, scale.zeta, cost_number(name))
+    costs = manipulability_costs(w.ravel(), scale.w_low, scale.w_high, scale.zeta, cost_number(name))
+    return costs.reshape(w.shape)
 
 
 def mean_manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = DEFAULT_COST) -> Floats:

@@ -10,7 +10,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.gabf.arcmaps import AffineArcs
 from planner.gabf.flows import Flow
 from planner.gabf.problem import Rows, Standing
-from planner.native.dynamics import NativeArcs
+from planner.native.compiled import NativeArcs
 
 
 class Parents(ABC):

@@ -17,7 +17,7 @@ from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.network import Network
 from planner.gabf.reverse_adjacency import Readers
-from planner.native.dynamics import hops_to_source
+from planner.native.compiled import hops_to_source
 
 
 class Standing(NamedTuple):

@@ -27,7 +27,7 @@ from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingR
 from planner.problem.targets import joints_text, target_of
 from planner.query.query import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
 from planner.robot.moving import MovingObstacle

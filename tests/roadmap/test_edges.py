@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from planner.collision import make_checker
+from planner.collision import make_checker, second_checker
+from planner.collision.checker import is_free
 from planner.collision.edge_prover import EdgeProver
+from planner.collision.looks import recheck
+from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.edge_certificates import RecordingProver
+from planner.roadmap.edges import Motions, RecordingProver, enlarged
 from planner.roadmap.shortcuts import in_pieces
 from planner.robot.scene import Scene
 from tests.coal_judge import CoalWorld
@@ -132,3 +137,81 @@ def test_no_edges_and_nothing_to_touch():
     assert clearance.shape == samples.shape == (0,)
     empty = make_checker(load("planar_2r"), Scene("none"))
     assert (RecordingProver(empty).certificates(np.zeros((2, 2)), np.array([[0, 1]]))[0] > 0).all()
+
+
+def test_motions_with_a_floor_refuse_what_dips() -> None:
+    robot, prover = load("planar_2r"), EdgeProver(checker_of("planar_2r"))
+    a, through_straight = np.array([0.0, 0.8]), np.array([0.0, -1.6])
+    assert Motions(prover).proven(a, through_straight)
+    assert not Motions(prover, 0.01).proven(a, through_straight)
+    assert Motions(prover, 0.01).proven(a, np.array([1.0, 0.3]))
+    assert not Motions(prover, 0.01).looks_free(0.05)(a, through_straight)
+    assert manipulability(robot, a[None])[0] > 0.01
+
+
+def test_the_shortest_way_turns_as_the_path_does() -> None:
+    """A shortcut by half a turn or more would be told by its ends, and they tell the motion the other way round."""
+    robot, prover = load("kinova"), EdgeProver(checker_of("kinova"))
+    joint = int(np.flatnonzero(robot.continuous)[0])
+    for turn in (1.0, np.pi, 1.5 * np.pi, -2.0 * np.pi, 7.0):
+        path = np.repeat(robot.home[None], 41, axis=0)
+        path[:, joint] += np.linspace(0.0, turn, len(path))
+        path = robot.normalise(path)
+        short = Motions(prover).shortest_way(path)
+        assert len(short) < 10
+        np.testing.assert_array_equal(short[[0, -1]], path[[0, -1]])
+        np.testing.assert_allclose(robot.unwound(short)[-1] - path[0], robot.unwound(path)[-1] - path[0], atol=1e-9)
+
+
+def test_what_looks_free_may_touch_and_what_is_proven_does_not() -> None:
+    """Of random motions past the post, by coal every millimetre: proven ones are free, sampled ones nearly all."""
+    checker = make_post()
+    motions, rng = Motions(EdgeProver(checker)), np.random.default_rng(0)
+    looks = motions.looks_free(0.05)
+    starts = [q for q in rng.uniform(-2.5, 2.5, size=(60, 2)) if is_free(checker, q)]
+    verdicts = []
+    for q in starts:
+        delta = rng.normal(size=2) * 0.6
+        if (np.abs(q + delta) > 2.8).any():
+            continue
+        truth = recheck(second_checker(checker), q, delta, 1e-3) is None
+        verdicts.append((truth, motions.proven(q, delta), looks(q, delta)))
+    assert {truth for truth, _, _ in verdicts} == {True, False}
+    for truth, proven, looked in verdicts:
+        assert truth or not proven
+        assert looked or not proven, "what is proven looks free, too"
+    assert np.mean([truth == looked for truth, _, looked in verdicts]) > 0.9
+
+
+def free_pairs(prover: RecordingProver, count: int) -> np.ndarray:
+    """(count, 2) nodes of the post's roadmap that a proven motion joins, without an edge between them as yet."""
+    nodes, edges = post_roadmap().nodes, set(map(tuple, post_roadmap().edges.tolist()))
+    pairs = np.array([(i, j) for j in range(len(nodes)) for i in range(j) if (i, j) not in edges])
+    a, b = nodes[pairs[:, 0]], nodes[pairs[:, 1]]
+    return pairs[prover.free(a, prover.robot.difference(a, b))][:count]
+
+
+def test_edges_that_are_there_stay_and_new_ones_come_once() -> None:
+    old, prover = post_roadmap(), RecordingProver(make_post())
+    new = free_pairs(prover, 5)
+    made = enlarged(old, prover, old.nodes[:0], np.concatenate([new, old.edges[:7], new]))
+    assert sorted(map(tuple, made.edges.tolist())) == sorted(map(tuple, [*old.edges.tolist(), *new.tolist()]))
+    rows = [made.edge_index(i, j) for i, j in old.edges.tolist()]
+    for name in ("proven", "joint_length", "tool_length", "clearance", "samples", "edge_manipulability"):
+        np.testing.assert_array_equal(getattr(made, name)[rows], getattr(old, name))
+    assert made.proven.all()
+    np.testing.assert_array_equal(made.edges, np.unique(made.edges, axis=0))  # sorted
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.01])
+def test_the_margin_is_the_weaker_one_and_clearances_count_from_it(margin: float) -> None:
+    old, prover = post_roadmap(), RecordingProver(make_post())
+    assert prover.world.margin == 0.0
+    with_margin = replace(old, origin=replace(old.origin, margin=margin))
+    new = free_pairs(prover, 1)
+    made = enlarged(with_margin, prover, old.nodes[:0], new)
+    assert made.origin.margin == 0.0
+    rows = [made.edge_index(i, j) for i, j in old.edges.tolist()]
+    np.testing.assert_allclose(made.clearance[rows], old.clearance + margin, rtol=0, atol=1e-15)
+    same = enlarged(old, prover, old.nodes[:0], new)
+    assert made.clearance[made.edge_index(*new[0])] == same.clearance[same.edge_index(*new[0])]
