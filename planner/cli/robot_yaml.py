@@ -44,7 +44,6 @@ def robot_yaml(
         out: The file to write; an existing file is not overwritten.
     """
     choice = WorldRequest(group=group, joints=joints)  # type: ignore[arg-type]
-
     if out.exists():
         raise FileError(f"{out} is there already and is not overwritten: choose another --out, or remove it.")
     require_writable_file(out)

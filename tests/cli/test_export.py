@@ -31,15 +31,6 @@ def test_what_is_exported_is_proven_by_check(run: Run, timed_plan: Path, tmp_pat
         assert times == grid
 
 
-def test_a_motion_that_does_not_end_at_rest_is_told(run: Run, timed_plan: Path, tmp_path: Path) -> None:
-    record = json.loads((timed_plan / "trajectory.json").read_text())
-    record["points"] = record["points"][: len(record["points"]) // 2]
-    (tmp_path / "half.json").write_text(json.dumps(record))
-    code, _, told = run("export", str(tmp_path / "half.json"), "--out", str(tmp_path / "sent.json"))
-    assert code == 0
-    assert "does not end at rest, which a ROS 2 joint trajectory controller refuses" in " ".join(told.split())
-
-
 def test_a_grid_that_is_too_coarse_to_be_proven_is_not_written(run: Run, tmp_path: Path) -> None:
     window = ("plan", "--robot", "planar_2r", "--scene", "window", "--nodes", "60", "--out", str(tmp_path))
     assert run(*window)[0] == 0

@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import get_args
 
 import pytest
 
 from planner.base.resources import data_folder
-from planner.trajectory.export import Format
 from tests.command_line import Run, assert_total_covers
 
 EXAMPLES = data_folder("scenes") / "examples"
@@ -200,19 +198,6 @@ def swing(motion: dict, after: float) -> None:
     motion["points"].insert(row + 1, {**there, "t": there["t"] + 0.1, "q": [*there["q"][:6], there["q"][6] + 0.5]})
 
 
-def test_what_may_touch_is_told_and_not_believed(tidy: Path, run: Run, tmp_path: Path) -> None:
-    """The fingers and the mug, and the mug and what it stands on; not what the file says of any other way."""
-    plan = json.loads((tidy / "plan.json").read_text())
-    plan["segments"][3]["may_touch"] = [["mug", "board"], ["mug", "panda_link5"]]
-    (tmp_path / "plan.json").write_text(json.dumps(plan))
-    (tmp_path / "trajectory.json").write_text((tidy / "trajectory.json").read_text())
-    code, out, _ = run("check", str(tmp_path), "--json")
-    assert code == 0
-    fingers = [["mug", "panda_leftfinger"], ["mug", "panda_rightfinger"]]
-    told = [segment["may_touch"] for segment in json.loads(out)["segments"]]
-    assert told == [[], fingers, [["mug", "table"]], [], [["board", "mug"]], fingers, []]
-
-
 @pytest.mark.parametrize(
     ("old", "new"), [("[0.5, -0.3, 0.05]", "[0.5, -0.28, 0.05]"), ("0.05]}", "0.05], rpy: [0, 0.1, 0]}")]
 )
@@ -226,31 +211,12 @@ def test_an_object_that_stands_elsewhere_is_seen(tidy: Path, run: Run, tmp_path:
     assert code == 4 or "at its attach 'mug' is" in error
 
 
-def test_a_plan_whose_motion_is_gone_is_refused(tidy: Path, run: Run, tmp_path: Path) -> None:
-    code, said = checked(tmp_path, run, json.loads((tidy / "plan.json").read_text()))
-    assert (code, "trajectory" in said) == (3, True)
-
-
 def test_the_whole_motion_is_exported(tidy: Path, run: Run) -> None:
     code, _, error = run("export", str(tidy), "--format", "csv")
     assert code == 0, error
     rows = (tidy / "trajectory-csv.csv").read_text().splitlines()
     times = [float(row.split(",")[0]) for row in rows[1:]]
     assert times == sorted(set(times))
-
-
-def test_events_stand_where_there_is_a_place_for_them_and_are_told_elsewhere(tidy: Path, run: Run) -> None:
-    written = json.loads((tidy / "plan.json").read_text())["events"]
-    assert json.loads((tidy / "trajectory.json").read_text())["events"] == written
-    for kind in get_args(Format):
-        code, _, error = run("export", str(tidy), "--format", kind)
-        assert code == 0, error
-        told = " ".join(error.split())
-        assert "has no place for the events of a task" in told
-        assert all(f"{event['t']:.3f} s" in told for event in written)
-    code, text, error = run("export", str(tidy), "--rate", "100", "--out", str(tidy / "grid.json"))
-    assert code == 0, error
-    assert "NOT proven" in text
 
 
 def test_what_cannot_be_done_is_said_with_code_4(run: Run, tmp_path: Path) -> None:
