@@ -181,10 +181,6 @@ class Separated(Reason):
     gap: Gap
 
     @property
-    def names(self) -> frozenset[str]:
-        return frozenset(self.obstacles)
-
-    @property
     def sentence(self) -> str:
         one = len(self.obstacles) == 1
         return (
@@ -258,10 +254,6 @@ class BlockedInTime(Reason):
     place: Literal["start", "goal", "route"]
     """start: not clear at time 0; goal: it cannot be stayed at; route: no motion leads past"""
     obstacles: _Names
-
-    @property
-    def names(self) -> frozenset[str]:
-        return frozenset(self.obstacles)
 
     @property
     def sentence(self) -> str:
