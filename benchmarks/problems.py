@@ -28,7 +28,7 @@ class Problem:
 
     def content(self, plain: PlanRequest) -> str:
         """Eight digits of a hash of the options and of all files that are read for them."""
-        return Task(self.name, self.asked(plain)).asked["asked"][:8]
+        return str(Task(self.name, self.asked(plain)).asked["asked"])[:8]
 
 
 def find_problems(folder: Path) -> list[Problem]:
