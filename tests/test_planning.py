@@ -318,13 +318,6 @@ def test_stop_gives_what_there_is(small):
     assert found.cost is None
 
 
-def test_stop_half_way(small):
-    grown = []
-    found = plan(small, Progress(lambda stage, done, total: grown.append(done), lambda: len(grown) > 30))
-    assert found.outcome is Outcome.INTERRUPTED
-    assert 2 < len(found.roadmap.nodes) < 80
-
-
 # paths as configurations
 
 

@@ -40,20 +40,3 @@ def test_a_grid_that_is_too_coarse_to_be_proven_is_not_written(run: Run, tmp_pat
     assert "on a grid of 1 Hz the motion is not proven as a whole any more" in err
     assert not file.exists()
     assert run("export", str(tmp_path), "--format", "csv", "--rate", "1000", "--out", str(file))[0] == 0
-
-
-def test_a_grid_in_an_unknown_world_is_told_not_to_be_proven(run: Run, timed_plan: Path, tmp_path: Path) -> None:
-    """Without the plan's files nobody knows among what it moves; with those of another plan that is noticed."""
-    (tmp_path / "trajectory.json").write_bytes((timed_plan / "trajectory.json").read_bytes())
-    code, out, err = run("export", str(tmp_path), "--rate", "100")
-    assert code == 0
-    assert "NOT proven" in out
-    assert "its world is not known" in err
-    assert "plan.json not found" in err
-    for name in ("plan.json", "roadmap.npz"):
-        (tmp_path / name).write_bytes((timed_plan / name).read_bytes())
-    record = json.loads((tmp_path / "plan.json").read_text())
-    for config in (record["config"] | {"scene": "window"}, record["config"] | {"margin": "wide"}, 3):
-        (tmp_path / "plan.json").write_text(json.dumps(record | {"config": config}))
-        code, out, err = run("export", str(tmp_path), "--rate", "100")
-        assert (code, "NOT proven" in out) == (0, True)

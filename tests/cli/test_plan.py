@@ -84,22 +84,6 @@ def test_a_written_roadmap_is_planned_on_again(solved: Path, tmp_path: Path, run
     assert after["roadmap"]["scale"] == before["roadmap"]["scale"]
 
 
-FOLDED = ("--robot", "planar_2r", "--scene", "empty", "--nodes", "30")
-
-
-def test_goals_given_several_times_are_of_equal_right(run: Run, tmp_path: Path) -> None:
-    """The nearer one is reached, wherever it stands among them, and named in summary and record."""
-    near, far = "q:0.2,1.1", "xyz:-0.3,-0.5,0"
-    for k, goals in enumerate((("--goal", far, f"--goal={near}"), ("--goal", near, "--goal", far))):
-        out = tmp_path / str(k)
-        code, words, _ = run("plan", *FOLDED, "--start", "q:0,1", *goals, "--beta", "1", "--out", str(out))
-        assert code == 0
-        assert near in words
-        record = json.loads((out / "plan.json").read_text())
-        assert record["goal"] == near
-        assert record["path"][-1] == [0.2, 1.1]
-
-
 def test_no_path_is_an_outcome(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "out"
     code, text, _ = run("plan", "--robot", "planar_2r", "--scene", str(planar_trap(tmp_path)), "--start", "q:0,0.5",
