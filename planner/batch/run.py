@@ -18,14 +18,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import pydantic
-
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.files import make_folder, write_json, write_whole
 from planner.base.interrupts import stop_requests
 from planner.base.progress import QUIET, Progress
 from planner.base.resources import software
-from planner.base.yamlfile import Strict, parse_yaml, read_text, repeated, validate
+from planner.base.yamlfile import parse_yaml, read_text, repeated
 from planner.batch.parallel import measured_cases
 from planner.planning.plan import plan
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
@@ -56,12 +54,6 @@ class Task:
         read = json.dumps([config, sources_hash(self.request)], sort_keys=True)
         known = {"name": self.name, "asked": hashlib.sha256(read.encode()).hexdigest()[:16], "software": software()}
         return known | {name: value for name, value in config.items() if name in _ASKED}
-
-
-class BatchFile(Strict):
-    """A batch file: the options of each plan, and its name."""
-
-    plans: list[dict[str, Any]] = pydantic.Field(min_length=1)
 
 
 @dataclass(frozen=True)
@@ -204,7 +196,10 @@ def read_plans(source: Path, plain: PlanRequest) -> list[Task]:
         where, beside = f"folder {source}", source
         entries = _problems(source)
     elif source.suffix.lower() in (".yaml", ".yml"):
-        entries = validate(BatchFile, parse_yaml(read_text(source, "batch file"), where), where).plans
+        data = parse_yaml(read_text(source, "batch file"), where)
+        entries = data["plans"] if isinstance(data, dict) and [*data] == ["plans"] else None
+        if not (isinstance(entries, list) and entries and all(isinstance(entry, dict) for entry in entries)):
+            raise FileError(f"{where} must be a list of plans, as in plans: [{{name: left, scene: shelf}}].")
     elif source.suffix.lower() == ".csv":
         entries = _csv_entries(read_text(source, "batch file"), where)
     else:

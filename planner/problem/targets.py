@@ -25,7 +25,6 @@ from planner.problem.conditions import Condition, KeepBox, KeepTurn, is_conditio
 
 HOME = "home"
 BOTH = "&"  # between the conditions of one goal
-_MOST_NAMES = 100  # that a state may lead through, or to
 FARTHEST_BASE = 1e4  # m: as far as anything may stand in a scene file
 TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn, however it was rounded
 FORMS = "a name from the scene, q:..., xyz:x,y,z, pose:x,y,z,qx,qy,qz,qw or conditions such as axis:z,0,0,-1,0.1"
@@ -187,18 +186,12 @@ def follow(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) 
 
     A name that is none of them stands for itself. Raises :class:`StateError` for one that leads back to itself.
     """
-    if name in through or len(through) > _MOST_NAMES:
-        what = "leads back to itself" if name in through else f"stands behind more than {_MOST_NAMES} names"
-        raise StateError(f"state '{name}' of the scene {what}, by {choices(through[:5])}: give numbers.")
-    if name not in states:
-        return [name]
-    target = parse_target(states[name])
-    if not isinstance(target, Named):
-        return [states[name]]
-    found = [text for each in target.names for text in follow(each, states, (*through, name))]
-    if len(found) > _MOST_NAMES:
-        raise StateError(f"state '{name}' of the scene stands for more than {_MOST_NAMES} states: name fewer.")
-    return found
+    if name in through:
+        raise StateError(f"state '{name}' of the scene leads back to itself, by {choices(through[:5])}: give numbers.")
+    target = parse_target(states[name]) if name in states else None
+    if isinstance(target, Named):
+        return [text for each in target.names for text in follow(each, states, (*through, name))]
+    return [states.get(name, name)]
 
 
 def parse_base(base: str | Iterable[float]) -> tuple[float, ...]:
