@@ -170,5 +170,5 @@ def test_lengths_that_make_no_sense_are_refused(length: float) -> None:
 def test_where_it_says_nothing_it_is_refused() -> None:
     with pytest.raises(KeywordError, match="no option 'approach'"):
         FollowRequest.from_options(approach=0.1)
-    with pytest.raises(SceneError, match="leave --approach and --retreat out"):
+    with pytest.raises(SceneError, match="takes no --approach"):
         plan(robot="panda", scene=ROOT / "scenes/examples/cart.yaml", approach=0.1, timing=TimingRequest())
