@@ -24,14 +24,11 @@ def robot_yaml(
 ) -> int:
     """Write a robot.yaml for a URDF, with the link pairs that need no collision check.
 
-    These are pairs of links that one joint joins, or that touch in nearly every random configuration. Pairs that only
-    never touched stay checked: a sample is no proof. Then the robot is tried: its home, random configurations and
-    targets; pairs of links that stand in the way are named. Where no file says where home is, and links touch with all
-    joints at zero, a home is chosen where none do. Examples:
+    These are pairs of links that one joint joins, or that touch in nearly every random configuration. Then the robot is
+    tried: its home, random configurations and targets; pairs of links that stand in the way are named. Where no file
+    says where home is, and links touch with all joints at zero, a home is chosen where none do. Example:
 
     planner robot-yaml robots/examples/arm.urdf --tool tip --out mine/robot.yaml
-
-    planner plan --robot mine/robot.yaml --scene empty --start home --goal q:0.5,0.8,-0.4
 
     Exit code 0: written; 2: a wrong option; 3: an unusable robot or file, or --out is there already.
 
