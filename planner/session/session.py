@@ -201,7 +201,7 @@ class Session:
         :class:`OptionError` for a beta out of range, and :class:`PlannerError` once ``progress`` is asked to stop.
         """
         with self._alone():
-            planning = self._watched(self._asking(start, goal, beta), progress)
+            planning = self._asking(start, goal, beta, progress)
             return self._answer(planning, _resolved(self.checker, planning.request))
 
     def replan(self, progress: Progress = QUIET) -> SessionPlan:
@@ -290,15 +290,16 @@ class Session:
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
-    def _asking(self, start: object, goal: object, beta: float | None) -> Planning:
+    def _asking(self, start: object, goal: object, beta: float | None, progress: Progress = QUIET) -> Planning:
         """How the session plans this question."""
         plain = self._planning.request
         beta = plain.quality.beta if beta is None else beta
-        request = plain.with_options(start=start, goal=goal, beta=beta)
-        return replace(self._planning, request=request)
+        return self._watched(
+            replace(self._planning, request=plain.with_options(start=start, goal=goal, beta=beta)), progress
+        )
 
     def _watched(self, planning: Planning, progress: Progress) -> Planning:
-        """The same, for one who watches and may stop it."""
+        """The same, until the session is closed or ``progress`` asks for a stop."""
         return replace(planning, progress=Progress(progress, lambda: self._closed.is_set() or progress.stopped))
 
     def _change(self, what: str, apply: Callable[[LiveWorld], None]) -> Change:

@@ -120,8 +120,7 @@ def test_a_library_call_holds_doubts_and_logs_them_at_debug_only(caplog: pytest.
     assert doubts
     assert [record.message for record in caplog.records if record.name == LOGGER] == doubts
     assert max(record.levelno for record in caplog.records) == logging.DEBUG
-    assert set(doubts) <= set(plan.notes)
-    assert list(plan.notes) == plan.to_dict()["notes"]
+    assert set(doubts) <= set(plan.record.notes)
 
 
 # degrees

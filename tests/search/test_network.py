@@ -9,11 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner import gabf
-from planner.base.errors import OptionError
 from planner.cost.scale import COSTS, ZETA, CostScale, manipulability_cost, measure_scale
 from planner.kinematics.manipulability import manipulability
 from planner.problem.objective import Charge, Metric, Objective
-from planner.problem.options import ManipulabilityCost
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
 from planner.search.network import build_network, distance_cost
@@ -32,20 +30,6 @@ def test_omega_falls_with_w_within_zeta_and_one(name, w):
     assert ((omega >= SCALE.zeta) & (omega <= 1.0)).all()
     order = np.argsort(w)
     assert (np.diff(omega[order]) <= 1e-15).all()
-
-
-def test_omega_by_hand():
-    w = 0.05
-    share: dict[ManipulabilityCost, float] = {
-        "inverse": (1 / w - 1 / 0.1) / (1 / 0.01 - 1 / 0.1),
-        "log": (np.log(0.1) - np.log(w)) / (np.log(0.1) - np.log(0.01)),
-        "linear": (0.1 - w) / (0.1 - 0.01),
-    }
-    assert set(COSTS) == set(share)
-    for name, value in share.items():
-        assert manipulability_cost(np.array([w]), SCALE, name)[0] == pytest.approx(0.01 + 0.99 * value)
-    # inverse tells good configurations apart least, linear most
-    assert share["inverse"] < share["log"] < share["linear"]
 
 
 @pytest.mark.parametrize("name", COSTS)
@@ -94,15 +78,6 @@ def test_the_network_is_the_roadmap_both_ways(beta, name, metric):
     for i in range(net.n_nodes):
         ways = [x[j] + (1 - beta) * omega[j] + beta * w for (a, j), w in expected.items() if a == i]
         assert best[i] == (0.0 if i in roadmap.goals else pytest.approx(min(ways)))
-
-
-def test_refused():
-    roadmap, anything = post_roadmap(), "cubic"
-    with pytest.raises(OptionError, match=r"manipulability cost 'cubic' not found; costs are inverse, log, linear\."):
-        manipulability_cost(np.ones(3), SCALE, anything)  # pyright: ignore[reportArgumentType]
-    for beta in (-0.01, 1.01, float("nan")):
-        with pytest.raises(OptionError, match="beta must be"):
-            build_network(roadmap, beta)
 
 
 def test_charging_edges_integrates_omega_over_their_length(solved) -> None:

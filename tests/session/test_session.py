@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import gc
 import json
-import threading
-import weakref
 from pathlib import Path
 
 import jsonschema
@@ -151,23 +148,6 @@ def test_a_bad_call_is_a_sentence_and_leaves_the_session_as_it_was(name: str) ->
     np.testing.assert_array_equal(session.replan().path, first.path)
 
 
-def test_a_second_caller_is_refused() -> None:
-    session, errors = fresh(), []
-
-    def call() -> None:
-        try:
-            session.add(BALL)
-        except PlannerError as error:
-            errors.append(str(error))
-
-    with session._alone():
-        thread = threading.Thread(target=call)
-        thread.start()
-        thread.join()
-    assert "busy" in errors[0]
-    session.add(BALL)
-
-
 def test_nothing_grows_over_many_changes_and_queries() -> None:
     session, rng = fresh(), np.random.default_rng(0)
     session.plan(POST_START, POST_GOAL)
@@ -182,28 +162,6 @@ def test_nothing_grows_over_many_changes_and_queries() -> None:
     assert now.proofs.known.shape == (len(now.roadmap.edges), 2)
     assert session.scene.allowed == frozenset()
     require_true(session)
-
-
-def test_a_roadmap_of_another_scene_is_kept_as_far_as_it_holds() -> None:
-    session = Session(load("planar_2r"), Scene("ball", (BALL,)), post_roadmap())
-    assert len(session.roadmap.edges) > 0
-    assert same_world(session.roadmap, session.checker)
-    assert session.plan(POST_START, POST_GOAL).solved
-
-
-def test_worlds_of_before_are_let_go_and_the_field_is_dijkstras_after_every_change() -> None:
-    session, rng, worlds, objects = fresh(), np.random.default_rng(1), [], []
-    session.plan(POST_START, POST_GOAL)
-    session.add(Obstacle("guest", Box((0.03, 0.02, 0.04)), pose([0.8, 0.1, 0.0])))
-    for step in range(40):
-        session.move("guest", position=[rng.uniform(0.7, 0.85), rng.uniform(-0.3, 0.3), 0.0])
-        worlds.append(weakref.ref(session.checker))
-        assert (session.replan().max_error_vs_oracle or 0.0) <= 1e-12
-        if step in (19, 39):
-            gc.collect()
-            objects.append(len(gc.get_objects()))
-    assert sum(world() is not None for world in worlds) <= 10  # second_checker keeps eight
-    assert objects[1] - objects[0] < 500
 
 
 def test_a_closed_session_ends_what_is_under_way() -> None:

@@ -61,7 +61,7 @@ def test_its_roadmap_can_be_kept(follower: Follower, tmp_path: Path) -> None:
 
 def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[np.ndarray] = []
-    monkeypatch.setattr("planner.view.page.draw_tool_line", lambda canvas, name, points, radius: drawn.append(points))
+    monkeypatch.setattr("planner.view.page.Page.add_tool_line", lambda page, points, radius: drawn.append(points))
     rungs: list[tuple] = []
     monkeypatch.setattr("planner.view.drawing.Canvas.segments", lambda _, *drawn: rungs.append(drawn))
     found = follower.plan(REQUEST)
@@ -99,7 +99,7 @@ def test_the_same_request_gives_the_same_bits() -> None:
 
 def test_a_floor_is_kept(follower: Follower) -> None:
     free = follower.plan(REQUEST.with_options(beta=1.0))
-    floor = 1.02 * free.measures.w_min
+    floor = 1.02 * free.record.manipulability.min
     found = follow(RASTER, REQUEST, min_manipulability=floor)
     assert found.outcome is Outcome.SOLVED
     s = np.linspace(0, 1, 20)[:, None, None]
@@ -356,8 +356,7 @@ def test_a_start_in_another_turn_is_told() -> None:
     far = np.where(robot.continuous, robot.home + 2.0 * np.pi, robot.home)
     start = "q:" + ",".join(f"{value!r}" for value in far.tolist())
     found = follow(line_of([[3.0, 0.0, 0.5], [3.1, 0.0, 0.5]]), robot="kinova", start=start, path_only=True)
-    assert sum("in another turn" in note for note in found.notes) == robot.continuous.sum() > 0
-    assert set(found.notes) <= set(found.to_dict()["notes"])
+    assert sum("in another turn" in note for note in found.record.notes) == robot.continuous.sum() > 0
 
 
 @pytest.mark.parametrize(
