@@ -18,8 +18,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.planning.improvement import improve_plan
 from planner.planning.result import Plan
 from planner.planning.solve import looked_at_again, solve_and_heal, timed, why_no_path
-from planner.problem.outcome import Outcome
-from planner.problem.reasons import CannotFollow
+from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.query.query import Query, open_world, states_of
 from planner.query.resolve import other_turns, resolve

@@ -7,17 +7,15 @@ from typing import Self
 
 import numpy as np
 
-from planner.base.arrays import Floats, quantile
-from planner.base.polylines import lengths_along
+from planner.base.arrays import Floats, lengths_along
 from planner.base.resolutions import W_ALONG_PATH
 from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import manipulability_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.run import outward
-from planner.problem.objective import Objective
 from planner.problem.outcome import Record, Rows
-from planner.problem.request import PlanQuality
+from planner.problem.request import Objective, PlanQuality
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.search.manipulability_floor import first_violation, highest_floor
@@ -180,7 +178,7 @@ class Conditioning(Record):
 def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: PlanQuality) -> Conditioning:
     """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, of a plan of ``quality``."""
     q = dense_path(path, W_ALONG_PATH)
-    w, along, typical = manipulability(robot, q), lengths_along(q), quantile(roadmap.manipulability, 0.5)
+    w, along, typical = manipulability(robot, q), lengths_along(q), float(np.median(roadmap.manipulability))
     lowest = int(w.argmin())
     w_min, share = float(w[lowest]), float(along[lowest] / along[-1]) if along[-1] > 0 else 0.0
     poor, floor, advice = bool(w_min < _POOR * typical), None, None

@@ -13,8 +13,7 @@ from planner.base.errors import choices
 from planner.constraints.keeps import Keeps
 from planner.planning.quality import Conditioning, ManipulabilityRecord, QualityRecord
 from planner.planning.run import FieldRecord, MotionRecord, RunRecord, cost_text
-from planner.problem.outcome import Nodes, Record, Rows
-from planner.problem.reasons import NoPath
+from planner.problem.outcome import Nodes, NoPath, Record, Rows
 from planner.roadmap.roadmap import RoadmapRecord
 from planner.robot.scene import Scene
 from planner.search.network import PathCost

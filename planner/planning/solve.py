@@ -16,8 +16,7 @@ from planner.collision.looks import second_look
 from planner.cost.motion_cost import MotionCost
 from planner.planning.improvement import clearance_of_path
 from planner.planning.result import Plan
-from planner.problem.outcome import Outcome
-from planner.problem.reasons import FloorTooHigh, NoPath
+from planner.problem.outcome import FloorTooHigh, NoPath, Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.infeasibility import why_apart

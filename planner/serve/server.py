@@ -30,9 +30,8 @@ from websockets.sync.connection import Connection as Socket
 from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as websocket_server
 
-from planner.base.errors import FileError, OptionError, PlannerError
+from planner.base.errors import FileError, Note, OptionError, PlannerError
 from planner.base.interrupts import until_signal
-from planner.base.notes import Note
 from planner.base.progress import QUIET, Progress
 from planner.base.yamlfile import read_text
 from planner.planning.solve import timed

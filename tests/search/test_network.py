@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from planner import gabf
 from planner.cost.scale import COSTS, ZETA, CostScale, manipulability_cost, measure_scale
 from planner.kinematics.manipulability import manipulability
-from planner.problem.objective import Charge, Metric, Objective
+from planner.problem.options import Charge, Metric
+from planner.problem.request import Objective
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
 from planner.search.network import build_network, distance_cost
