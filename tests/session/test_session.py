@@ -91,7 +91,7 @@ def test_what_an_obstacle_blocks_comes_back_without_a_check_when_it_goes() -> No
     assert lost > 0
     session._known = now
     change = session.remove("ball")
-    assert (change.edges.regained, change.edges.proven) == (lost, 0)
+    assert (change.regained, change.proven) == (lost, 0)
     np.testing.assert_array_equal(session.roadmap.edges, before.edges)
     assert same_world(session.roadmap, session.checker)
     again = session.replan()
@@ -104,9 +104,9 @@ def test_a_short_move_spends_clearance_only() -> None:
     session.plan(POST_START, POST_GOAL)
     clearance = session.live.proofs.clearance
     change = session.move("thing0", position=[0.75, 0.004, 0])
-    assert change.edges.opened == int((clearance <= 0.004 + 1e-9).sum())
-    assert change.edges.opened < len(clearance)
-    assert change.edges.removed == change.edges.proven == 0
+    assert change.opened == int((clearance <= 0.004 + 1e-9).sum())
+    assert change.opened < len(clearance)
+    assert change.removed == change.proven == 0
 
 
 def test_the_same_calls_give_the_same_answers() -> None:
