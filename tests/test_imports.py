@@ -66,7 +66,7 @@ DOORS = {
     "robot_descriptions": {"planner.robot.files.robot_files"},
     "trimesh": {"planner.robot.files.meshes"},
     "mujoco": {"planner.robot.files.mjcf"},
-    "xacro": {"planner.robot.files.xacro"},
+    "xacro": {"planner.robot.files.packages"},
     "toppra": {"benchmarks.others.toppra_law"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli") or name.endswith("commands")}
     | {"benchmarks.bench"},

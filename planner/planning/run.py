@@ -19,8 +19,8 @@ from planner.base.resources import versions
 from planner.certificate.certificate import PROOF_NAME, Certificate
 from planner.problem.outcome import FORMAT_VERSION, Outcome, Record, Rows, html_table
 from planner.problem.request import Request, SweepQuality, TaskQuality
-from planner.robot.model_checks import notes
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import rounded_down
 from planner.search.network import PathCost

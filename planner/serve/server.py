@@ -38,7 +38,7 @@ from planner.planning.solve import timed
 from planner.problem.conditions import conditions_of
 from planner.problem.request import TimingRequest, WorldRequest
 from planner.query.robots import robot_sources, scene_sources
-from planner.robot.model_checks import notes
+from planner.robot.robot_in_scene import notes
 from planner.robot.scene import mesh_notes, obstacle_of
 from planner.serve import messages as ask
 from planner.session.gate import Gate

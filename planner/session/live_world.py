@@ -17,9 +17,9 @@ from planner.problem.request import WorldRequest
 from planner.query.in_hand import let_go, taken
 from planner.query.query import open_world
 from planner.query.resolve import touching
-from planner.robot.frames import in_world
 from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot, with_carried
+from planner.robot.robot_in_scene import in_world
 from planner.robot.scene import PoseFile, Scene
 from planner.robot.shapes import Carried, Obstacle
 
