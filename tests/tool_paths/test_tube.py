@@ -227,15 +227,3 @@ def test_what_a_cone_allows_changes_no_faster_than_the_proof_reckons(
     )
     tube.prove(ToolBound(robot), np.stack([robot.home, 0 * robot.home])[None], np.zeros((1, 1), dtype=int))
     assert np.abs(np.diff(spare) / 1e-4).max() <= claimed[0][1]
-
-
-def test_deviations_do_not_depend_on_how_many_are_measured_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    robot, tube = load("panda"), Tube(line_of(WRIST).evenly_turned())
-    path = build_ladder(robot, tube).q[0] + np.linspace(0.0, 0.1, 6)[:, None]
-    found = []
-    for at_once in (10_000, 3):
-        monkeypatch.setattr("planner.tool_paths.tube._AT_ONCE", at_once)
-        off = tube.largest_deviation(robot, path, np.linspace(0.0, tube.path.along[-1], 6))
-        found.append((off.position, off.angle))
-    assert found[0] == found[1]
-    assert min(found[0]) > 0.0
