@@ -22,7 +22,7 @@ from planner.cost.integral import costs_along
 from planner.cost.scale import cost_number, length_cost
 from planner.kinematics.forward import tool_path_lengths
 from planner.native.graphs import reached
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.connections import nearest_of
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot

@@ -17,7 +17,7 @@ from planner.kinematics.inverse import POSITION_TOLERANCE
 from planner.kinematics.manipulability import node_manipulability
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.graphs import reached
-from planner.problem.reasons import CannotFollow
+from planner.problem.outcome import CannotFollow
 from planner.roadmap.measure import measure_edges, nobody
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
 from planner.robot.robot import Robot

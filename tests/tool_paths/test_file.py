@@ -37,13 +37,6 @@ def test_a_yaml_file_and_a_csv_say_the_same(tmp_path: Path) -> None:
     np.testing.assert_allclose(one.turns[:, :, 2], [[0, 0, -1]] * 2, atol=1e-15)
 
 
-def test_quaternions_of_a_csv_are_whole_orientations(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("x, y, z, qx, qy, qz, qw\n0.4,-0.1,0.3,1,0,0,0\n0.4,0.1,0.3,1,0,0,0\n")
-    found = read_tool_path(tmp_path / "a.csv")
-    assert not found.free.any()
-    np.testing.assert_allclose(found.turns[0], np.diag([1, -1, -1]), atol=1e-15)
-
-
 def test_an_arc_is_lines_near_it_through_its_middle() -> None:
     points = [{"position": p, "axis": [0, 0, -1]} for p in ([0.4, -0.1, 0.3], [0.5, 0.0, 0.3], [0.4, 0.1, 0.3])]
     points[1]["via"] = "arc"
