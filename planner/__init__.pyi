@@ -8,7 +8,6 @@ from .collision.checker import CollisionChecker as CollisionChecker
 from .gabf.path import paths_from as paths_from
 from .planning.follow import follow as follow
 from .planning.plan import plan as plan
-from .planning.result import Change as Change
 from .planning.result import Plan as Plan
 from .problem.conditions import KeepAxis as KeepAxis
 from .problem.conditions import KeepBox as KeepBox
@@ -40,6 +39,7 @@ from .robot.shapes import Obstacle as Obstacle
 from .robot.shapes import Sphere as Sphere
 from .search.network import build_network as build_network
 from .session.gate import Gate as Gate
+from .session.session import Change as Change
 from .session.session import Session as Session
 from .session.verdict import Verdict as Verdict
 from .tasks.check import check as check

@@ -57,7 +57,7 @@ DOORS = {
     "meshcat": {"planner.view.canvas"},
     "umsgpack": {"planner.view.canvas"},
     "viser": {"planner.view.live.picture", "planner.view.live.page"},
-    "websockets": {"planner.serve.server", "planner.serve.connection", "planner.view.live.picture"},
+    "websockets": {"planner.serve.server", "planner.view.live.picture"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.view.figures")} | {"reproduce.figures"},
     "ctypes": {"planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
@@ -66,7 +66,7 @@ DOORS = {
     "robot_descriptions": {"planner.robot.files.robot_files"},
     "trimesh": {"planner.robot.files.meshes"},
     "mujoco": {"planner.robot.files.mjcf"},
-    "xacro": {"planner.robot.files.xacro"},
+    "xacro": {"planner.robot.files.packages"},
     "toppra": {"benchmarks.others.toppra_law"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli") or name.endswith("commands")}
     | {"benchmarks.bench"},

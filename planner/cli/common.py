@@ -57,10 +57,10 @@ def record_of_plan(folder: Path) -> dict[str, Any]:
     """The content of the plan.json in ``folder``; :class:`PlannerError` where it has no config."""
     from planner.base.yamlfile import read_text
     from planner.planning.run import JSON_NAME
-    from planner.trajectory.path_file import parse
+    from planner.trajectory.file import parse_json
 
     where = folder / JSON_NAME
-    record = parse(read_text(where, "plan"), f"plan {where}")
+    record = parse_json(read_text(where, "plan"), f"plan {where}")
     if not isinstance(record, dict) or not isinstance(record.get("config"), dict):
         raise FileError(f"{where} holds no config: plan again.")
     return record

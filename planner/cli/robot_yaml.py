@@ -54,8 +54,8 @@ def robot_yaml(
     from planner.query.robot_yaml import robot_yaml as text_of
     from planner.query.robot_yaml import self_test, with_free_home
     from planner.robot.files.robot_files import JointChoice, read_robot
-    from planner.robot.model_checks import require_bodies
     from planner.robot.robot import assemble
+    from planner.robot.robot_in_scene import require_bodies
     from planner.robot.scene import Scene
 
     files = read_robot(robot, srdf)

@@ -152,7 +152,7 @@ def _show_state(request: WorldRequest, state: str | None, out: Path | None) -> N
     target = None if state is None else parse_target(state)
     from planner.query.query import open_world, states_of
     from planner.query.resolve import resolve_as_is
-    from planner.view.state import inspect_state, state_page
+    from planner.view.state import inspect_state
 
     checker = open_world(request)
     states = states_of(checker.robot, checker.world.scene)
@@ -162,7 +162,7 @@ def _show_state(request: WorldRequest, state: str | None, out: Path | None) -> N
     say(report.sentence)
     file = Path(mkdtemp(prefix="planner-")) / "state.html" if out is None else out
     make_folder(file.parent)
-    write_whole(file, state_page(report).encode())
+    write_whole(file, report.page().encode())
     say(f"Written: {file}")
     if out is None:
         open_in_browser(file.as_uri(), say)

@@ -16,10 +16,8 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.planning.improvement import improve_plan
-from planner.planning.motion import looked_at_again, timed
 from planner.planning.result import Plan
-from planner.planning.solve import solve_and_heal
-from planner.planning.why_no_path import why_no_path
+from planner.planning.solve import looked_at_again, solve_and_heal, timed, why_no_path
 from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.query.query import Query, open_world, states_of

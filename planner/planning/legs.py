@@ -9,8 +9,8 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.tool_bound import Frame
-from planner.planning.motion import timed
 from planner.planning.result import Plan
+from planner.planning.solve import timed
 from planner.problem.outcome import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query

@@ -20,7 +20,7 @@ from planner.problem.request import ProblemRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text
 from planner.query.resolve import check_limits, joint_values, other_turns, resolve
 from planner.query.robots import robot_of, widened_for
-from planner.robot import model_checks
+from planner.robot import robot_in_scene
 from planner.robot.moveit.requests import goals_of, in_request, joints_of, kept_of, unasked, with_path_limits
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -192,5 +192,5 @@ def _targets(
 
 
 def _judge(request: WorldRequest, robot: Robot, scene: Scene) -> None:
-    model_checks.require_bodies(robot)
-    tell(*(note.text for note in model_checks.notes(robot, scene) if note.grave))
+    robot_in_scene.require_bodies(robot)
+    tell(*(note.text for note in robot_in_scene.notes(robot, scene) if note.grave))

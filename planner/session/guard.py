@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,10 +16,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
 from planner.native.compiled import NativeBounds, NativeGate, stops_quickest
 from planner.query.resolve import position_bounds
-from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
-from planner.robot.scene import Scene
-from planner.robot.shapes import Obstacle
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.violations import ROUNDING
 
@@ -81,7 +78,12 @@ class Guard:
     def of(checker: CollisionChecker, revision: int, rules: Rules) -> Guard:
         """The guard of a world; :class:`SceneError` for obstacles that follow known motions."""
         world, robot = checker.world, checker.robot
-        require_still(world.scene, world.scene.moving)
+        if world.scene.moving:
+            names = choices(item.name for item in world.scene.moving)
+            raise SceneError(
+                f"in scene '{world.scene.name}' {names} moves along a known motion, and a gate cannot know since when: "
+                "give it a speed_limit instead, and move it."
+            )
         limited = np.array([item.speed_limit > 0 for item in world.obstacles], dtype=bool)
         bounds = checker.bound.of_all
         if limited.any():  # these come to links that no joint moves
@@ -129,13 +131,3 @@ class Guard:
         """Stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), what is in the way where they are 0."""
         rules = self.rules
         return stops_quickest(knots, RUNGS, rules.most, (rules.lower, rules.upper))
-
-
-def require_still(scene: Scene, obstacles: Iterable[Obstacle | MovingObstacle]) -> None:
-    """Raise :class:`SceneError` for obstacles that follow known motions, as a gate does not know since when."""
-    names = [item.name for item in obstacles if isinstance(item, MovingObstacle)]
-    if names:
-        raise SceneError(
-            f"in scene '{scene.name}' {choices(names)} moves along a known motion, and a gate cannot know since when: "
-            "give it a speed_limit instead, and move it."
-        )

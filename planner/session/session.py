@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
@@ -18,9 +18,8 @@ from planner.base.errors import OptionError, PlannerError, SceneError, StateErro
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
-from planner.planning.result import Change, Plan
-from planner.planning.solve import require_no_floor
-from planner.planning.why_no_path import why_no_path
+from planner.planning.result import Plan
+from planner.planning.solve import require_earliest, why_no_path
 from planner.problem.conditions import AND
 from planner.problem.options import RobotLike
 from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingRequest, require_known, with_objective
@@ -34,10 +33,9 @@ from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle
-from planner.session.answer import Planning, answered, answered_in_time
-from planner.session.live_roadmap import LiveRoadmap
+from planner.session.answer import Planning, SessionPlan, answered, answered_in_time, go_on, prove_path
+from planner.session.live_roadmap import Edges, LiveRoadmap
 from planner.session.live_world import LiveWorld
-from planner.session.search import go_on, prove_path
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.result import TaskPlan
 from planner.tasks.task import Step, Task
@@ -49,6 +47,15 @@ _OF_A_PLAN = (
 )
 OPTIONS = tuple(name for name in PlanRequest.names() if name not in _OF_A_PLAN)
 _OF_TASKS = ("seed", "beta", "collision", "margin", "law", "prescribed_time", "metric", "manipulability_cost")
+
+
+@dataclass(frozen=True)
+class Change:
+    """A change of the world: what happened, in words, and what it meant for the edges; ``seconds`` it took."""
+
+    what: str
+    edges: Edges
+    seconds: float
 
 
 class Session:
@@ -186,7 +193,7 @@ class Session:
 
     def plan(
         self, start: object = "start", goal: object = "goal", beta: float | None = None, progress: Progress = QUIET
-    ) -> Plan:
+    ) -> SessionPlan:
         """A path from ``start`` to ``goal``, written as everywhere, or joint values.
 
         ``beta`` takes the place of the session's own. Raises :class:`StateError` where one of them cannot be used,
@@ -196,7 +203,7 @@ class Session:
             planning = self._watched(self._asking(start, goal, beta), progress)
             return self._answer(planning, _resolved(self.checker, planning.request))
 
-    def replan(self, progress: Progress = QUIET) -> Plan:
+    def replan(self, progress: Progress = QUIET) -> SessionPlan:
         """The last question once more, in the world as it is now; :class:`PlannerError` where none was asked.
 
         Of a start or goal that is a tool position, the configurations stay that are still free. ``progress`` as of
@@ -265,14 +272,14 @@ class Session:
         """
         with self._alone():
             planning = self._asking(start, goal, 1.0)
-            require_no_floor(planning.request)
+            require_earliest(planning.request)
             query = _resolved(self.checker, planning.request)
             live = self._known.in_world(query.checker)
             self._known, timed = answered_in_time(live, query, planning, own_limits(limits, self.robot))
             self._end, self._steps = timed.path[-1] if timed.solved else None, timed.path_nodes
             return timed
 
-    def _answer(self, planning: Planning, query: Query) -> Plan:
+    def _answer(self, planning: Planning, query: Query) -> SessionPlan:
         live, answer = answered(self._known.in_world(query.checker), query, planning)
         if not answer.solved:
             failed = replace(answer, roadmap=live.held(live.proofs.free))

@@ -43,10 +43,9 @@ from planner.tasks.sampling import gripper_of, place_at, standing
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Gripper, TaskError
 from planner.trajectory.check import check_path, check_trajectory, require_step
-from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory
+from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory, parse_json
 from planner.trajectory.limits import MotionLimits, require_of_robot
-from planner.trajectory.path_file import FAR, parse, require_of_an_arm
-from planner.trajectory.points import Points, read_motion
+from planner.trajectory.recorded import FAR, read_motion, require_of_an_arm
 from planner.trajectory.report import Finding, Report
 from planner.trajectory.trajectory import Trajectory
 
@@ -118,7 +117,7 @@ def check_file(
     message = None if given.robot is not None and given.robot != config.get("robot") else config.get("request")
     checker = checker or open_world(world, message, lambda checker: _start_of(read(checker.robot)))
     motion = read(checker.robot)
-    if isinstance(motion, Points):
+    if isinstance(motion, Trajectory):
         if limits is None and motion.limits is not None:
             require_of_robot(checker.robot, motion.limits)
         return check_trajectory(checker, motion, _limits(limits, checker.robot), step, progress)
@@ -131,7 +130,7 @@ def _read_record(folder: Path) -> dict[str, Any]:
     place = folder / JSON_NAME
     if not os.path.isfile(place):
         return {}
-    record = parse(read_text(place, "plan"), f"plan {place}")
+    record = parse_json(read_text(place, "plan"), f"plan {place}")
     return record if isinstance(record, dict) and isinstance(record.get("config", {}), dict) else {}
 
 
@@ -164,8 +163,8 @@ def _check_task_in(folder: Path, data: dict[str, Any], checker: CollisionChecker
     return check_task(record, checker, whole, step)
 
 
-def _start_of(motion: Floats | Points) -> Floats:
-    return motion.columns[0][0] if isinstance(motion, Points) else motion[0]
+def _start_of(motion: Floats | Trajectory) -> Floats:
+    return motion.columns[0][0] if isinstance(motion, Trajectory) else motion[0]
 
 
 def _limits(limits: MotionLimits | LimitsRequest | None, robot: Robot) -> MotionLimits | None:

@@ -21,7 +21,7 @@ from planner.query.query import open_world, states_of
 from planner.query.resolve import free_configuration, other_turns, resolve
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
-from planner.robot.frames import in_world
+from planner.robot.robot_in_scene import in_world
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
 from planner.tasks.candidates import NOTHING, Candidates, Rejected, require_sensible

@@ -16,7 +16,7 @@ from planner.base.files import StrPath
 from planner.base.yamlfile import Coordinate, Number, Strict, parse_yaml, read_text, validate
 from planner.robot.poses import pose
 from planner.tool_paths.tool_path import POINT_ARRAYS, SAGITTA, ToolPath, TubeSize, arc_points, turned_to
-from planner.trajectory.path_file import csv_table, matrix
+from planner.trajectory.recorded import csv_table, matrix
 
 _UNIT = 1e-3  # of a quaternion's or an axis's length
 _COLUMNS = {"quaternion": ("qx", "qy", "qz", "qw"), "axis": ("ax", "ay", "az")}

@@ -22,11 +22,10 @@ from planner.query.resolve import DEGREES, beyond_limits, looks_like_degrees
 from planner.trajectory.clearance import nearest_on_pieces, slack
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.moving_obstacles import first_touch_in_time, prove_in_time
-from planner.trajectory.path_file import FAR
-from planner.trajectory.points import Points
 from planner.trajectory.proof import prove_pieces, require_joints
+from planner.trajectory.recorded import FAR
 from planner.trajectory.report import Finding, Report
-from planner.trajectory.trajectory import Trajectory, whole_nanoseconds
+from planner.trajectory.trajectory import Trajectory
 from planner.trajectory.violations import largest_jump, limits_exceeded, unit_of
 
 _AT_REST = float(np.finfo(np.float32).eps)  # rad/s: what ROS 2's controller lets a trajectory end with
@@ -57,28 +56,27 @@ def check_path(checker: CollisionChecker, path: Floats, step: float = RECHECK, p
 
 def check_trajectory(
     checker: CollisionChecker,
-    points: Points | Trajectory,
+    trajectory: Trajectory,
     limits: MotionLimits | None = None,
     step: float = RECHECK,
     progress: Progress = QUIET,
 ) -> Report:
-    """The report on what a ROS 2 joint trajectory controller runs between ``points``: lines, cubics or quintics.
+    """The report on what a ROS 2 joint trajectory controller makes of a ``trajectory``: lines, cubics or quintics.
 
-    ``limits`` are in place of those that the trajectory was made for, and these in place of the robot's own. Times that
-    no controller runs and positions that look like degrees are checked no further.
+    ``limits`` are in place of those that the trajectory was made for, and these in place of the robot's own. Times and
+    velocities that no controller runs, and positions that look like degrees, are checked no further.
     """
     require_step(step)
     robot = checker.robot
-    require_joints(points.joints, checker)
-    limits = limits or points.limits or MotionLimits.of(robot)
-    measures = {"points": len(points.times), "limits": {**limits.to_dict(), "text": limits.text(robot)}}
-    begun = Report(checker, step, timed=True, measures=measures, notes=_notes(points))
-    if faults := _faults(points):
+    require_joints(trajectory.joints, checker)
+    limits = limits or trajectory.limits or MotionLimits.of(robot)
+    measures = {"points": len(trajectory.times), "limits": {**limits.to_dict(), "text": limits.text(robot)}}
+    begun = Report(checker, step, timed=True, measures=measures, notes=_notes(trajectory))
+    if faults := _faults(trajectory):
         return replace(begun, findings=faults)
-    trajectory = points if isinstance(points, Trajectory) else points.trajectory()
     _require_within_reason(trajectory)
     exceeded = limits_exceeded(trajectory, robot, limits)
-    if exceeded and looks_like_degrees(robot, points.columns[0]):
+    if exceeded and looks_like_degrees(robot, trajectory.columns[0]):
         return replace(begun, findings=(_degrees((float(trajectory.times[0]), float(trajectory.times[-1]))),))
     jump, in_time = largest_jump(trajectory, limits), prove_in_time(trajectory, checker)
     infinite = () if jump is None else jump.infinite
@@ -216,17 +214,13 @@ def _degrees(where: tuple[float, float], timed: bool = True) -> Finding:
     return Finding("limit", ("position", ""), where, unit="rad", timed=timed, text=text)
 
 
-def _faults(points: Points | Trajectory) -> tuple[Finding, ...]:
+def _faults(trajectory: Trajectory) -> tuple[Finding, ...]:
     """Why no controller runs these times and velocities; empty where one does."""
-    times, late = points.times, np.flatnonzero(np.diff(whole_nanoseconds(points.times)) <= 0)
-    if len(late):
-        k, (a, b) = int(late[0]), times[late[0] : late[0] + 2].tolist()
-        text = f"time does not increase from point {k + 1} to point {k + 2} ({a:.10g} s, {b:.10g} s)"
-        return (Finding("discontinuity", ("time",), (a, b), b - a, 1e-9, "s", text=text),)
+    times = trajectory.times
     if times[0] < 0:
         text = f"the first point is {-times[0]:g} s before the start"
         return (Finding("discontinuity", ("time",), (float(times[0]), 0.0), float(times[0]), 0.0, "s", text=text),)
-    joint, velocity = _fastest(points, -1)
+    joint, velocity = _fastest(trajectory, -1)
     if abs(velocity) <= _AT_REST:
         return ()
     text = f"the last velocity is not 0: joint '{joint}' ends with {velocity:.3g}"
@@ -235,23 +229,23 @@ def _faults(points: Points | Trajectory) -> tuple[Finding, ...]:
     return (Finding("discontinuity", ("velocity", joint), end, velocity, 0.0, "rad/s", text=text),)
 
 
-def _notes(points: Points | Trajectory) -> tuple[str, ...]:
+def _notes(trajectory: Trajectory) -> tuple[str, ...]:
     """Notes of the file, and on how the motion begins: what comes before its first point is the controller's."""
-    notes = list(points.notes) if isinstance(points, Points) else []
-    if points.times[0] > 0:
-        notes.append(f"until {points.times[0]:g} s it moves there from where the robot is: that is not checked")
-    joint, velocity = _fastest(points, 0)
+    notes = list(trajectory.notes)
+    if trajectory.times[0] > 0:
+        notes.append(f"until {trajectory.times[0]:g} s it moves there from where the robot is: that is not checked")
+    joint, velocity = _fastest(trajectory, 0)
     if abs(velocity) > _AT_REST:
         moves = f"joint '{joint}' begins with a velocity of {velocity:.3g}"
         notes.append(f"{moves}: right only for a robot that moves so already")
     return tuple(notes)
 
 
-def _fastest(points: Points | Trajectory, row: int) -> tuple[str, float]:
+def _fastest(trajectory: Trajectory, row: int) -> tuple[str, float]:
     """The joint of the largest velocity that is given for a point, and this velocity; 0 where none is given."""
-    velocity = points.columns[1][row] if len(points.columns) > 1 else np.zeros(1)
+    velocity = trajectory.columns[1][row] if len(trajectory.columns) > 1 else np.zeros(1)
     joint = int(np.abs(velocity).argmax())
-    return points.joints[joint], float(velocity[joint])
+    return trajectory.joints[joint], float(velocity[joint])
 
 
 def _require_within_reason(trajectory: Trajectory) -> None:

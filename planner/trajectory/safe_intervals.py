@@ -4,9 +4,6 @@ Phillips and Likhachev 2011 (SIPP): of all times at which a node can be stood at
 arrival counts, as waiting leads from there to the later ones. Here the stretches, and the times at which an edge may be
 begun, are certified: each is a union of cells of time, and every cell is proven as a whole.
 
-When an edge may be begun is looked for from the moment on at which that would be of use, and no farther than to the
-first such time; not at all where the node that it leads to has been reached sooner.
-
 A search looks no farther ahead than a horizon, and is made again with one twice as far where it finds nothing: what
 moves later than twice the arrival costs nothing but the proof that the goal can be stayed at.
 """
@@ -16,7 +13,6 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -34,129 +30,14 @@ _SHORTEST = 1e-6  # s: a shorter wait is none
 # of the motion from rest to rest along a line that has the least jerk: 10 u^3 - 15 u^4 + 6 u^5
 _QUINTIC = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
 _CELL, _FINEST = 0.5, 1 / 64  # s: cells of time are halved from the one down to the other
-_FIRST = 8  # cells of the first block
-_PART = 32  # cells of a block that are worked out at once: more at a time are quicker, and more than may be asked for
+_FIRST = 32  # cells up to the first horizon
 
 Proven: TypeAlias = Callable[[Floats, Floats], Bools]
 """Which of the cells of time from ``low`` (n,) to ``high`` (n,) s are proven, each as a whole."""
 
 
-class TimeGrid:
-    """Cells of time from 0 to ``end`` (s), from when on nothing moves, in blocks, each as long as all before it."""
-
-    def __init__(self, end: float) -> None:
-        self.corners = np.linspace(0.0, end, int(np.ceil(end / _CELL)) + 1)
-
-    @cached_property
-    def _begins(self) -> list[int]:
-        """The first cell of each block; the last block is all that comes after the end."""
-        begins, last = [0], len(self.corners) - 1
-        while begins[-1] < last:
-            begins.append(min(max(_FIRST, 2 * begins[-1]), last))
-        return begins
-
-    @cached_property
-    def _times(self) -> Floats:
-        """When each block begins, s."""
-        return self.corners[self._begins]
-
-    def blocks(self, low: float, high: float) -> range:
-        """The numbers of the blocks that hold [low, high] s."""
-        first = int(np.searchsorted(self._times, low, side="right")) - 1
-        return range(first, max(first + 1, int(np.searchsorted(self._times, high, side="left"))))
-
-    def corners_of(self, block: int) -> Floats:
-        """The corners (n + 1,) of the cells of a block; of the last one, which has no cells, the end (1,)."""
-        begin, after = self._begins[block], [*self._begins, len(self.corners) - 1][block + 1]
-        return self.corners[begin : after + 1]
-
-    def horizons(self, least: float) -> Iterator[float]:
-        """Until when (s) whole blocks reach that hold ``least``, one block more each time; inf is the last."""
-        yield from (float(time) for time in self._times[1:] if time >= least)
-        yield np.inf
-
-
-class CertifiedTimes:
-    """When something is ``proven``, worked out block by block as it is asked for, and kept."""
-
-    def __init__(self, proven: Proven, grid: TimeGrid) -> None:
-        self._proven, self._grid = proven, grid
-        self._blocks: dict[int, Floats] = {}
-        self._known: dict[tuple[float, float], Floats | None] = {}
-        self._joined: dict[range, Floats] = {}
-
-    def within(self, low: float, high: float) -> Floats:
-        """Stretches (k, 2) of time, ascending, which do not touch; all that are proven of the blocks of [low, high]."""
-        blocks = self._grid.blocks(low, high)
-        if blocks not in self._joined:
-            self._joined[blocks] = _joined(np.concatenate([self._block(block) for block in blocks]))
-        return self._joined[blocks]
-
-    def first(self, low: float, high: float) -> float:
-        """The first time (s) of [low, high] that is proven; inf for none. What ends before or comes after is left."""
-        for block in self._grid.blocks(low, high):
-            for stretches in self._parts(self._grid.corners_of(block), low):
-                row = int(np.searchsorted(stretches[:, 1], low))
-                if row < len(stretches):
-                    found = max(low, float(stretches[row, 0]))
-                    return found if found <= high else np.inf
-        return np.inf
-
-    def _block(self, block: int) -> Floats:
-        if block not in self._blocks:
-            self._blocks[block] = np.concatenate(list(self._parts(self._grid.corners_of(block))))
-        return self._blocks[block]
-
-    def _parts(self, corners: Floats, low: float = 0.0) -> Iterator[Floats]:
-        """The stretches of a block, ascending, in parts that do not end before ``low``; as :func:`certified_cells`."""
-        end = np.inf if len(corners) == 1 else float(corners[-1])
-        part, middle = (float(corners[0]), end), (len(corners) - 1) // 2
-        if end < low:
-            return
-        if part not in self._known:
-            self._known[part] = self._whole(corners)
-        known = self._known[part]
-        if known is not None:
-            yield known
-        else:
-            yield from self._parts(corners[: middle + 1], low)
-            yield from self._parts(corners[middle:], low)
-
-    def _whole(self, corners: Floats) -> Floats | None:
-        """The stretches of a part that is short or proven at once; None for others."""
-        if len(corners) == 1:
-            return self._after(corners)
-        if len(corners) - 1 <= _PART:
-            return _joined(certified_cells(self._proven, corners))
-        return corners[[0, -1]][None] if self._proven(corners[:1], corners[-1:])[0] else None
-
-    def _after(self, end: Floats) -> Floats:
-        return np.array([[end[0], np.inf]]) if self._proven(end, end)[0] else np.zeros((0, 2))
-
-    def for_good_from(self) -> float:
-        """The time (s) from which on all is proven; inf where there is none.
-
-        Looked for from the end: what is proven as a whole is not looked into.
-        """
-        corners, since = self._grid.corners, np.inf
-        if len(self._after(corners[-1:])):
-            since, waiting = float(corners[-1]), [(0, len(corners) - 1)]
-            while waiting:
-                first, last = waiting.pop()
-                if first == last:
-                    continue
-                if self._proven(corners[first : first + 1], corners[last : last + 1])[0]:
-                    since = float(corners[first])
-                elif last - first > 1:
-                    waiting += [(first, (first + last) // 2), ((first + last) // 2, last)]
-                else:
-                    cells = _joined(_halves(self._proven, corners[first : first + 1], corners[last : last + 1]))
-                    return float(cells[-1, 0]) if len(cells) and cells[-1, 1] == since else since
-        return since
-
-
-def certified_cells(proven: Proven, corners: Floats) -> Floats:
-    """Cells (k, 2) from the first to the last of ``corners`` (n + 1,) that are proven, in no order.
+def certified_stretches(proven: Proven, corners: Floats) -> Floats:
+    """Stretches (k, 2), ascending, which do not touch, of the time between ``corners`` (n + 1,) that are proven.
 
     All of it is asked for at once; what is not proven by halves, cells down to 1/64 s.
     """
@@ -172,7 +53,29 @@ def certified_cells(proven: Proven, corners: Floats) -> Floats:
         middle = (first + last) // 2
         first, last = np.concatenate([first, middle]), np.concatenate([middle, last])
     cells = np.concatenate(single)
-    return np.concatenate([*found, _halves(proven, corners[cells], corners[cells + 1])])
+    return _joined(np.concatenate([*found, _halves(proven, corners[cells], corners[cells + 1])]))
+
+
+def proven_for_good_from(proven: Proven, corners: Floats) -> float:
+    """The time (s) of ``corners`` (n + 1,) or between them from which on all is proven; inf where there is none.
+
+    Looked for from the end: what is proven as a whole is not looked into.
+    """
+    if not proven(corners[-1:], corners[-1:])[0]:
+        return np.inf
+    since, waiting = float(corners[-1]), [(0, len(corners) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        if first == last:
+            continue
+        if proven(corners[first : first + 1], corners[last : last + 1])[0]:
+            since = float(corners[first])
+        elif last - first > 1:
+            waiting += [(first, (first + last) // 2), ((first + last) // 2, last)]
+        else:
+            cells = certified_stretches(proven, corners[first : last + 1])
+            return float(cells[-1, 0]) if len(cells) and cells[-1, 1] == since else since
+    return since
 
 
 def _halves(proven: Proven, low: Floats, high: Floats) -> Floats:
@@ -235,51 +138,60 @@ class RoadmapInTime:
         self.roadmap, self.prover = roadmap, prover
         first, last = (roadmap.nodes[roadmap.edges[:, k]] for k in (0, 1))
         self.seconds = rest_to_rest(prover.robot.difference(first, last), limits.times(USED))
-        self.grid = TimeGrid(prover.end)
-        self._stays: dict[int, CertifiedTimes] = {}
-        self._departures: dict[tuple[int, int], CertifiedTimes] = {}
+        self._corners = np.linspace(0.0, prover.end, int(np.ceil(prover.end / _CELL)) + 1)  # later nothing moves
+        self._known: dict[tuple[int, int, float], Floats] = {}
         self.neighbours: list[list[tuple[int, int]]] = [[] for _ in roadmap.nodes]  # (node, edge)
         for row, (i, j) in enumerate(roadmap.edges.tolist()):
             self.neighbours[i].append((j, row))
             self.neighbours[j].append((i, row))
 
     def stays(self, node: int, until: float) -> Floats:
-        """(k, 2) stretches of time (s), up to ``until`` or later, in which standing at a node is proven free."""
-        return self._stays_at(node).within(0.0, until)
+        """(k, 2) stretches of time (s), none after ``until``, in which standing at a node is proven free."""
+        return self._stretches(node, -1, until)
+
+    def departures(self, node: int, edge: int, until: float) -> Floats:
+        """(k, 2) stretches of time (s), none after ``until``, in which an ``edge`` from a node is proven if begun."""
+        return self._stretches(node, edge, until)
 
     def stays_for_good_from(self, node: int) -> float:
         """The time (s) from which on standing at a node is proven free for good; inf where it never is."""
-        return self._stays_at(node).for_good_from()
-
-    def _stays_at(self, node: int) -> CertifiedTimes:
-        if node not in self._stays:
-            still = np.stack([self.roadmap.nodes[node], np.zeros(self.prover.robot.dof)])
-
-            def proven(low: Floats, high: Floats) -> Bools:
-                spans = np.column_stack([low, high - low, np.zeros_like(low)])
-                return self.prover.free(np.repeat(still[None], len(low), axis=0), spans)
-
-            self._stays[node] = CertifiedTimes(proven, self.grid)
-        return self._stays[node]
-
-    def departures(self, i: int, j: int, edge: int) -> CertifiedTimes:
-        """When the ``edge`` may be begun at node ``i``, each time proven free as a whole."""
-        if (i, j) not in self._departures:
-            a, robot = self.roadmap.nodes[i], self.prover.robot
-            delta, takes = robot.difference(a, self.roadmap.nodes[j]), float(self.seconds[edge])
-            motion = _QUINTIC[:, None] * delta
-            motion[0] = a
-
-            def proven(low: Floats, high: Floats) -> Bools:
-                spans = np.column_stack([0.5 * (low + high), np.full_like(low, takes), 0.5 * (high - low)])
-                return self.prover.free(np.repeat(motion[None], len(low), axis=0), spans)
-
-            self._departures[i, j] = CertifiedTimes(proven, self.grid)
-        return self._departures[i, j]
+        return proven_for_good_from(self._proven(node, -1), self._corners)
 
     def horizons(self, least: float) -> Iterator[float]:
-        """How far (s) searches look ahead, one after the other, not less than ``least``; the last one for good."""
-        return self.grid.horizons(least)
+        """How far (s) searches look ahead, one twice as far as the one before; the last one is inf, for good."""
+        count = _FIRST
+        while count < len(self._corners):
+            if self._corners[count] >= least:
+                yield float(self._corners[count])
+            count *= 2
+        yield np.inf
+
+    def _stretches(self, node: int, edge: int, until: float) -> Floats:
+        if (node, edge, until) not in self._known:
+            proven, end = self._proven(node, edge), self._corners[-1:]
+            found = certified_stretches(proven, self._corners[self._corners <= until])
+            if until > end[0] and proven(end, end)[0]:
+                found = _joined(np.vstack([found, [[end[0], np.inf]]]))
+            self._known[node, edge, until] = found
+        return self._known[node, edge, until]
+
+    def _proven(self, node: int, edge: int) -> Proven:
+        """What tells the times at which standing at a node, or beginning an ``edge`` there, is proven free."""
+        start, takes = self.roadmap.nodes[node], 0.0
+        if edge < 0:
+            motion = np.stack([start, 0.0 * start])
+        else:
+            takes = float(self.seconds[edge])
+            other = int(self.roadmap.edges[edge].sum()) - node
+            motion = _QUINTIC[:, None] * self.prover.robot.difference(start, self.roadmap.nodes[other])
+            motion[0] = start
+
+        def proven(low: Floats, high: Floats) -> Bools:
+            middle, half = 0.5 * (low + high), 0.5 * (high - low)
+            spans = [middle, np.full_like(low, takes), half] if edge >= 0 else [low, high - low, 0.0 * low]
+            return self.prover.free(np.repeat(motion[None], len(low), axis=0), np.column_stack(spans))
+
+        return proven
 
     def seconds_to_go(self, goals: Ints) -> Floats:
         """(n,) seconds to the nearest of ``goals`` with nothing in the way; inf where there is no path."""
@@ -377,7 +289,9 @@ class _Search:
             if now > latest:
                 continue
             for k, low, high in self._worth_it(other, takes, now, latest):
-                departure = self.timed.departures(node, other, edge).first(low, high)
+                open_ = self.timed.departures(node, edge, self.horizon)
+                row = int(np.searchsorted(open_[:, 1], low))
+                departure = max(low, float(open_[row, 0])) if row < len(open_) else np.inf
                 if departure <= high:
                     yield (other, k), departure, departure + takes
 

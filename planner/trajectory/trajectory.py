@@ -33,7 +33,7 @@ class Trajectory:
 
     ``law`` says how the times came about, ``limits`` what they were made for, ``proven`` whether all of it is proven,
     and ``proof`` what. ``events`` are what happens meanwhile, each with its time ``t`` (s), as ``trajectory.json`` has
-    them. Of times in seconds make one with :meth:`through`.
+    them; ``notes`` are on what a foreign file holds besides. Of times in seconds make one with :meth:`through`.
     """
 
     joints: tuple[str, ...]
@@ -44,6 +44,7 @@ class Trajectory:
     proven: bool = False
     proof: dict[str, Any] = field(default_factory=dict)
     events: tuple[Mapping[str, Any], ...] = ()
+    notes: tuple[str, ...] = ()
     times: Floats = field(init=False)
     seconds: Floats = field(init=False)
 

@@ -34,7 +34,7 @@ def test_robot_and_scene_are_those_of_the_plan_next_to_the_file(
 ) -> None:
     folder = made(run, tmp_path, "--margin", "0.003", "--tool", "link_2")
     opened: list[str] = []
-    for module in ("planner.tasks.check", "planner.trajectory.points"):
+    for module in ("planner.tasks.check", "planner.trajectory.recorded"):
         monkeypatch.setattr(
             f"{module}.read_text", lambda path, what: opened.append(str(path)) or Path(path).read_text()
         )

@@ -134,7 +134,7 @@ ROWS = [
     (f"robot-yaml {ARM} --joints a,,b", 2, "name each once"),
     (f"robot-yaml {ARM} --joints a --group b", 2, "give one of them"),
     (f"robot-yaml {ARM} --group arm", 3, "give --srdf, or use --joints"),
-    (f"robot-yaml {ARM} --joints nose", 3, "joint 'nose' not found; joints are"),
+    (f"robot-yaml {ARM} --joints nose", 3, "joint 'nose' not found among"),
     ("schema roadmap", 2, "sweep"),
     ("sweep --beta 0.5", 2, "--beta"),
     ("sweep --roadmap none.npz", 3, "none.npz not found"),

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from planner.kinematics.manipulability import manipulability
-from planner.planning.conditioning import judge_conditioning
 from planner.planning.plan import plan
+from planner.planning.quality import judge_conditioning
 from planner.problem.request import PlanRequest
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network

@@ -88,7 +88,7 @@ def settled(**changes: Any) -> dict[str, str]:
     """The rows of a field, with its only certificate changed by ``certificate``."""
     field, changed = direct().record.gabf, changes.pop("certificate", {})
     assert isinstance(field, FieldRecord)
-    best = replace(field.certificate[0], **{"quantity": "settling tau", "applies": True, "proven": True} | changed)
+    best = field.certificate[0] | {"quantity": "settling tau", "applies": True, "proven": True} | changed
     return dict(replace(field, certificate=[best], **changes).rows)
 
 

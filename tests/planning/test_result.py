@@ -93,7 +93,7 @@ def test_the_files(solved: Plan, tmp_path: Path) -> None:
     assert load_roadmap(folder / "roadmap.npz").sha256 == record.roadmap.sha256
     assert sorted(path.name for path in folder.iterdir()) == ["plan.html", "plan.json", "roadmap.npz"]
     (tmp_path / "file").write_text("")
-    with pytest.raises(FileError, match="cannot be made"):
+    with pytest.raises(FileError, match="cannot be written"):
         solved.save(tmp_path / "file" / "no")
 
 

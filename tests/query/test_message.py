@@ -18,9 +18,9 @@ from planner.problem.conditions import KeepAxis, KeepTurn
 from planner.problem.request import LimitsRequest, PlanRequest
 from planner.problem.targets import ToolGoal
 from planner.query.query import Query, make_query
-from planner.robot.model_checks import notes
 from planner.robot.moveit.requests import goals_of, read_motion_plan_request
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
 from planner.trajectory.limits import MotionLimits
 from tests.linkages import palletizer

@@ -9,9 +9,9 @@ import pytest
 import yaml
 
 from planner.collision import make_checker
-from planner.robot.frames import in_world, placement_of
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import in_world, placement_of
 from planner.robot.scene import Scene
 from tests.refusals import refusal_of
 from tests.robot.files.moveit.samples import SCENE, changed

@@ -104,14 +104,6 @@ def test_fixed_joints_move_what_hangs_on_them():
     np.testing.assert_allclose(shift, 0.04, atol=1e-9)
 
 
-def test_a_joint_that_is_held_beyond_its_limits_is_told():
-    wide = Robot.load("panda", fixed_joints={"panda_finger_joint1": 0.06})
-    told = [note for note in wide.notes if "is held" in note.text]
-    assert [note.grave for note in told] == [True]
-    assert told[0].text.startswith("joint 'panda_finger_joint1' is held at 0.06, beyond its limits [0, 0.04]: ")
-    assert not any("is held" in note.text for name in ROBOTS for note in load(name).notes)
-
-
 def test_a_urdf_by_path(urdf_file):
     inside = link_xml("a") + link_xml("b") + joint_xml("j", "a", "b", limit="0.5 1")
     robot = Robot.load(urdf_file(inside, name="mine"))

@@ -13,7 +13,7 @@ from planner.collision.world import World
 from planner.robot.poses import pose
 from planner.robot.robot import with_carried
 from planner.robot.shapes import Box, Capsule, Carried, Sphere
-from planner.session.edge_proofs import ARM, EdgeProofs, clauses_of, displacement
+from planner.session.live_roadmap import ARM, EdgeProofs, clauses_of, displacement
 from tests.worlds import load, post_roadmap, scene_of
 
 ROBOT = load("planar_2r")

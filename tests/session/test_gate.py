@@ -276,16 +276,16 @@ def test_the_floor_is_kept_by_motion_and_stops() -> None:
 
 
 BAD: dict[str, tuple[type[PlannerError], dict[str, Any], str]] = {
-    "empty": (ArrayError, {"positions": np.zeros((0, 2)), "times": []}, "empty"),
+    "empty": (ArrayError, {"positions": np.zeros((0, 2)), "times": []}, "got none"),
     "a NaN": (ArrayError, {"positions": np.full((3, 2), np.nan)}, "finite"),
     "velocities": (ArrayError, {"velocities": np.zeros((2, 2))}, "velocities has shape"),
-    "no velocities": (ArrayError, {"accelerations": np.zeros((3, 2))}, "give velocities too"),
+    "no velocities": (ArrayError, {"accelerations": np.zeros((3, 2))}, "need velocities"),
     "times": (ArrayError, {"times": [0.1, 0.2]}, "times has shape"),
     "not increasing": (ArrayError, {"times": [0.1, 0.3, 0.2]}, r"times\[2\]"),
     "before now": (ArrayError, {"times": [-0.1, 0.1, 0.2]}, r"times\[0\]"),
     "one point": (ArrayError, {"positions": np.zeros((1, 2)), "times": [0.1], "state": None}, "no motion"),
-    "state shape": (StateError, {"state": (np.zeros(3), np.zeros(3))}, "state's positions"),
-    "state NaN": (StateError, {"state": (HERE, np.full(2, np.nan))}, "state's velocities"),
+    "state shape": (StateError, {"state": (np.zeros(3), np.zeros(3))}, "state"),
+    "state NaN": (StateError, {"state": (HERE, np.full(2, np.nan))}, "state"),
     "state outside": (StateError, {"state": (np.array([50.0, 0.0]), np.zeros(2))}, "outside the limits"),
 }
 

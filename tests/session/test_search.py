@@ -12,8 +12,8 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.robot.poses import pose
 from planner.robot.shapes import Obstacle, Sphere
 from planner.search.network import build_network, edge_rows
+from planner.session.answer import LiveFound, search_live
 from planner.session.live_roadmap import LiveRoadmap
-from planner.session.search import LiveFound, search_live
 from planner.trajectory.measure import path_contact
 from tests.worlds import load, make_post, post_roadmap
 

@@ -66,7 +66,8 @@ def test_the_same_request_gives_the_same_bits() -> None:
 
 def test_a_floor_is_kept(follower: Follower) -> None:
     free = follower.plan(REQUEST.with_options(beta=1.0))
-    floor = 1.02 * free.measures.w_min
+    assert free.record.manipulability is not None
+    floor = 1.02 * free.record.manipulability.min
     found = follow(RASTER, REQUEST, min_manipulability=floor)
     assert found.outcome is Outcome.SOLVED
     s = np.linspace(0, 1, 20)[:, None, None]

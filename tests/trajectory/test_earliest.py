@@ -67,14 +67,6 @@ def test_what_is_in_the_way_is_named(moving: list[MovingObstacle], place: Any, n
     assert earliest_motion(roadmap, among(*kept), LIMITS) is not None
 
 
-def test_those_that_are_in_nobodys_way_are_not_named() -> None:
-    far = [ball(f"far {k}", pose([50.0 + k, 0, 0]), pose([50.0 + k, 5, 0])) for k in range(8)]
-    blocked: Any = ((ON_START, "start"), (ON_GOAL, "goal"), (WALLS[0], "route"))
-    for blocking, place in blocked:
-        checker = among(*far[:4], blocking, *far[4:])
-        assert why_not_in_time(post_roadmap(), checker, LIMITS) == BlockedInTime(place, (blocking.name,))
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_without_those_that_are_named_there_is_a_motion_and_none_of_them_can_be_put_back(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -20,7 +20,7 @@ from planner.collision import make_checker
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.trajectory.export import SENDER, SUFFIX, Format, export
-from planner.trajectory.points import Points, read_motion
+from planner.trajectory.recorded import read_motion
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load, scene_of
@@ -37,9 +37,9 @@ FORMATS = [pytest.param(kind, marks=needs_mcap) if kind == "mcap" else kind for 
 def read_back(content: bytes, kind: Format, folder: Path) -> Trajectory:
     path = folder / f"back.{SUFFIX[kind]}"
     path.write_bytes(content)
-    points = read_motion(path, ARM)
-    assert isinstance(points, Points)
-    return points.trajectory()
+    found = read_motion(path, ARM)
+    assert isinstance(found, Trajectory)
+    return found
 
 
 @pytest.mark.parametrize("kind", FORMATS)
@@ -136,39 +136,3 @@ def test_the_script_sends_the_file(
     assert ros.set_message_fields.call_args.args[1] == json.loads(export(MADE, "ros-json"))
     send.assert_called_once_with(ros.FollowJointTrajectory.Goal())
     assert bool(capsys.readouterr().out) == accepted
-
-
-def test_what_topic_echo_left_out_is_missed(tmp_path: Path) -> None:
-    """As rosidl_runtime_py shortens: 128 points and a text in place of the others, or one text for all."""
-    file, message = tmp_path / "echo.yaml", json.loads(export(MADE, "ros-json"))
-    points = message["points"]
-    file.write_text(yaml.safe_dump(message) + "---\n" + yaml.safe_dump(message)[:2000])
-    whole = read_motion(file, ARM)
-    assert isinstance(whole, Points)
-    np.testing.assert_array_equal(whole.times, MADE.times)
-    assert whole.notes == ("the first of 2 documents is looked at",)
-    for left in ([*points[:128], "..."], "<sequence type: trajectory_msgs/msg/JointTrajectoryPoint, length: 200>"):
-        file.write_text(yaml.safe_dump(message | {"points": left}) + "---\n")
-        with pytest.raises(PlannerError, match=r"lacks points that 'ros2 topic echo' left out: .* --full-length\.$"):
-            read_motion(file, ARM)
-
-
-def test_a_file_that_is_cut_within_a_line_says_so(tmp_path: Path) -> None:
-    """At every byte of one it is refused, or read with a note that its last point is in doubt."""
-    message, file = json.loads(export(MADE, "ros-json")), tmp_path / "cut.yaml"
-    points = [point for point in message["points"] if point["time_from_start"]["sec"] > 0][:3]
-    text = yaml.safe_dump(message | {"points": points}, sort_keys=False)
-    for end in range(text.index("points"), len(text) + 1):
-        file.write_text(text[:end])
-        if text[end - 1] == "\n":
-            continue
-        try:
-            found = read_motion(file, ARM)
-        except PlannerError:
-            continue
-        assert isinstance(found, Points)
-        assert any("the file ends within a line" in note for note in found.notes)
-    file.write_text(text)
-    found = read_motion(file, ARM)
-    assert isinstance(found, Points)
-    assert found.notes == ()

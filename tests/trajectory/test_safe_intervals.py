@@ -7,33 +7,26 @@ from collections import defaultdict
 import numpy as np
 import pytest
 
-from planner.base.resolutions import PROOF
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
 from planner.collision.moving_prover import TimedProver, moving_world
-from planner.kinematics.forward import tool_positions
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Obstacle, Shape, Sphere
+from planner.robot.shapes import Box, Obstacle, Shape
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.safe_intervals import RoadmapInTime, earliest_route, rest_to_rest
+from planner.trajectory.safe_intervals import (
+    RoadmapInTime,
+    certified_stretches,
+    earliest_route,
+    proven_for_good_from,
+    rest_to_rest,
+)
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load, post_roadmap
 
 LAST = 30  # s: what moves stands still from then on
-
-
-class Windows:
-    """Stretches as :class:`planner.trajectory.safe_intervals.CertifiedTimes` has them."""
-
-    def __init__(self, whole: np.ndarray) -> None:
-        self.whole = whole
-
-    def first(self, low: float, high: float) -> float:
-        open_ = self.whole[(self.whole[:, 1] >= low) & (self.whole[:, 0] <= high)]
-        return max(low, open_[0, 0]) if len(open_) else np.inf
 
 
 class Drawn:
@@ -66,8 +59,8 @@ class Drawn:
     def stays_for_good_from(self, node: int) -> float:
         return self._stays[node][-1, 0]
 
-    def departures(self, i: int, j: int, edge: int) -> Windows:
-        return Windows(self._windows[i, edge])
+    def departures(self, i: int, edge: int, until: float = np.inf) -> np.ndarray:
+        return self._windows[i, edge]
 
     def horizons(self, least: float) -> list[float]:
         return [until for until in (2.0, 4.0, 8.0, 16.0, np.inf) if until >= least]
@@ -94,7 +87,7 @@ def earliest_of_all_moments(timed: Drawn, start: int, goal: int) -> float:
         for i in reached:
             for j, edge in timed.neighbours[i]:
                 then = now + int(timed.seconds[edge])
-                if holds(timed.departures(i, j, edge).whole, now, now) and holds(timed.stays(j), then, then):
+                if holds(timed.departures(i, edge), now, now) and holds(timed.stays(j), then, then):
                     coming[then].add(j)
         reached = {i for i in reached if holds(timed.stays(i), now, now + 1)}
     return np.inf
@@ -113,35 +106,7 @@ def test_the_route_is_the_earliest_of_all(seed: int) -> None:
         leaves, arrives = route.departures[k], route.arrivals[k + 1]
         assert holds(timed.stays(i), route.arrivals[k], leaves)
         edges = [e for other, e in timed.neighbours[i] if other == j and leaves + timed.seconds[e] == arrives]
-        assert any(holds(timed.departures(i, j, e).whole, leaves, leaves) for e in edges)
-
-
-class Counting(TimedProver):
-    """Counts pieces of edges, which are quintics, and moments of standing at nodes."""
-
-    edges = stays = 0
-
-    def free(self, coefficients: np.ndarray, spans: np.ndarray, room: float = PROOF) -> np.ndarray:
-        if coefficients.shape[1] == 6:
-            self.edges += len(coefficients)
-        else:
-            self.stays += len(coefficients)
-        return super().free(coefficients, spans, room)
-
-
-def test_edges_to_a_goal_that_is_blocked_for_long_are_asked_for_when_that_is_of_use() -> None:
-    roadmap, robot, last = post_roadmap(), load("planar_2r"), 100.0
-    there = tool_positions(robot, roadmap.nodes[roadmap.goals[:1]])[0]
-    places = [pose(np.add(there, [0.0, 0.05 * (-1) ** k, 0.0]).tolist()) for k in range(int(last))] + [
-        pose([9.0, 9.0, 0.0])
-    ]
-    motion = KnownMotion(np.append(np.linspace(0.0, last, len(places) - 1), last + 0.01), places)
-    prover = Counting(make_checker(robot, Scene("none"), "coal"), [MovingObstacle("ball", Sphere(0.05), motion)])
-    timed = RoadmapInTime(roadmap, prover, MotionLimits.of(robot))
-    route = earliest_route(timed, roadmap.starts, roadmap.goals)
-    assert route is not None
-    assert last < route.arrivals[-1] < last + 3.0
-    assert prover.edges < 2 * prover.stays  # four times as many where all edges are looked at all along
+        assert any(holds(timed.departures(i, e), leaves, leaves) for e in edges)
 
 
 def test_some_drawn_routes_wait_and_some_are_none() -> None:
@@ -170,7 +135,7 @@ def test_edges_and_stays_are_free_whenever_their_stretches_say_so() -> None:
     rng, partly = np.random.default_rng(0), 0
     for edge in rng.choice(len(roadmap.edges), 8, replace=False):
         i, j = roadmap.edges[edge].tolist()
-        windows, takes = timed.departures(i, j, int(edge)).within(0.0, np.inf), float(timed.seconds[edge])
+        windows, takes = timed.departures(i, int(edge), np.inf), float(timed.seconds[edge])
         a, b, rest = roadmap.nodes[i], roadmap.nodes[j], np.zeros((2, 2))
         partly += len(windows) > 1
         for low, high in windows:
@@ -190,3 +155,33 @@ def test_edges_and_stays_are_free_whenever_their_stretches_say_so() -> None:
 def clear(checker: CollisionChecker, shape: Shape, placement: np.ndarray, q: np.ndarray) -> bool:
     """Whether nothing touches, by FCL."""
     return is_free(FclChecker(moving_world(checker.world, (Obstacle("cart", shape, placement),))), q)
+
+
+BLOCKED = np.array([[1.1, 1.3], [4.0, 4.01], [9.0, 12.0]])
+
+
+class Asked:
+    """What is proven but where something is ``blocked`` (k, 2), and how many cells were asked for."""
+
+    def __init__(self, blocked: np.ndarray) -> None:
+        self.blocked, self.count = blocked, 0
+
+    def __call__(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        self.count += len(low)
+        return np.asarray(~((low[:, None] <= self.blocked[:, 1]) & (self.blocked[:, 0] <= high[:, None])).any(axis=1))
+
+
+def test_stretches_are_what_is_proven_and_no_more() -> None:
+    counts = []
+    for end in (15.0, 15_000.0):
+        proven, corners = Asked(BLOCKED), np.linspace(0.0, end, int(2 * end) + 1)
+        found = certified_stretches(proven, corners)
+        counts.append(proven.count)
+        assert proven(found[:, 0], found[:, 1]).all()
+        assert found[0, 0] == 0.0
+        assert found[-1, 1] == end
+        np.testing.assert_allclose(found[:-1, 1], BLOCKED[:, 0], atol=1 / 32)
+        np.testing.assert_allclose(found[1:, 0], BLOCKED[:, 1], atol=1 / 32)
+        assert proven_for_good_from(proven, corners) == found[-1, 0]
+    assert counts[1] < counts[0] + 60, "what is free as a whole is asked for as a whole"
+    assert proven_for_good_from(Asked(np.array([[3.0, 20.0]])), np.linspace(0.0, 15.0, 31)) == np.inf

@@ -11,15 +11,16 @@ import pytest
 from planner.kinematics.forward import tool_positions
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
-from planner.robot.robot import load_visuals
+from planner.robot.robot import load_visuals, with_carried
 from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Obstacle, Sphere
+from planner.robot.shapes import Box, Carried, Obstacle, Sphere
 from planner.view import drawing
 from planner.view.canvas import Canvas
 from planner.view.drawing import (
     draw_bodies,
     draw_path,
     draw_roadmap,
+    draw_robot,
     draw_scene,
     drawn_part,
     extent,
@@ -27,6 +28,7 @@ from planner.view.drawing import (
     moving_data,
     swept_corners,
 )
+from tests.view.test_canvas import unpacked
 from tests.worlds import load, make_post, post_roadmap, random_q, scene_of
 
 ROBOT = load("planar_2r")
@@ -152,3 +154,15 @@ def obstacle_colours(canvas: Canvas) -> dict[str, int]:
         for command in canvas.commands
         if command["type"] == "set_object" and "/ways" not in command["path"]
     }
+
+
+def test_contacts_are_red_and_a_carried_body_is_drawn_as_both_kinds() -> None:
+    robot = with_carried(load("ur5"), [Carried("tool0", "cup", Sphere(0.05), np.eye(4))])
+    for touching in (frozenset[str](), frozenset({"cup"}), frozenset({robot.bodies[0].link})):
+        canvas = Canvas()
+        names, bodies = draw_robot(canvas, robot, np.zeros(6), touching)
+        assert list(names.values()).count("cup") == 2
+        assert len(names) == len(bodies) + len(robot.bodies)
+        drawn = {c["path"].removeprefix("/meshcat/"): c for c in unpacked(canvas) if c["type"] == "set_object"}
+        assert set(drawn) == set(names)
+        assert {names[path] for path, command in drawn.items() if is_red(command)} == touching

@@ -81,7 +81,7 @@ def test_pages_are_the_same_bytes_twice_and_whole(made: Plan, tradeoff: Tradeoff
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
         assert page_data(tmp_path / "a" / name)["paths"][0]["interval"][0] == 0.0
         (tmp_path / "file").write_text("")
-        with pytest.raises(FileError, match="cannot be made"):
+        with pytest.raises(FileError, match="cannot be written"):
             thing.save(tmp_path / "file" / "a")
 
 

@@ -29,7 +29,7 @@ from planner.trajectory.measure import path_manipulability
 from planner.trajectory.timing import time_path
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
-from planner.view.state import inspect_state, state_page
+from planner.view.state import inspect_state
 from tests.browser import Tab, browser
 from tests.linkages import random_linkage
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap, random_q
@@ -443,7 +443,7 @@ def test_a_state_in_collision_is_seen(window: Tab, tmp_path: Path) -> None:
     checker = make_checker(load("iiwa14"), Scene.load("paper"))
     report = inspect_state(checker, np.array([0, 1.9, 0, -0.4, 0, 3.0, 0]))
     assert report.contacts
-    (tmp_path / "state.html").write_text(state_page(report))
+    (tmp_path / "state.html").write_text(report.page())
     assert window.open(tmp_path / "state.html"), window.console
     assert window.console == window.requests == []
     assert str(report.contacts[0]) in text(window, "message")
@@ -515,7 +515,7 @@ def test_names_that_break_nothing_in_a_plan(window: Tab, made: Plan, tradeoff: T
 
 def test_a_script_in_a_name_would_be_noticed(window: Tab, tmp_path: Path) -> None:
     """The negative control: in a page that does not escape, the same names run."""
-    html = state_page(inspect_state(make_checker(load("planar_2r"), Scene("safe", ())), np.zeros(2)))
+    html = inspect_state(make_checker(load("planar_2r"), Scene("safe", ())), np.zeros(2)).page()
     path = tmp_path / "state.html"
     path.write_text(html.replace("planar_2r in safe</h1>", f"{HOSTILE[2]}</h1>"))
     window.open(path)

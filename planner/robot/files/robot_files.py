@@ -21,7 +21,7 @@ from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, 
 from planner.problem.targets import HOME
 from planner.robot.files import urdf
 from planner.robot.files.packages import example_robot_data
-from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf, require_fitting
+from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf
 
 Rows = Literal["pose", "translation", "planar"]
 
@@ -100,19 +100,16 @@ class RobotFiles:
         """
         held = {**self.file.fixed_joints, **fixed}
         chosen = self._chosen_joints(self.tool(tool, choice), choice, held)
-        for name in chosen:
-            if not self.model.existJointName(name):
-                known = (
-                    "does not move: plan others; moving joints"
-                    if name in self.description.joints
-                    else "not found; joints"
-                )
-                raise RobotError(f"joint '{name}' {known} are {choices(self.model.names[1:])}.")
-            if choice.joints is not None and name in held:
-                raise RobotError(
-                    f"joint '{name}' is planned and held fixed as well: leave it out of --joints, or out of "
-                    "fixed_joints of the robot or scene file."
-                )
+        if unknown := [name for name in chosen if not self.model.existJointName(name)]:
+            raise RobotError(
+                f"joint '{unknown[0]}' not found among the joints that move, {choices(self.model.names[1:])}: plan "
+                "one of these."
+            )
+        if choice.joints is not None and (both := held.keys() & chosen):
+            raise RobotError(
+                f"joint '{min(both)}' is planned and held fixed as well: leave it out of --joints, or out of "
+                "fixed_joints of the robot or scene file."
+            )
         return [name for name in self.model.names[1:] if name in chosen and name not in held]
 
     def leaders(self, frame: str, held: Collection[str] = ()) -> list[str]:
@@ -120,7 +117,8 @@ class RobotFiles:
 
         A joint that is ``held`` follows no other.
         """
-        joints = urdf.chain_joints(self.model, frame)
+        joint = self.model.frames[urdf.frame_id(self.model, frame)].parentJoint
+        joints = [self.model.names[k] for k in self.model.supports[joint] if k != 0]
         leaders = {self.description.mimic(joint, held).leader for joint in joints}
         return [joint for joint in self.model.names[1:] if joint in leaders]
 
@@ -163,16 +161,14 @@ class RobotFiles:
 
         None where it says nothing, or not of all of these joints.
         """
-        motion = self.file.motion
-        if motion is None:
-            return None
-        lists = {kind: values for kind in ("acceleration", "jerk") if isinstance(values := getattr(motion, kind), list)}
-        of_joint = {kind: self._by_joint(values, kind) for kind, values in lists.items()}
-        if any(joint not in values for values in of_joint.values() for joint in planned):
-            return None
-        return motion.model_copy(
-            update={kind: [values[joint] for joint in planned] for kind, values in of_joint.items()}
-        )
+        lists = dict[str, list[float]]()
+        for kind in ("acceleration", "jerk"):
+            if isinstance(values := getattr(self.file.motion, kind, None), list):
+                of_joint = self._by_joint(values, kind)
+                if not of_joint.keys() >= {*planned}:
+                    return None
+                lists[kind] = [of_joint[joint] for joint in planned]
+        return self.file.motion and self.file.motion.model_copy(update=lists)
 
     def _by_joint(self, values: Sequence[float], what: str) -> dict[str, float]:
         """One value for each joint that the robot file plans; :class:`RobotError` where there are more or fewer."""
@@ -213,10 +209,7 @@ def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
     description = urdf.read_description(file.urdf.path(folder), file.urdf.args)
     called = file.name or (name if name in robot_names() else description.name)
     if srdf is not None:
-        given = read_srdf(Path(srdf))
-        files = RobotFiles(called, name, file, description, given)
-        require_fitting(given, files.model)
-        return files
+        return RobotFiles(called, name, file, description, read_srdf(Path(srdf)))
     own = read_srdf(file.srdf.path(folder), file.srdf.args) if file.srdf else None
     return RobotFiles(called, name, file, description, own)
 

@@ -10,7 +10,7 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import Note, SceneError, choices
-from planner.base.yamlfile import Coordinate, Name, Number, Size, Strict, Whole, models_in, nearest, repeated, validate
+from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole, models_in, nearest, repeated, validate
 from planner.robot.poses import pose
 
 _AT_REST = 0.01  # rad/s, m/s: encoders report this much of an arm that stands
@@ -143,16 +143,15 @@ class MeshMessage(Message):
     triangles: list[tuple[_Index, _Index, _Index]]
 
 
-class Solid(Message):
+class SolidPrimitive(Message):
+    """A solid, or a tolerance in its shape, which may have no size."""
+
     type: Name | Annotated[Whole, pydantic.Field(ge=0, le=255)]  # a byte in the message
+    dimensions: tuple[Tolerance, ...]
 
     @property
     def kind(self) -> str:
         return (_KINDS.get(self.type, str(self.type)) if isinstance(self.type, int) else self.type).lower()
-
-
-class SolidPrimitive(Solid):
-    dimensions: list[Size]
 
 
 class CollisionObject(Message):
@@ -176,11 +175,6 @@ def _require_fit(names: Sequence[Any], values: Sequence[Any], what: str, of: str
         raise ValueError(f"there are {len(names)} {of} and {len(values)} {what}; give one each")
 
 
-def _require_once(names: Sequence[str]) -> None:
-    if twice := repeated(names):
-        raise ValueError(f"'{twice[0]}' is named twice; name each once")
-
-
 class JointState(Message):
     name: tuple[Name, ...] = ()
     position: tuple[Coordinate, ...] = ()
@@ -188,7 +182,8 @@ class JointState(Message):
     @pydantic.model_validator(mode="after")
     def _one_each(self) -> JointState:
         _require_fit(self.name, self.position, "positions", "names")
-        _require_once(self.name)
+        if twice := repeated(self.name):
+            raise ValueError(f"'{twice[0]}' is named twice; name each once")
         return self
 
     def values(self) -> dict[str, float]:
@@ -209,7 +204,6 @@ class AllowedCollisionMatrix(Message):
     def _square(self) -> AllowedCollisionMatrix:
         names, rows = self.entry_names, self.entry_values
         _require_fit(names, rows, "entry_values", "entry_names")
-        _require_once(names)
         for name, row in zip(names, rows, strict=True):
             _require_fit(names, row, f"values in the row of '{name}'", "names")
         values = np.array(rows, dtype=bool).reshape(2 * (len(names),))
@@ -238,29 +232,20 @@ class PlanningSceneMessage(Message):
     is_diff: bool = False
 
 
-class Region(Solid):
-    """A primitive as a tolerance: it may have no size."""
-
-    dimensions: tuple[Tolerance, ...]
-
-    @pydantic.model_validator(mode="after")
-    def _around_its_origin(self) -> Region:
-        if len(self.dimensions) not in _REGIONS.get(self.kind, ()):
-            raise ValueError(
-                f"a region of type '{self.kind}' with {len(self.dimensions)} dimensions is not supported; use box "
-                "[x, y, z], sphere [radius], cylinder or cone"
-            )
-        return self
-
-
 class BoundingVolume(Message):
-    primitives: tuple[Region, ...] = ()
+    primitives: tuple[SolidPrimitive, ...] = ()
     primitive_poses: tuple[PoseMessage, ...] = ()  # points where there are no primitives
 
     @pydantic.model_validator(mode="after")
     def _placed(self) -> BoundingVolume:
         if self.primitives:
             _require_fit(self.primitives, self.primitive_poses, "primitive_poses", "primitives")
+        for each in self.primitives:
+            if len(each.dimensions) not in _REGIONS.get(each.kind, ()):
+                raise ValueError(
+                    f"a region of type '{each.kind}' with {len(each.dimensions)} dimensions is not supported; use box "
+                    "[x, y, z], sphere [radius], cylinder or cone"
+                )
         return self
 
     def solids(self) -> Solids:

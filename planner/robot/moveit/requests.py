@@ -18,7 +18,6 @@ from planner.base.yamlfile import nearest, parse_yaml, read_text, shown
 from planner.problem.conditions import Condition, KeepAxis, KeepBox, KeepPlane, KeepTurn, require_thick
 from planner.problem.targets import Joints, Target, ToolGoal
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, RobotFiles
-from planner.robot.frames import placement_of
 from planner.robot.moveit.messages import (
     Constraints,
     MotionPlanRequestMessage,
@@ -29,6 +28,7 @@ from planner.robot.moveit.messages import (
 from planner.robot.moveit.scenes import carried
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import placement_of
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried
 
@@ -63,8 +63,8 @@ def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
     message, notes = read_message(MotionPlanRequestMessage, data, where)
     start, goals, kept = message.start_state, message.goal_constraints, message.path_constraints
     factors = {kind: getattr(message, f"max_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
-    if wrong := [f"max_{kind}_scaling_factor" for kind, factor in factors.items() if not 0.0 <= factor <= 1.0]:
-        notes += (Note(f"{where}: {choices(wrong)} outside (0, 1] is taken as 1, as MoveIt does."),)
+    if wrong := [kind for kind, factor in factors.items() if not 0.0 <= factor <= 1.0]:
+        notes += (Note(f"{where}: scaling of {choices(wrong)} outside (0, 1] is taken as 1, as MoveIt does."),)
     simpler = ["path_constraints"] if kept.is_simplified else []
     for k, goal in enumerate(goals, start=1):
         if goal.is_simplified or any(each.tolerance_above or each.tolerance_below for each in goal.joint_constraints):

@@ -98,8 +98,8 @@ def test_a_permission_of_something_in_several_shapes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("shape", "frame", "said"),
     [
-        (Sphere(0.1), "cell", "'part' is placed in frame 'cell'"),
-        (replace(box_mesh((0.1, 0.1, 0.1)), radius=0.01), "", "the mesh of 'part' has a radius"),
+        (Sphere(0.1), "cell", "part: a scene file cannot name"),
+        (replace(box_mesh((0.1, 0.1, 0.1)), radius=0.01), "", "a scene file cannot give a mesh its radius"),
     ],
 )
 def test_a_scene_beyond_the_file_format_is_refused(shape: Shape, frame: str, said: str, tmp_path: Path) -> None:

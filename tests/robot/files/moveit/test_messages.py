@@ -80,7 +80,6 @@ SCENES = [  # place, value, and what the message of a refusal or of the note say
     (f"{CRATE}.primitives.0", {"type": "cone", "dimensions": [1, 1]}, "'cone' with 2 dimensions is not supported"),
     (CRATE, {"id": "a", "meshes": [{**TRIANGLE, "vertices": []}], "mesh_poses": [{}]}, "0 vertices"),
     ("allowed_collision_matrix", {"entry_names": ["a"]}, "1 entry_names and 0 entry_values"),
-    ("allowed_collision_matrix", {"entry_names": ["a", "a"], "entry_values": 2 * [[True, True]]}, "'a' is named twice"),
     ("allowed_collision_matrix", {"entry_names": ["a", "b"], "entry_values": [[True, True], [True]]}, "row of 'b'"),
     (
         "allowed_collision_matrix",

@@ -1,0 +1,291 @@
+"""Motions out of files: every form gives the same motion; each field is honoured, noted or refused by its name."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.base.errors import FileError, PlannerError
+from planner.trajectory.export import export
+from planner.trajectory.recorded import read_motion
+from planner.trajectory.trajectory import Trajectory
+from tests.random_shapes import QUICK
+from tests.trajectory.test_export import ARM, MADE, A, B, read_back
+from tests.worlds import load, random_q
+
+ROWS = [[0.1, -0.2], [0.3, 0.4], [0.5, 1.0]]
+SWAPPED = [row[::-1] for row in ROWS]
+POINTS = [{"positions": row, "time_from_start": {"secs": k}} for k, row in enumerate(SWAPPED)]
+MESSAGE = {"joint_names": [B, A], "points": POINTS}
+FORMS = {
+    "plan.json": {"robot": "planar_2r", "outcome": "solved", "joints": [A, B], "path": ROWS, "cost": {}},
+    "rows.json": ROWS,
+    "rows.yaml": ROWS,
+    "waypoints.json": {"joints": [B, A], "waypoints": SWAPPED},
+    "positions.json": {"joint_names": [A, "gripper", B], "positions": [[a, 0.02, b] for a, b in ROWS]},
+    "no names.json": {"path": ROWS},
+    "points without times.json": {"joint_names": [B, A], "points": [{"positions": row} for row in SWAPPED]},
+    "message.json": MESSAGE,
+    "robot trajectory.yaml": {"joint_trajectory": MESSAGE, "multi_dof_joint_trajectory": {}},
+    "display trajectory.json": {"model_id": "r", "trajectory": [{"joint_trajectory": MESSAGE}]},
+    "bare.csv": "0.1,-0.2\n0.3,0.4\n0.5,1.0\n",
+    "header.csv": f"{B},{A}\n-0.2,0.1\n0.4,0.3\n1.0,0.5\n",
+    "mark of a spreadsheet.CSV": f"\ufeff{A},{B}\r\n0.1,-0.2\r\n0.3,0.4\r\n\r\n0.5,1.0\r\n",
+    "quoted.csv": f'"{B}","{A}"\n-0.2,0.1\n0.4,0.3\n1.0,0.5\n',
+    "times.csv": f"{B},t,{A}\n-0.2,0,0.1\n0.4,1,0.3\n1.0,2,0.5\n",
+}
+
+
+def motion(path: Path, content: Any) -> Any:
+    path.write_text(content if isinstance(content, str) else json.dumps(content), newline="")
+    return read_motion(path, ARM)
+
+
+def trajectory(path: Path, content: Any) -> Trajectory:
+    found = motion(path, content)
+    assert isinstance(found, Trajectory)
+    return found
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_every_form_gives_the_same_rows(name: str, tmp_path: Path) -> None:
+    found = motion(tmp_path / name, FORMS[name])
+    np.testing.assert_array_equal(found.columns[0] if isinstance(found, Trajectory) else found, ROWS)
+
+
+@QUICK
+@given(st.integers(0, 2**31), st.permutations(range(7)))
+def test_columns_in_any_order(tmp_path_factory: pytest.TempPathFactory, seed: int, order: list[int]) -> None:
+    robot = load("iiwa14")
+    rows = random_q(robot, 4, seed)
+    path = tmp_path_factory.mktemp("order") / "p.csv"
+    names = ",".join(robot.joints[k] for k in order)
+    path.write_text("\n".join([names, *(",".join(repr(float(row[k])) for k in order) for row in rows)]))
+    np.testing.assert_array_equal(read_motion(path, robot), rows)
+
+
+def test_continuous_joints_take_the_shorter_way(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    robot = load("kinova")
+    rows = np.tile(robot.home, (3, 1))
+    rows[:, 0] = [3.0, -3.0, -2.5]
+    (tmp_path / "p.json").write_text(json.dumps(rows.tolist()))
+    path = np.asarray(read_motion(tmp_path / "p.json", robot))
+    np.testing.assert_allclose(path[:, 0], [3.0, 2 * np.pi - 3.0, 2 * np.pi - 2.5])
+    np.testing.assert_array_equal(path[:, 1:], rows[:, 1:])
+    assert "joint 'j2s6s200_joint_1' is taken to turn the shorter way, by 0.283185 rad" in caplog.text
+
+
+@pytest.mark.parametrize("there", [np.pi, -np.pi, 2.0 * np.pi, 20.0, -7.0, 3.0 * np.pi])
+def test_turns_that_angles_do_not_tell_are_refused(there: float, tmp_path: Path) -> None:
+    """Half a turn goes either way, and a whole one is no rest."""
+    robot = load("kinova")
+    rows = np.tile(robot.home, (3, 1))
+    rows[2, 0] = there
+    (tmp_path / "p.json").write_text(json.dumps(rows.tolist()))
+    with pytest.raises(FileError, match=r"row 2 to row 3 joint 'j2s6s200_joint_1' turns by .* give rows less than"):
+        read_motion(tmp_path / "p.json", robot)
+
+
+def test_columns_go_by_name_and_others_are_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    data = json.loads(export(MADE, "ros-json"))
+    data["joint_names"] = ["finger", B, A]
+    for point in data["points"]:
+        for key in ("positions", "velocities", "accelerations"):
+            point[key] = [0.02, *point[key][::-1]]
+    left = "positions of finger are left out: these are no planned joints of planar_2r"
+    for wrapped in (data, {"trajectory": data}, {"goal": {"trajectory": data}}):
+        found = read_back(json.dumps(wrapped).encode(), "ros-json", tmp_path)
+        np.testing.assert_array_equal(found.coefficients, MADE.coefficients)
+        assert found.notes == (left,)
+    motion(tmp_path / "p.json", {"joints": [A, "finger", B], "path": [[a, 0, b] for a, b in ROWS]})
+    assert left in caplog.text, "of a path it is a warning"
+
+
+@pytest.mark.parametrize(("columns", "kind"), [(1, "lines"), (2, "cubics"), (3, "quintics")])
+def test_what_is_given_decides_what_runs_between(columns: int, kind: str, tmp_path: Path) -> None:
+    names = ["t", *(joint + ending for ending in ("", "_velocity", "_acceleration")[:columns] for joint in (A, B))]
+    rows = [[0.0] * len(names), [1.0, 0.5, 0.1, 0.0, 0.0, 0.0, 0.0][: len(names)]]
+    found = trajectory(tmp_path / "a.csv", "\n".join(",".join(map(str, row)) for row in [names, *rows]))
+    assert found.interpolation == kind
+    points = [dict(zip(("q", "qd", "qdd")[:columns], [[0, 0]] * columns, strict=True), t=k) for k in range(2)]
+    assert trajectory(tmp_path / "a.json", {"joints": [A, B], "points": points}).interpolation == kind
+
+
+def message(**changed: Any) -> dict[str, Any]:
+    """A JointTrajectory of two points, with keys changed; those of points where they are keys of points."""
+    point = {"positions": [0.1, 0.2], "velocities": [0.0, 0.0], "accelerations": [0.0, 0.0], "effort": []}
+    of_points = {key: changed.pop(key) for key in [*point, "time_from_start", "velocity"] if key in changed}
+    points = [{**point, "time_from_start": {"sec": k, "nanosec": 0}} for k in range(2)]
+    points[1] = {key: value for key, value in (points[1] | of_points).items() if value is not ...}
+    made = {"header": {}, "joint_names": [A, B], "points": points} | changed
+    return {key: value for key, value in made.items() if value is not ...}
+
+
+def bare(*names: str) -> dict[str, Any]:
+    """A message of which no point has these."""
+    return message() | {"points": [{**point, **{name: [] for name in names}} for point in message()["points"]]}
+
+
+OURS = {"joints": [A, B], "points": [{"t": k, "q": [0.1, 0.2], "qd": [0, 0], "qdd": [0, 0]} for k in range(2)]}
+CLOCK = "give whole sec"
+SEVERAL = {"joint_trajectory": message(), "multi_dof_joint_trajectory": {"points": [{}]}}
+REFUSED: list[tuple[Any, str]] = [
+    (message(time_from_start={"sec": 1.5, "nanosec": 0}), CLOCK),
+    (message(time_from_start={"sec": 1, "nanosec": 0.5}), CLOCK),
+    (message(time_from_start={"sec": 1, "nanosec": 10**9}), CLOCK),
+    (message(time_from_start={"sec": 1, "nanosec": -1}), CLOCK),
+    (message(time_from_start={"sec": 2**31}), CLOCK),
+    (message(time_from_start={"sec": True}), CLOCK),
+    (message(time_from_start={"seconds": 1}), CLOCK),
+    (message(time_from_start={"sec": 1, "nsecs": 5}), CLOCK),
+    (message(time_from_start={}), CLOCK),
+    (message(time_from_start="soon"), "points.1.time_from_start"),
+    (message(time_from_start={"sec": 0}), "give times that increase"),
+    (message(time_from_start=...), "point 2 has no time_from_start, others have"),
+    (message(velocities=[]), "point 2 has 0 velocities for 2 joints"),
+    (message(velocities=[0.0]), "point 2 has 1 velocities"),
+    (message(positions=[]), "point 2 has 0 positions"),
+    (message(velocity=[0, 0]), "did you mean 'velocities'"),
+    (message(joint_names=...), "names no joints"),
+    (message(joint_names=[A, A]), f"names joint '{A}' twice"),
+    (message(speed_scale=0.5), "speed_scale"),
+    (bare("velocities"), "accelerations and no velocities"),
+    ({"joint_trajectory": message(), "scale": 2}, "'scale' that is not known"),
+    (SEVERAL, "several degrees of freedom"),
+    ({"trajectory": [message(), message()]}, "holds 2 trajectories"),
+    ({**OURS, "interpolation": "splines"}, "interpolation"),
+    ({**OURS, "unit": "deg"}, "unknown key 'unit'"),
+    ({**OURS, "points": [{**OURS["points"][0], "w": 1}]}, "unknown key 'points.0.w'"),
+    ({**OURS, "points": OURS["points"][:1]}, "points"),
+    ({**OURS, "robot": "ur5"}, "is for robot 'ur5', not 'planar_2r'"),
+    ({**OURS, "interpolation": "cubics", "points": [{"t": k, "q": [0, 0]} for k in range(2)]}, "cubics need 2 of"),
+    ({**OURS, "points": [{"t": k, "q": [0, 0], "qdd": [0, 0]} for k in range(2)]}, "accelerations and no velocities"),
+    (3, "holds no path"),
+    ({}, "holds no path"),
+    ([], "holds no rows"),
+    ({"path": "here"}, "'path' is wrong"),
+    ([[1, 2], [3]], "row 2 has 1 values, not 2"),
+    ([[1, 2], 3], "'path.1' is wrong"),
+    ([[1, True]], "true is no number"),
+    ([[1, None]], "'path.0.1' is wrong"),
+    ([[1, 1e300]], f"row 1 puts joint '{B}' at 1e+300"),
+    ([[1, 2, 3]], "has 3 columns without names, planar_2r has 2 planned joints"),
+    ({"joints": 3, "path": [[1, 2]]}, "'joints' is wrong"),
+    ({"joints": ["elbow", "wrist"], "path": [[1, 2]]}, f"names joint '{A}' nowhere; it names elbow, wrist"),
+    ({"joints": [A, A, B], "path": [[1, 2, 3]]}, f"names joint '{A}' twice"),
+    ({"joints": [A, B], "path": [[1, 2, 3]]}, "names 2 columns and has 3"),
+    ({"robot": "ur5", "path": [[1, 2]]}, "is for robot 'ur5', not 'planar_2r'"),
+    ({"outcome": "no_path", "path": []}, "is a plan that found no path"),
+    ({"path": [[1, 2]], "units": "deg"}, "unknown key 'units'"),
+    ({"path": [[1, 2]], "waypoints": [[1, 2]]}, "must hold one path, got path, waypoints"),
+    ({"joints": [A, B], "joint_names": [B, A], "path": [[1, 2]]}, "names its joints twice"),
+    ({"points": [{"positions": [1, 2], "velocities": [1, 2]}]}, "velocities and no time_from_start"),
+    ({"intervals": [{"path": [[1, 2]]}]}, "is a sweep, one path an interval of beta"),
+]
+REFUSED_TEXT = {
+    "json": [
+        ("{", "is no JSON"),
+        ("[" * 100_000, "is no JSON"),
+        ('{"path": [[1, 2]], "path": [[3, 4]]}', "key 'path' stands twice"),
+        ("[[1, NaN]]", "'path.0.1' is wrong"),
+        ("[[1, 1e999]]", "'path.0.1' is wrong"),
+    ],
+    "csv": [
+        ("", "holds no rows"),
+        (f"# {B} {A}\n1,2\n", "that is not known"),
+        (f"{A},{B}\n", "holds no rows"),
+        ("1,2\n3,four\n", "row 2 holds something that is no number"),
+        (f"{A},{B}\n1,\n", "row 1 holds something that is no number"),
+        (f"{A},{B}\n1,2,3\n", "row 1 has 3 values, not 2"),
+        (f"{A},{B}\n1,nan\n", f"row 1 puts joint '{B}' at nan"),
+        (f"time_ms,{A},{B}\n0,1,2\n", "has a column 'time_ms' that is not known"),
+        (f"{A},{A}\n1,2\n", "has two columns"),
+        (f"{A},{B},{B}_velocity\n1,2,3\n", "columns of velocities and no times"),
+        (f"{A},{B},{A}_deg\n1,2,3\n", f"has a column '{A}_deg' that is not known (did you mean '{A}'"),
+        (f"t,{A},{B}\n0,0,0\n", "holds one point"),
+        (f"t,{A},{B}\n0,0,0\n0,1,0\n", "give times that increase"),
+        (f"t,{A},{B}\n0,0,0\n1,nan,0\n", "point 2 holds a number that is not finite"),
+        (f"t,{A},{B},{A}_velocity\n0,0,0,0\n1,0,0,0\n", f"names joint '{B}' nowhere"),
+        (f"t,{A},{B},{A}_acceleration,{B}_acceleration\n0,0,0,0,0\n1,1,1,0,0\n", "accelerations and no velocities"),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("ending", "content", "words"),
+    [
+        *((ending, data, words) for data, words in REFUSED for ending in ("json", "yaml")),
+        *((ending, text, words) for ending, rows in REFUSED_TEXT.items() for text, words in rows),
+    ],
+)
+def test_what_cannot_be_read_is_a_sentence(ending: str, content: Any, words: str, tmp_path: Path) -> None:
+    with pytest.raises(FileError) as error:
+        motion(tmp_path / f"p.{ending}", content)
+    assert words in str(error.value)
+    assert str(error.value).endswith((".", "'"))
+
+
+def test_files_that_are_not_there_or_no_text(tmp_path: Path) -> None:
+    for name in ("none.json", "none.xyz"):
+        with pytest.raises(FileError, match="not found"):
+            read_motion(tmp_path / name, ARM)
+    (tmp_path / "p.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FileError, match="not UTF-8"):
+        read_motion(tmp_path / "p.csv", ARM)
+
+
+def test_what_is_left_aside_is_noted(tmp_path: Path) -> None:
+    inner = message(effort=[1.0, 1.0], header={"stamp": {"sec": 5, "nanosec": 0}})
+    tolerances = {"goal_time_tolerance": {"sec": 1, "nanosec": 0}, "path_tolerance": []}
+    wrapped = {"goal": {"trajectory": inner, **tolerances}}
+    text = json.dumps(wrapped) + "\n---\n" + json.dumps(message()) + "\n---\n"
+    noted = "; ".join(trajectory(tmp_path / "a.yaml", text).notes)
+    for words in ("first of 2 documents", "goal_time_tolerance of the message", "the header's stamp", "effort is not"):
+        assert words in noted
+    assert trajectory(tmp_path / "a.json", message()).notes == ()
+    event = {"t": 0, "kind": "attach", "object": "mug", "link": "hand"}
+    assert "events of a task" in trajectory(tmp_path / "a.json", OURS | {"events": [event]}).notes[0]
+
+
+@given(st.integers(0, 2**31 - 1), st.integers(0, 10**9 - 1))
+@QUICK
+def test_times_are_read_to_the_nanosecond(tmp_path_factory: pytest.TempPathFactory, sec: int, part: int) -> None:
+    """Up to 11 days, as our own file is."""
+    sec, part = sec % 10**6, max(part, 1)
+    late = message(time_from_start={"sec": sec, "nanosec": part})
+    found = trajectory(tmp_path_factory.mktemp("times") / "a.json", late)
+    assert found.nanoseconds.tolist() == [0, sec * 10**9 + part]
+
+
+def test_what_topic_echo_left_out_is_missed(tmp_path: Path) -> None:
+    """As rosidl_runtime_py shortens: 128 points and a text in place of the others, or one text for all."""
+    file, data = tmp_path / "echo.yaml", json.loads(export(MADE, "ros-json"))
+    whole = trajectory(file, yaml.safe_dump(data) + "---\n" + yaml.safe_dump(data)[:2000])
+    np.testing.assert_array_equal(whole.times, MADE.times)
+    assert whole.notes == ("the first of 2 documents is looked at",)
+    several = "<sequence type: trajectory_msgs/msg/JointTrajectoryPoint, length: 200>"
+    for left in ([*data["points"][:128], "..."], several):
+        with pytest.raises(PlannerError, match=r"lacks points that 'ros2 topic echo' left out: .* --full-length\.$"):
+            motion(file, yaml.safe_dump(data | {"points": left}) + "---\n")
+
+
+def test_a_file_that_is_cut_within_a_line_says_so(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """At every byte of one it is refused, or read with a note (of a path a warning) that its last point is in doubt."""
+    data, file = json.loads(export(MADE, "ros-json")), tmp_path / "cut.yaml"
+    points = [point for point in data["points"] if point["time_from_start"]["sec"] > 0][:3]
+    text = yaml.safe_dump(data | {"points": points}, sort_keys=False)
+    for end in range(text.index("points"), len(text)):
+        try:
+            found = motion(file, text[:end])
+        except PlannerError:
+            continue
+        notes = "; ".join(found.notes) if isinstance(found, Trajectory) else caplog.text
+        assert "the file ends within a line" in notes or text[end - 1] == "\n"
+    assert trajectory(file, text).notes == ()
