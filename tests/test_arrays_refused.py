@@ -18,8 +18,7 @@ from planner.base.errors import PlannerError
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import manipulability
-from planner.kinematics.manipulability_proof import prove_floor
+from planner.kinematics.manipulability import manipulability, prove_floor
 from planner.robot.shapes import Carried
 from planner.trajectory.limits import KINDS
 from tests.worlds import load, make_post, post_roadmap

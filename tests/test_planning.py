@@ -31,7 +31,7 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import save_roadmap
 from planner.robot.scene import Scene
 from planner.search.network import build_network, distance_cost
-from planner.tradeoff.alternatives import with_alternatives
+from planner.tradeoff.sweep import with_alternatives
 from planner.trajectory.file import load_trajectory
 from planner.trajectory.measure import dense_path, path_manipulability, tool_path_length
 from tests.coal_judge import CoalWorld

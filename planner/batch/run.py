@@ -22,7 +22,7 @@ from planner.batch.parallel import measured_cases
 from planner.batch.plans import Task, read_plans
 from planner.planning.plan import plan
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
-from planner.tradeoff.alternatives import with_alternatives
+from planner.tradeoff.sweep import with_alternatives
 
 CSV_NAME, ROW_NAME = "batch.csv", "row.json"
 Row: TypeAlias = dict[str, Any]

@@ -92,7 +92,7 @@ def written_and_told(
     from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME
     from planner.problem.outcome import Outcome
-    from planner.tradeoff.alternatives import with_alternatives
+    from planner.tradeoff.sweep import with_alternatives
     from planner.trajectory.file import TRAJECTORY_NAME
 
     clock = command_clock()

@@ -8,8 +8,7 @@ from typing import TypedDict
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.cost.integral import costs_along
-from planner.cost.scale import CostScale, measure_scale
+from planner.cost.scale import CostScale, costs_along, measure_scale
 from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import node_manipulability
 from planner.robot.robot import Robot

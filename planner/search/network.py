@@ -37,7 +37,7 @@ def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
 
 
 def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCost = DEFAULT_COST) -> Floats:
-    """The mean of omega along every edge (m,), in [zeta, 1], as :mod:`planner.cost.integral` has it."""
+    """The mean of omega along every edge (m,), in [zeta, 1], as :mod:`planner.cost.scale` has it."""
     return roadmap.edge_cost[:, cost_number(manipulability)]
 
 

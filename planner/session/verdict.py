@@ -16,7 +16,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, choices
 from planner.constraints.keeps import Keeps
-from planner.kinematics.manipulability_proof import prove_floor
+from planner.kinematics.manipulability import prove_floor
 from planner.native.gate import Chunk, Judgement
 from planner.native.motions import chunk_curves
 from planner.session.guard import JUDGED, Guard

@@ -13,8 +13,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.cost.integral import costs_along
-from planner.cost.scale import cost_number, length_cost
+from planner.cost.scale import cost_number, costs_along, length_cost
 from planner.kinematics.forward import tool_path_lengths
 from planner.problem.objective import Objective
 from planner.roadmap.roadmap import Roadmap

@@ -12,8 +12,7 @@ from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Proofs
 from planner.cost.scale import CostScale, measure_scale
-from planner.kinematics.manipulability import node_manipulability
-from planner.kinematics.manipulability_proof import prove_floor
+from planner.kinematics.manipulability import node_manipulability, prove_floor
 from planner.native.graphs import reached
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.node_checks import nobody

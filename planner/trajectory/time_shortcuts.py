@@ -16,7 +16,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.collision.edge_prover import EdgeProver
-from planner.kinematics.manipulability_proof import prove_floor
+from planner.kinematics.manipulability import prove_floor
 from planner.native.motions import Ramp, curve_chords
 from planner.query.resolve import position_bounds
 from planner.trajectory.curve import Curve, duration_of, quickest, spliced
