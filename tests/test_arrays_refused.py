@@ -238,11 +238,8 @@ CALLS: dict[str, Callable[[], object]] = {
     "heal, text": lambda: planner.gabf.heal(network(), "a"),
     "raised_start, complex": lambda: planner.gabf.raised_start(network(), 1j * np.ones(3)),
     "control_input, text": lambda: planner.gabf.control_input(planner.gabf.SingularityFree(T=4.0), 0.1, "a"),
-    "times to save, text": lambda: planner.gabf.AtTimes("soon"),
-    "times to save, ragged": lambda: planner.gabf.AtTimes([[0.0], 1.0]),
     "bellman_operator": lambda: planner.gabf.bellman_operator(network(), np.array([0.0, NAN, 1.0])),
     "value_iteration": lambda: planner.gabf.value_iteration(network(), np.ones(2)),
-    "residual": lambda: planner.gabf.residual(network(), np.ones(5)),
 }
 
 

@@ -39,8 +39,8 @@ def overestimate(net: Network) -> Floats:
 
 
 def start_above(problem: Problem) -> Floats:
-    rungs = _ladder(problem, np.full(len(problem.climbs) + 1, -np.inf))
-    starts = [0.0, *(climb(rung) for climb, rung in zip(problem.climbs, rungs[1:].tolist(), strict=True))]
+    rungs = _ladder(problem, np.full(problem.most_hops + 1, -np.inf)).tolist()
+    starts = [0.0, *(problem.climb(k, rungs[k]) for k in range(1, len(rungs)))]
     return problem.with_sources(np.array(starts)[problem.hops])
 
 
@@ -50,7 +50,12 @@ def premises(problem: Problem, y0: Floats) -> Premises:
     The interval: lemma (globalbound) from below, where x_i >= min{xbar_1*, min x(0)}, loosened to the
     sources' smallest value; from above the largest value of :func:`ceiling`.
     """
-    _require_domain(problem, y0)
+    kernel, outside = problem.network.kernel, np.flatnonzero(~problem.network.kernel.domain.holds(y0))
+    if outside.size:
+        raise AssumptionError(
+            f"node {problem.nodes[outside[0]]} starts at {y0[outside[0]]:g}, outside the domain {kernel.domain} of "
+            f"{type(kernel).__name__}: choose x0 and source_values inside"
+        )
     rows = y0[: problem.n_rows]
     upper = float(_rungs_above(problem, y0).max())
     if not np.isfinite(upper):
@@ -101,26 +106,16 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
 
 
 def _rungs_above(problem: Problem, y0: Floats) -> Floats:
-    floor = np.full(len(problem.climbs) + 1, -np.inf)
+    floor = np.full(problem.most_hops + 1, -np.inf)
     np.maximum.at(floor, problem.hops, y0[: problem.n_rows])
     return _ladder(problem, floor)
 
 
 def _ladder(problem: Problem, floor: Floats) -> Floats:
     rungs = [float(problem.anchors.max())]
-    for least, climb in zip(floor[1:].tolist(), problem.climbs, strict=True):
-        rungs.append(max(least, climb(rungs[-1])))
+    for k, least in enumerate(floor[1:].tolist(), start=1):
+        rungs.append(max(least, problem.climb(k, rungs[-1])))
     return np.array(rungs)
-
-
-def _require_domain(problem: Problem, y0: Floats) -> None:
-    kernel = problem.network.kernel
-    bad = np.flatnonzero(~kernel.domain.holds(y0))
-    if bad.size:
-        raise AssumptionError(
-            f"node {problem.nodes[bad[0]]} starts at {y0[bad[0]]:g}, outside the domain {kernel.domain} of "
-            f"{type(kernel).__name__}: choose x0 and source_values inside"
-        )
 
 
 def _refuse(problem: Problem, fine: Bools, value: Floats, complaint: str) -> None:

@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.gabf.clock import PrescribedClock
 from planner.gabf.flows import PowerFlow
-from planner.gabf.laws import FixedTime, SingularityFree
+from planner.gabf.laws import FixedTime, PrescribedClock, SingularityFree
 
 
 def log_alpha(diameter: int) -> float:

@@ -11,13 +11,11 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.gabf import bounds
-from planner.gabf.clock import PrescribedClock
-from planner.gabf.laws import FixedTime, Law, SingularityFree
+from planner.gabf.laws import FixedTime, Law, PrescribedClock, SingularityFree
 from planner.gabf.network import Network
-from planner.gabf.oracle import oracle
+from planner.gabf.oracle import TIES, Structure, oracle, structure
 from planner.gabf.problem import reduce
 from planner.gabf.result import CostToGo, FieldHistory
-from planner.gabf.structure import TIES, Structure, structure
 
 _NARROWER = (0.1, 0.01)
 """Widths of the brackets of a settling tau that a bound is compared with, after the default one."""
@@ -137,7 +135,7 @@ def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None 
     """
     if not (reachable := reduce(net)).n_rows:
         return []
-    known = result.x if result.error_bound == 0.0 else oracle(net)
+    known = result.x if result.residual == 0.0 else oracle(net)
     optimum = structure(net, known) if optimum is None else optimum
     facts = _facts(law, result, optimum, reachable.rows)
     settling = _fixed_time(law, facts) if isinstance(law, FixedTime | SingularityFree) else _exponential(facts)

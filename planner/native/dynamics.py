@@ -106,7 +106,7 @@ class NativeFlow:
     ) -> float:
         """Write into ``following`` the rows' y after ``dtau`` by Strang's rule, with parents at ``m`` (rows,).
 
-        How far off that may be, as a share of ``size`` + \\|xhat\\|: :meth:`planner.gabf.parents.Parents.advance`.
+        How far off that may be, as a share of ``size`` + \\|xhat\\|: :meth:`planner.gabf.splitting.Parents.step`.
         """
         y, xhat, (rows, count) = floats(y, len(y)), floats(xhat, len(xhat)), _chosen(rows, len(xhat))
         m = floats(m, count)

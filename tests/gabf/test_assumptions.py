@@ -3,6 +3,7 @@ import pytest
 
 from planner import gabf
 from planner.base.errors import AssumptionError
+from reproduce.example import nine_node
 
 from .networks import chain, from_arcs, scattered, solve
 
@@ -44,7 +45,7 @@ def test_bad_starts_are_named():
     with pytest.raises(AssumptionError, match=r"x0\[2\] is nan"):
         solve(net, x0=np.array([0.0, 1.0, np.nan]))
     with pytest.raises(AssumptionError, match="overflows"):
-        solve(gabf.examples.nine_node(), x0=1.7e308)
+        solve(nine_node(), x0=1.7e308)
 
 
 def test_unreachable_nodes_are_infinite_and_left_out():

@@ -5,6 +5,8 @@ import pytest
 
 from planner import gabf
 from planner.base.errors import AssumptionError, OptionError
+from planner.gabf.kernels import AffineArcs, FunctionArcs
+from reproduce.example import nine_node
 
 from .networks import chain, from_arcs, solve
 
@@ -64,7 +66,7 @@ def test_zeta_and_lipschitz_on_the_data():
     found = premises(net, x0=0.0)
     assert found.L == 0.5
     assert found.zeta == pytest.approx((1 - found.upper) * 0.5)
-    found = premises(gabf.examples.nine_node())
+    found = premises(nine_node())
     assert found.L == 2.0
     assert found.zeta == 1.0  # 2a + |b| - a at a = 1 with |b| = 0.5 is 1.5, and 2|b| = 1
 
@@ -80,7 +82,7 @@ def test_starts_outside_the_domain_name_the_node():
     with pytest.raises(AssumptionError, match=r"node 1 starts at 1, outside the domain \[-inf, 1\)"):
         solve(net, x0=1.0)
     with pytest.raises(AssumptionError, match=r"node 1 starts at 0.5, outside the domain \[1, inf\]"):
-        solve(gabf.examples.nine_node(), x0=0.5)
+        solve(nine_node(), x0=0.5)
 
 
 def test_user_kernels_are_sampled_and_say_so():
@@ -125,3 +127,22 @@ def test_a_user_kernel_that_is_not_vectorised_is_told_so():
     net = chain(4, kernel=gabf.UserKernel(scalar))
     with pytest.raises(AssumptionError, match=r"returned shape \(\) for arcs of shape \(1,\)"):
         solve(net, x0=9.0)
+
+
+OFFSET, SLOPE = np.array([0.1, 0.4, 2.0]), np.array([1.2, 0.9, 0.5])
+MAPS = {
+    "additive": AffineArcs(None, OFFSET),
+    "affine": AffineArcs(SLOPE, OFFSET),
+    "a user's": FunctionArcs(lambda i, a, b: a + b + 0.1 * i, np.array([0, 1, 1]), OFFSET),
+}
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_progress_and_slopes_are_those_of_dense_samples(name):
+    arcs, grid = MAPS[name], np.linspace(-1.0, 2.0, 301)
+    table = np.stack([arcs(np.full(3, a)) for a in grid])
+    assert arcs.progress(-1.0, 2.0) == pytest.approx((table - grid[:, None]).min(axis=0), abs=1e-12)
+    slopes = np.diff(table, axis=0) / np.diff(grid)[:, None]
+    low, high = arcs.slopes(-1.0, 2.0)
+    assert low == pytest.approx(slopes.min(axis=0), abs=1e-9)
+    assert high == pytest.approx(slopes.max(axis=0), abs=1e-9)
