@@ -2,18 +2,20 @@
 # make test   run every check: ruff, clang-format, pyright, pytest, notebooks, the page in a browser; WORKERS=8 for more processes
 # make coverage   run the tests and report the lines of planner/ that they reach in this process, file by file
 # make sanitize   run the tests of the compiled library once more, under the address and undefined-behaviour sanitizers
+# make build   compile the C++ into the source tree; for a copy of the tree that borrows another's .venv, by PYTHONPATH
 # make docs   build the documentation into docs/_build/html, with warnings as errors, and check its links
-# make release   build sdist and wheel into dist, install the sdist on every Python from 3.11 to 3.13 that is here, and plan
-# make pythons   the same with the wheel, and without the Python of .venv
+# make release   build the sdist into dist, install it on every Python from 3.11 to 3.13 that is here, and plan
+# make pythons   the same with wheels of this tree, and without the Python of .venv
 # All set .venv up from the lock file if that has not been done.
 
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null && { echo "$$p"; break; }; done)
 BIN := .venv/bin
 WORKERS ?= 3
-NATIVE := $(wildcard planner/native/source/*.?pp planner/native/source/calls/*.?pp)
+NATIVE := $(wildcard planner/native/source/*.?pp planner/native/source/python/*.?pp)
+BUILD := pyproject.toml CMakeLists.txt tools/build_backend.py
 
-.PHONY: plan test coverage sanitize docs release pythons lock clean
+.PHONY: plan test coverage sanitize build docs release pythons lock clean
 plan: .venv/ready
 	$(BIN)/planner plan
 
@@ -30,6 +32,11 @@ coverage: .venv/ready
 sanitize: .venv/ready
 	$(BIN)/python -m tests.native.sanitized
 
+build:
+	$(BIN)/cmake -G Ninja -S . -B build/in_tree -DIN_TREE=ON -DCMAKE_BUILD_TYPE=Release \
+		-DCMAKE_MAKE_PROGRAM=$(abspath $(BIN)/ninja) -DPython_EXECUTABLE=$(abspath $(BIN)/python)
+	$(BIN)/cmake --build build/in_tree
+
 docs: .venv/ready
 	$(BIN)/python -m sphinx -q -E -W --keep-going -b html docs docs/_build/html
 	$(BIN)/python docs/check_site.py docs/_build/html
@@ -37,7 +44,7 @@ docs: .venv/ready
 # Pythons are looked for by name and among those of pyenv; each gets an environment of its own, all at once
 release pythons: .venv/ready
 	rm -rf dist
-	$(BIN)/python -m hatchling build -d dist
+	$(BIN)/python -c "from scikit_build_core.build import build_sdist; build_sdist('dist')"
 	@this=$$($(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])'); \
 	for version in 3.11 3.12 3.13; do \
 		test "$@ $$version" != "pythons $$this" || continue; \
@@ -54,9 +61,13 @@ release pythons: .venv/ready
 	for try in $$tries; do wait $$try || failed=yes; done; test -z "$$failed"
 
 release: INSTALLED = dist/*.tar.gz
-pythons: INSTALLED = dist/*.whl
+pythons: INSTALLED = .
 
-.venv/ready: requirements.lock compiler.lock pyproject.toml hatch_build.py $(NATIVE)
+.venv/ready: .venv/packages $(BUILD) $(NATIVE)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+	touch .venv/ready
+
+.venv/packages: requirements.lock compiler.lock
 	@test -n "$(PYTHON)" || { echo "planner needs Python 3.11, 3.12 or 3.13: install one, or run 'make PYTHON=/path/to/python3.12'."; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
 		|| { echo "planner needs Python 3.11, 3.12 or 3.13, and $(PYTHON) is none of them."; exit 1; }
@@ -65,8 +76,7 @@ pythons: INSTALLED = dist/*.whl
 	@command -v c++ >/dev/null || command -v g++ >/dev/null || command -v clang++ >/dev/null || { \
 		echo "no C++ compiler here: one comes as a Python package, and takes a minute the first time"; \
 		$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r compiler.lock; }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
-	touch .venv/ready
+	touch .venv/packages
 
 # the lock file holds every package with its hashes, for Python 3.11 to 3.13, and no address of a registry
 lock:

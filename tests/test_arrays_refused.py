@@ -17,6 +17,7 @@ import planner
 from planner.base.errors import PlannerError
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
+from planner.collision.path_moves import cheapest_chain, first_free
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability, prove_floor
 from planner.robot.shapes import Carried
@@ -58,8 +59,8 @@ ROWS: dict[str, Callable[[object], object]] = {
     "prove, starts": lambda q: prover().prove(q, q),
     "prove, motions": lambda q: prover().prove(FINE[:1], q),
     "free": lambda q: prover().free(FINE[:1], q),
-    "first_free": lambda q: prover().first_free(FINE[:2], q, np.ones(2, dtype=int), np.ones(2, dtype=int)),
-    "cheapest_chain": lambda q: prover().cheapest_chain(q, np.ones((len(FINE), len(FINE)))),
+    "first_free": lambda q: first_free(prover(), FINE[:2], q, np.ones(2, dtype=int), np.ones(2, dtype=int)),
+    "cheapest_chain": lambda q: cheapest_chain(prover(), q, np.ones((len(FINE), len(FINE)))),
     "prove_curves": lambda q: prover().prove_curves(q),
     "prove_floor": lambda q: prove_floor(ROBOT, q, 0.1),
     "build_roadmap, start": lambda q: planner.build_roadmap(ROBOT, checker(), q, FINE[0], nodes=4),
@@ -201,8 +202,8 @@ CALLS: dict[str, Callable[[], object]] = {
     "prove, no room": lambda: prover().prove(FINE[:1], 0.1 * FINE[:1], room=-1.0),
     "prove, degree": lambda: prover().prove_curves(np.zeros((1, 30, 2))),
     "prove, some pairs": lambda: prover().only(np.zeros(100, dtype=bool)),
-    "first_free, motions": lambda: prover().first_free(FINE, FINE, np.array([7]), np.array([1])),
-    "cheapest_chain, prices": lambda: prover().cheapest_chain(FINE, np.ones((2, 2))),
+    "first_free, motions": lambda: first_free(prover(), FINE, FINE, np.array([7]), np.array([1])),
+    "cheapest_chain, prices": lambda: cheapest_chain(prover(), FINE, np.ones((2, 2))),
     "prove_floor, floor": lambda: prove_floor(ROBOT, np.zeros((1, 2, 2)), NAN),
     "prove_floor, floors": lambda: prove_floor(ROBOT, np.zeros((2, 2, 2)), np.array([0.1, NAN])),
     "roadmap, no start": lambda: planner.build_roadmap(ROBOT, checker(), np.zeros((0, 2)), FINE[0], 4),

@@ -13,8 +13,7 @@ from planner import gabf
 from planner.gabf.laws import SingularityFree
 from planner.problem.request import PlanRequest
 from planner.query.resolve import IK_STARTS
-from planner.roadmap.grow import join_settings
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import GrowthSettings, join_settings
 from planner.session.session import Session
 from planner.trajectory.limits import ASSUMED_JERK_PER_ACCELERATION
 from tests.documents import ROOT
@@ -37,7 +36,7 @@ TOLD: list[tuple[str, str, Any]] = [
     ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.quality.rounds),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
     (
-        "planner/roadmap/growth_settings.py",
+        "planner/roadmap/grow.py",
         r"before it gives up, (\S+) per joint",
         JOIN,
     ),

@@ -22,6 +22,7 @@ from planner.collision import BACKENDS, make_checker
 from planner.collision.coal import CoalInTime
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.moving_prover import TimedProver
+from planner.collision.path_moves import first_free
 from planner.collision.self_pairs import adjacent_pairs
 from planner.collision.world import World
 from planner.constraints.keeps import Keeps
@@ -155,7 +156,7 @@ def test_a_rod_that_is_led_through_a_ball_collides(backend: str) -> None:
     proofs = prover.prove_curves(LED[None])
     assert proofs.verdict[0] == Verdict.COLLIDES
     assert str(checker.world.contact(int(proofs.pair[0]))) == "'rod' and 'thing0'"
-    assert prover.first_free(LED[:1], LED[1:], single, single) == [-1]
+    assert first_free(prover, LED[:1], LED[1:], single, single) == [-1]
     assert not checker.bound.look_along(0.01)(*LED)
     assert prover.prove_curves(LED[None] * 0.5).free[0]
 

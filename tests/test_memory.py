@@ -32,7 +32,7 @@ for collision in ("fcl", "coal"):
 
 _TREES = """
 import numpy as np
-from planner.roadmap.joint_space import JointSpace
+from planner.roadmap.ompl_planners import JointSpace
 from planner.roadmap.ompl_planners import TreePlanners
 for wrap in (False, True):
     space = JointSpace(np.full(3, -2.0), np.full(3, 2.0), np.array([wrap, False, False]))

@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("wheel")
-    code = f"from hatchling.build import build_wheel; print(build_wheel({str(out)!r}))"
+    code = f"from scikit_build_core.build import build_wheel; print(build_wheel({str(out)!r}))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     name = done.stdout.split()[-1]
     return out / name
@@ -38,13 +38,15 @@ def test_the_wheel_holds_the_data(wheel: Path) -> None:
         "planner/_data/scenes/paper.yaml",
         "planner/_data/scenes/published/gcs.yaml",
         "planner/view/page.js",
+        "planner/native/compiled.pyi",
     ):
         assert name in names
-    assert not any(name.startswith(("reproduce/", "benchmarks/", "tests/")) for name in names)
+    assert [name.endswith(".so") for name in names].count(True) == 1
+    assert not any(name.startswith(("reproduce/", "benchmarks/", "tests/", "planner/native/source/")) for name in names)
 
 
 def test_the_source_distribution_can_be_built_from(tmp_path: Path) -> None:
-    code = f"from hatchling.build import build_sdist; print(build_sdist({str(tmp_path)!r}))"
+    code = f"from scikit_build_core.build import build_sdist; print(build_sdist({str(tmp_path)!r}))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     with tarfile.open(tmp_path / done.stdout.split()[-1]) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
@@ -53,7 +55,8 @@ def test_the_source_distribution_can_be_built_from(tmp_path: Path) -> None:
     assert (
         sources
         | {
-            "hatch_build.py",
+            "CMakeLists.txt",
+            "tools/build_backend.py",
             "LICENSE",
             "LICENSES.md",
             "CITATION.cff",

@@ -17,7 +17,7 @@ from benchmarks.processes import plan_request
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.progress import Progress
-from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
+from planner.batch.run import NO_PATH, REFUSED, SOLVED
 from planner.collision.edge_prover import EdgeProver
 from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan
@@ -25,8 +25,8 @@ from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.query.query import make_query
-from planner.roadmap.joint_space import JointSpace
-from planner.roadmap.straight_motions import Motions
+from planner.roadmap.edges import Motions
+from planner.roadmap.ompl_planners import JointSpace
 from planner.robot.robot import Robot
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.measure import corners, measure_path, path_clearance, path_manipulability

@@ -33,7 +33,7 @@ from planner.problem.request import PlanRequest, WorldRequest
 from planner.query.query import open_world
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.node_checks import nobody, with_checked_nodes
+from planner.roadmap.measure import nobody, with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import build_network
 

@@ -15,7 +15,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import StateError
 from planner.certificate.verify_proof import EXEMPT, FORMAT, PROVEN, Shape
-from planner.collision.hulls import hull_corners, hull_of
+from planner.collision.bounding_volumes import hull_corners, hull_of
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, tool_joint
 from planner.problem.targets import HOME, follow, joints_text

@@ -15,7 +15,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.certificate import verify_proof as checker
 from planner.certificate.geometry import Arrays, middles_of, shapes_of
 from planner.kinematics.forward import Chain, joint_placements
-from planner.native.world import NativeWorld
+from planner.native.compiled import NativeWorld
 
 _DEEPEST = 40  # halvings
 _TOGETHER = 20_000  # witnesses
@@ -194,7 +194,7 @@ def _native(chain: Chain, arrays: Arrays) -> tuple[NativeWorld, Ints]:
     scene = np.stack(np.meshgrid(np.arange(bodies), bodies + np.arange(obstacles), indexing="ij"), axis=-1)
     own = pairs[:, 1] < bodies
     native.set_pairs(
-        np.concatenate([scene.reshape(-1, 2), pairs[own]]), np.ones(scene.shape[0] * obstacles + own.sum())
+        np.concatenate([scene.reshape(-1, 2), pairs[own]]), np.ones(scene.shape[0] * obstacles + own.sum(), dtype=bool)
     )
     numbers = pairs[:, 0] * obstacles + pairs[:, 1] - bodies
     numbers[own] = bodies * obstacles + np.arange(own.sum())

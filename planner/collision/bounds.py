@@ -8,22 +8,19 @@ exceeds the true distance, so what they clear needs no check by a collision libr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from types import MappingProxyType
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.arrays import Bools, Floats, Ints, frozen, product
 from planner.base.cache import cached
-from planner.base.products import product
-from planner.collision.bounding_volumes import Spheres, box_cover, sphere_cover
-from planner.collision.hulls import hull_of
+from planner.collision.bounding_volumes import Spheres, box_cover, hull_of, sphere_cover
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, travel
-from planner.native.library import NativeChain
-from planner.native.world import NativeBounds, NativeWorld
+from planner.native.compiled import Look, NativeBounds, NativeChain, NativeWorld
 from planner.robot.moving import KnownMotion
 from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
 
@@ -121,7 +118,7 @@ class ClearanceBound:
         world = self.world
         return self.native.bounds(world.pair_reach, world.reach.bodies, ~world.moving)
 
-    def look_along(self, step: float) -> Callable[[Floats, Floats], bool]:
+    def look_along(self, step: float) -> Look:
         """The same of states along straight motions from a start by a delta (dof,), their ends and middles first.
 
         Between two of them no point moves further than ``step`` (m). One thread asks it.

@@ -16,7 +16,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
-from planner.native.library import NativeBoxes
+from planner.native.compiled import NativeBoxes
 from planner.robot.shapes import Body, Mesh, Shape
 from planner.robot.solids import Solid, may_hold, measures_of, points_of_pieces, solid_of
 

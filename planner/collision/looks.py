@@ -1,6 +1,6 @@
 """Second looks at motions: states along them between which no point moves farther than a step. No proofs.
 
-How far points move is bounded by :func:`planner.native.walk.walk`, part by part, from how bodies turn and slide there.
+How far points move is bounded by ``NativeWorld.walk``, part by part, from how bodies turn and slide there.
 """
 
 from __future__ import annotations
@@ -12,11 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, so_far
-from planner.base.products import product
+from planner.base.arrays import Floats, Ints, product, so_far
+from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
+from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker, StatesOn
 from planner.collision.world import Contact, World
-from planner.native.walk import walk
+from planner.kinematics.forward import joint_placements
 
 _LONGEST = 0.05  # m that joints alone could move a point on a part, over which its motion is bounded
 _AT_ONCE = 16384  # states
@@ -46,7 +47,7 @@ class Looks:
 def looks_along(checker: CollisionChecker, coefficients: Floats, step: float) -> Looks:
     """Looks at pieces (m, degree + 1, dof), each of which begins where the last one ends; at both ends too."""
     bound = checker.bound
-    parts, moved, shares = walk(bound.native, bound.of_all, coefficients, _LONGEST)
+    parts, moved, shares = bound.native.walk(bound.of_all, coefficients, _LONGEST)
     walked = so_far(moved)
     count = max(1, math.ceil(walked[-1] / step))
     at = walked[-1] * np.arange(count + 1) / count
@@ -114,3 +115,79 @@ def dense_states(world: World, start: Floats, delta: Floats, step: float) -> tup
     """
     states = states_along(start, delta, float(world.reach.motion(delta[None]).max(initial=0.0)), step)
     return states, product(world.pair_reach, world.reach.chain.sizes(delta)) / (len(states) - 1)
+
+
+class Clearance:
+    """Distance (m) of the nearest checked pair that some joint can move, for configurations of one world.
+
+        clearance = Clearance(checker)
+        clearance(q)                    # (n,) for q (n, dof); 0 where a pair touches, inf where no pair is checked
+        clearance(q, below=0.01)        # the same where it is less, and a lower bound of 0.01 or more elsewhere
+
+    The margin plays no part. Pairs that no joint moves against each other (the base on its table) are left out.
+    """
+
+    def __init__(self, checker: CollisionChecker) -> None:
+        self._checker = checker
+        self._static = ~checker.world.moving
+
+    def __call__(self, q: Floats, below: float = np.inf) -> Floats:
+        rotation, position, bounds = self._bounded(np.atleast_2d(q))
+        return self._nearest(bounds, rotation, position, below)
+
+    def smallest(self, q: Floats, below: float = np.inf) -> Floats:
+        """(n,) the same where it is the smallest of q (n, dof), and less than ``below``; lower bounds elsewhere."""
+        rotation, position, bounds = self._bounded(q)
+        least = np.maximum(bounds.min(axis=1, initial=np.inf), 0.0)
+        for k in np.argsort(least, kind="stable").tolist():
+            if least[k] >= below:
+                break
+            at = slice(k, k + 1)
+            least[k] = self._nearest(bounds[at], rotation[:, at], position[:, at], below)[0]
+            below = min(below, least[k])
+        return least
+
+    def _bounded(self, q: Floats) -> tuple[Floats, Floats, Floats]:
+        """The placements of the joints, and cheap lower bounds (n, pairs) on distances."""
+        rotation, position = joint_placements(self._checker.chain, q)
+        bounds = self._checker.bound.coarse(rotation, position)
+        bounds[:, self._static] = np.inf
+        return rotation, position, bounds
+
+    def _nearest(self, bounds: Floats, rotation: Floats, position: Floats, below: float) -> Floats:
+        """(n,) exact distances in the order of their lower ``bounds`` (n, pairs), until none can beat the best.
+
+        One pair of every configuration at a time, where the next one can.
+        """
+        best, order = np.full(len(bounds), np.inf), np.argsort(bounds, axis=1, kind="stable")
+        for pairs, least in zip(order.T, np.take_along_axis(bounds, order, axis=1).T, strict=True):
+            rows = np.flatnonzero(least < np.minimum(best, below))
+            if not len(rows):
+                break
+            found = self._checker.distances_in(rotation, position, rows, pairs[rows])
+            best[rows] = np.minimum(best[rows], np.maximum(found, 0.0))
+        farther = np.where(bounds >= below, bounds, np.inf).min(axis=1, initial=np.inf)
+        return np.minimum(best, farther)
+
+
+def second_look(
+    checker: CollisionChecker,
+    coefficients: Floats,
+    step: float = RECHECK,
+    second: CollisionChecker | None = None,
+    progress: Callable[[int], None] = lambda done: None,
+) -> Seen | None:
+    """The first contact on pieces (m, degree + 1, dof) that one of two libraries sees; None where both see none.
+
+    The ``checker`` samples every ``RECHECK_BY_BACKEND`` (m) of motion, or every ``step`` where that is longer, and
+    coal every ``step`` (m). ``second`` takes the place of coal's checker. ``progress`` is called with the number of
+    pieces that have been sampled.
+    """
+    judges = dict([(checker, max(step, RECHECK_BY_BACKEND)), (second or second_checker(checker), step)])
+    first = None
+    for judge, apart in judges.items():
+        before = coefficients if first is None else coefficients[: first.piece + 1]
+        seen = first_seen(judge, before, apart, progress)
+        if seen is not None and (first is None or (seen.piece, seen.s) < (first.piece, first.s)):
+            first = seen
+    return first

@@ -15,7 +15,7 @@ from planner.base.errors import StateError
 from planner.constraints.pieces import Piece, pieces_of
 from planner.kinematics.forward import Chain
 from planner.kinematics.tool_bound import Frame, ToolBound
-from planner.native.library import KeptBounds, NativeKeeping
+from planner.native.compiled import NativeKeeping
 from planner.problem.conditions import Condition, KeepTurn, OfPoint, Quaternion
 from planner.robot.poses import quaternion_of
 from planner.robot.robot import Robot, with_tool
@@ -151,10 +151,11 @@ class Keeps:
         return self._native.proven(coefficients, self._bounds, FORGIVEN, _FINEST)
 
     @cached_property
-    def _bounds(self) -> KeptBounds:
+    def _bounds(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """What ``NativeKeeping.proven`` asks of frames and pieces."""
         groups, dof = self._groups, self.robot.dof
         pieces = [piece for group in groups for piece in group.pieces]
-        return KeptBounds(
+        return (
             np.reshape([group.bound.reach for group in groups], (-1, dof)),
             np.reshape([group.bound.rates for group in groups], (-1, dof, dof)),
             np.reshape([group.bound.turns for group in groups], (-1, dof)),

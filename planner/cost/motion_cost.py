@@ -8,13 +8,13 @@ from typing import Protocol
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Floats
 from planner.base.resolutions import TOOL_ALONG_EDGE, W_IN_COST, W_STATES_PER_EDGE
 from planner.cost.scale import CostScale, cost_number, length_cost, manipulability_cost
 from planner.kinematics.forward import Chain
 from planner.kinematics.manipulability import measured_tool
-from planner.native.library import Charge, MotionPrices
-from planner.problem.objective import Objective
+from planner.native.compiled import Charge
+from planner.problem.request import Objective
 from planner.robot.robot import Robot
 
 LONGEST = 2.0  # rad: longer motions take no part in refinement
@@ -83,8 +83,9 @@ class MotionCost:
         unit, chord = (scale.joint_length, 0.0) if by_joints else (scale.tool_length, TOOL_ALONG_EDGE)
         numbers = (scale.w_low, scale.w_high, scale.zeta, unit, objective.beta, objective.floor)
         joint, point, rows = measured_tool(self.robot)
-        prices = MotionPrices(
-            numbers=frozen([*numbers, self.longest, W_IN_COST, chord], np.float64),
+        return Charge(
+            Chain.of(self.robot).native,
+            numbers=(*numbers, self.longest, W_IN_COST, chord),
             kind=cost_number(objective.manipulability_cost),
             at_end=objective.charge == "nodes",
             fewest=self.states,
@@ -93,7 +94,6 @@ class MotionCost:
             point=point,
             rows=rows,
         )
-        return Charge(Chain.of(self.robot).native, prices)
 
     def of_edges(self, edges: MeasuredEdges) -> Floats:
         """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them.

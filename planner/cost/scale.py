@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, quantile
+from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, choices
 from planner.base.resolutions import W_IN_COST, W_STATES_PER_EDGE
 from planner.kinematics.manipulability import manipulability_along
-from planner.native.library import manipulability_cost_sums, manipulability_costs
-from planner.problem.objective import DEFAULT_COST, ManipulabilityCost, Metric
+from planner.native.compiled import manipulability_cost_sums, manipulability_costs
+from planner.problem.options import ManipulabilityCost, Metric
+from planner.problem.request import DEFAULT_COST
 from planner.robot.robot import Robot
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
@@ -55,7 +56,7 @@ def measure_scale(manipulability: Floats, joint_length: Floats, tool_length: Flo
 
     w is capped below its ``CAP_QUANTILE``; a length is measured in the longest edge.
     """
-    low = quantile(manipulability, CAP_QUANTILE)
+    low = float(np.quantile(manipulability, CAP_QUANTILE))
     high = float(manipulability.max())
     return CostScale(
         w_low=max(low, 1e-9 * high, 1e-300),
@@ -72,7 +73,8 @@ def manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = 
     ``inverse`` 1/w punishes the neighbourhood of singularities most and tells good nodes apart least, ``linear`` -w
     the reverse, ``log`` -ln w stands between.
     """
-    return manipulability_costs(w, scale.w_low, scale.w_high, scale.zeta, cost_number(name))
+    costs = manipulability_costs(w.ravel(), scale.w_low, scale.w_high, scale.zeta, cost_number(name))
+    return costs.reshape(w.shape)
 
 
 def mean_manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = DEFAULT_COST) -> Floats:

@@ -11,7 +11,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeFlow
+from planner.native.compiled import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeFlow
 
 
 class Flow(ABC):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, numbers, ranges, so_far
+from planner.base.arrays import Floats, Ints, frozen, indices, numbers, ranges, so_far
 from planner.base.errors import AssumptionError
 from planner.gabf.kernels import ArcMap, Kernel, TradeOff
 
@@ -93,7 +93,7 @@ class Network:
         )
 
     def _freeze(self, name: str, value: Ints | Floats) -> None:
-        object.__setattr__(self, name, as_frozen(value, value.dtype))
+        object.__setattr__(self, name, frozen(value, value.dtype))
 
     @property
     def n_nodes(self) -> int:

@@ -13,7 +13,7 @@ from planner.gabf.kernels import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce, states
 from planner.gabf.result import CostToGo
-from planner.native.graphs import cheapest_costs
+from planner.native.compiled import cheapest_costs
 
 
 def oracle(net: Network) -> Floats:

@@ -14,7 +14,7 @@ from planner.base.arrays import Bools, Floats, Ints, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.gabf.kernels import ArcMap
 from planner.gabf.network import Network
-from planner.native.dynamics import hops_to_source
+from planner.native.compiled import hops_to_source
 
 
 class Standing(NamedTuple):

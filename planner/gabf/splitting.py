@@ -13,7 +13,7 @@ from planner.base.errors import OptionError
 from planner.gabf.flows import Flow
 from planner.gabf.kernels import AffineArcs
 from planner.gabf.problem import Problem, Standing
-from planner.native.dynamics import NativeArcs
+from planner.native.compiled import NativeArcs
 
 _EPS, _TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
 _ROUNDED = 64 * _EPS

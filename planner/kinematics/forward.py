@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.resolutions import TOOL_ALONG_EDGE
-from planner.native.library import NativeChain
+from planner.native.compiled import NativeChain
 from planner.robot.files.urdf import slides
 from planner.robot.robot import Robot
 
@@ -44,6 +44,10 @@ class Chain:
         """The same tree in the compiled library."""
         tree = self.parent, self.prismatic, self.rotations, self.offset, self.slide, self.axis
         return NativeChain(*tree, (self.leader, self.factor, self.zero))
+
+    def __getstate__(self) -> dict[str, object]:
+        """A copy and a pickle hold the arrays; the compiled tree is built again from them."""
+        return {name: value for name, value in self.__dict__.items() if name != "native"}
 
     def values(self, q: Floats) -> Floats:
         """The values x (..., joints) of all joints at configurations (..., dof)."""

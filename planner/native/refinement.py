@@ -1,29 +1,18 @@
-"""What the compiled library tries to make paths cheaper: it finds, prices and proves a move in one call.
-
-Arrays are float64 in C order unless Ints, angles rad, lengths m. :class:`ArrayError` where arrays are not of the shapes
-that stand here, or hold what the library cannot use. Motions are proven as :meth:`NativeWorld.prove` has it.
-"""
+"""Paths that become cheaper: the compiled code finds, prices and proves a move in one call."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import NamedTuple
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.native.library import Charge
-from planner.native.loading import address as _at
-from planner.native.loading import flags as _bytes
-from planner.native.loading import floats as _floats
-from planner.native.loading import ints as _ints
-from planner.native.loading import library as _library
-from planner.native.world import NativeBounds, NativeWorld
+from planner.native import compiled
+from planner.native.compiled import Charge, NativeBounds, NativeWorld
 
 
 class Judge(NamedTuple):
     """What motions are to be: cheap, by their ``charge``, and proven with ``room`` (m) to spare.
 
-    ``bounds`` are what :meth:`NativeWorld.bounds` of this very world makes.
+    ``bounds`` are those of this very world.
     """
 
     world: NativeWorld
@@ -97,17 +86,8 @@ def descend(judge: Judge, descent: Descent, begin: Ints | None = None) -> tuple[
     After how many sweeps, and the step of the next one. In the first sweep the ``begin`` ((n - 1) // 2,) cheapest
     places of each waypoint are left out.
     """
-    dof, (path, first, step, least, gain, limits, mixes, draws, most) = judge.world.dof, descent
-    n, m, sweeps, d = len(path), len(mixes), len(draws), draws.shape[2]
-    k = max(0, (n - 1) // 2)
-    found = _to_refine(path, dof, np.zeros(k, dtype=np.int64) if begin is None else _ints(begin, k).copy())
-    mixes, draws, at = _floats(mixes, m, 2), _floats(draws, sweeps, k, d, dof + 1), np.array(step)
-    lower, upper = (_floats(bound, dof) for bound in limits)
-    made = _library.path_descend(
-        *_known(judge), n, _at(found.path), first, sweeps, _at(at), least, gain, _at(lower), _at(upper), m, _at(mixes),
-        d, _at(draws), most, *map(_at, found[1:]),
-    )  # fmt: skip
-    return found, made, Step(*at.tolist())
+    found, sweeps, step = compiled.descend(*judge, *descent, begin)
+    return Refined(*found), sweeps, Step(*step)
 
 
 def even_stretches(judge: Judge, stretches: EvenStretches, begin: int = 0) -> Refined:
@@ -115,22 +95,4 @@ def even_stretches(judge: Judge, stretches: EvenStretches, begin: int = 0) -> Re
 
     The ``begin`` best ones of the first try are left out.
     """
-    dof, (path, ends, joints, shares, gain, most) = judge.world.dof, stretches
-    n, (tries, k) = len(path), shares.shape
-    ends, joints, shares = _ints(ends, tries, k, 2), _bytes(joints, tries, k, dof), _floats(shares, tries, k)
-    found = _to_refine(path, dof, np.empty(tries, dtype=np.int64))
-    _library.path_even_stretches(
-        *_known(judge), n, _at(found.path), tries, k, *map(_at, (ends, joints, shares)), gain, most, begin,
-        *map(_at, found[1:]),
-    )  # fmt: skip
-    return found
-
-
-def _to_refine(path: Floats, dof: int, chosen: Ints) -> Refined:
-    """A copy of the path, which the library changes, and room for what it says of it."""
-    motions = max(0, len(path) - 1)
-    return Refined(_floats(path, len(path), dof).copy(), chosen, np.empty(motions), np.empty(motions, dtype=np.int64))
-
-
-def _known(judge: Judge) -> tuple[Any, ...]:
-    return judge.world.handle, *judge.bounds.addresses, judge.room, *judge.charge.arguments
+    return Refined(*compiled.even_stretches(*judge, *stretches, begin))

@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from planner.collision.checker import CollisionChecker, keeping
-from planner.collision.second_look import second_look
+from planner.collision.looks import second_look
 from planner.cost.motion_cost import MotionCost
 from planner.planning.extra_clearance import clearance_of_path
 from planner.planning.result import Plan

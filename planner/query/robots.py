@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from planner.base.errors import OptionError, PlannerError
+from planner.base.errors import Note, OptionError, PlannerError
 from planner.base.files import StrPath
-from planner.base.notes import Note
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _Stamp: TypeAlias = tuple[str, int, int]  # a path, when its file was last changed (ns), its size (bytes)
-_known: dict[tuple[object, ...], tuple[RobotFiles, list[_Stamp | None]]] = {}
+_known: dict[tuple[object, ...], tuple[RobotFiles, dict[Path, _Stamp | None]]] = {}
 
 
 def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
@@ -73,7 +72,13 @@ def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choic
     robot = with_carried(robot, scene.carried) if scene.carried else robot
     if message is None:
         return robot
-    return replace(robot, shares=message.shares, notes=(*robot.notes, *notes_on(message, robot, choice)))
+    return _with_shares(robot, tuple(message.shares.items()), tuple(notes_on(message, robot, choice)))
+
+
+@lru_cache(maxsize=16)
+def _with_shares(robot: Robot, shares: tuple[tuple[str, float], ...], notes: tuple[Note, ...]) -> Robot:
+    """The same object for the same request, so that what is computed of it once serves again."""
+    return replace(robot, shares=dict(shares), notes=(*robot.notes, *notes))
 
 
 def widened_for(robot: Robot, targets: list[Target]) -> Robot:
@@ -92,11 +97,11 @@ def files_of(name: str, srdf: StrPath | None) -> RobotFiles:
     A xacro or MJCF file is read each time, as it may include files that no list names.
     """
     key = name, srdf, *map(os.environ.get, PATHS)
-    files, stamps = _known.get(key, (None, []))
-    if files is None or [_stamp(path) for path in _paths_of(files)] != stamps:
+    files, stamps = _known.get(key, (None, {}))
+    if files is None or any(_stamp(path) != stamp for path, stamp in stamps.items()):
         files = read_robot(name, srdf)
         if files.description.path.suffix.lower() not in (".xacro", ".xml"):
-            _known[key] = files, [_stamp(path) for path in _paths_of(files)]
+            _known[key] = files, {path: _stamp(path) for path in _paths_of(files)}
     return files
 
 

@@ -14,14 +14,12 @@ from planner.collision.checker import CollisionChecker
 from planner.problem.options import PAPER_EDGES, PAPER_NODES
 from planner.problem.request import RoadmapQuality
 from planner.query.resolve import free_configurations
-from planner.roadmap.best_paths import add_refined_paths
 from planner.roadmap.connections import connect
-from planner.roadmap.edge_certificates import RecordingProver
-from planner.roadmap.grow import ROADMAP, grow
-from planner.roadmap.growth_settings import GrowthSettings
-from planner.roadmap.measure import measure_anew
-from planner.roadmap.node_checks import nobody, with_checked_nodes
+from planner.roadmap.edges import RecordingProver
+from planner.roadmap.grow import ROADMAP, GrowthSettings, grow
+from planner.roadmap.measure import measure_anew, nobody, with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, origin_of
+from planner.roadmap.shortcuts import add_refined_paths
 from planner.robot.robot import Robot
 
 _REST = 1_000_003  # added to the seed where the tree goes on: with the same seed it would draw the same samples again

@@ -1,24 +1,25 @@
-"""New starts and goals on an existing roadmap, linked by proven edges; the roadmap grows only if it must."""
+"""New starts and goals on an existing roadmap, linked by proven edges; it grows only where they need a bridge."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import EdgeProver
 from planner.query.resolve import free_configurations
-from planner.roadmap.connections import NEIGHBOURS
-from planner.roadmap.edge_certificates import RecordingProver
-from planner.roadmap.enlarge import enlarged
+from planner.roadmap.connections import NEIGHBOURS, nearest_of
+from planner.roadmap.edges import Motions, RecordingProver, enlarged
+from planner.roadmap.first_path import FirstPathSearch
 from planner.roadmap.forest import Forest
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import GrowthSettings, join_settings
 from planner.roadmap.roadmap import Roadmap, component_labels
-from planner.roadmap.shortcuts import Linked, shortcuts, straight_paths
-from planner.roadmap.straight_motions import Motions
+from planner.roadmap.shortcuts import Linked, in_pieces, shortcuts, straight_paths
+from planner.robot.robot import Robot
 
 SAME = 1e-9  # rad: a configuration this near a node is that node
 _FIRST = 10  # neighbours that a new end is linked to: every proof takes time from a query
@@ -49,7 +50,7 @@ def attach(
     settings = settings or GrowthSettings()
 
     def find_bridges(prover: RecordingProver, part: Floats, other: Floats) -> list[Floats]:
-        from planner.roadmap.bridges import bridges  # which loads OMPL: few queries need it
+        from planner.roadmap.connect_endpoints import bridges  # which loads OMPL: few queries need it
 
         return bridges(prover, part, other, seed, settings, progress)
 
@@ -176,3 +177,55 @@ class _Builder:
     def _reaches(self, start: int, goals: Ints) -> bool:
         labels = self._labels()
         return bool((labels[goals] == labels[start]).any())
+
+
+_PER_NODE = 4  # nodes of the other part, the nearest ones, that each node is paired with
+_FIRST, _MOST = 32, 1024  # pairs proven together, twice as many each time, and pairs proven at most
+
+
+def bridges(
+    prover: EdgeProver,
+    part: Floats,
+    other: Floats,
+    seed: int = 0,
+    settings: GrowthSettings | None = None,
+    progress: Progress = QUIET,
+) -> list[Floats]:
+    """Paths (k, dof) of proven motions between nodes ``part`` (n, dof) and ``other`` (m, dof); empty if none is found.
+
+    Pairs of near nodes are proven, the shortest first, until some hold: these come back, and nothing else is tried.
+    Where none of ``_MOST`` holds, RRTConnect searches near the shortest pair, then everywhere from all nodes at once,
+    by the counts of ``settings``. In pieces no longer than ``settings.range``. The same seed gives the same paths.
+    """
+    robot, settings = prover.robot, settings or GrowthSettings()
+    pairs = _near_pairs(robot, part, other)
+    for ends in _batches(pairs):
+        free = prover.free(ends[:, 0], robot.difference(ends[:, 0], ends[:, 1]))
+        if free.any() or progress.stopped:
+            return [in_pieces(prover, pair, settings.range) for pair in ends[free]]
+    rng = np.random.default_rng(seed)
+    search = FirstPathSearch(Motions(prover), join_settings(settings, robot), rng, progress)
+    path = search.join_near(part, other, pairs[0]) if len(pairs) else None
+    if path is None:
+        path = search.join(part, other)
+    return [] if path is None else [path]
+
+
+def _near_pairs(robot: Robot, part: Floats, other: Floats) -> Floats:
+    """(k, 2, dof) ends of straight motions from near nodes of one part to the other, the shortest first."""
+    if not (len(part) and len(other)):
+        return np.zeros((0, 2, robot.dof))
+    swapped = len(part) < len(other)
+    many, few = (other, part) if swapped else (part, other)
+    length, row = nearest_of(robot, many, few, min(_PER_NODE, len(many)))
+    order = np.argsort(length, axis=None, kind="stable")[:_MOST]
+    ends = few[order // length.shape[1]], many[row.ravel()[order]]
+    return np.stack(ends if swapped else ends[::-1], axis=1)
+
+
+def _batches(pairs: Floats) -> Iterator[Floats]:
+    """The pairs in order, ``_FIRST`` of them and then twice as many each time."""
+    begin, size = 0, _FIRST
+    while begin < len(pairs):
+        yield pairs[begin : begin + size]
+        begin, size = begin + size, 2 * size

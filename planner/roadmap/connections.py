@@ -9,8 +9,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
-from planner.native.graphs import detours
-from planner.native.loading import threads
+from planner.native.compiled import detours, threads
 from planner.robot.robot import Robot, in_one_turn
 
 NEIGHBOURS = 20

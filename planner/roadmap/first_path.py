@@ -7,22 +7,66 @@ only. What it finds is not believed: every motion of the path is then proven or 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats
-from planner.base.products import length
+from planner.base.arrays import Floats, length
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import measured_tool
-from planner.native.tree_search import SearchSpace, tree_path
-from planner.roadmap.informed_set import InformedSet
-from planner.roadmap.joint_space import JointSpace
+from planner.roadmap.edges import Motions
+from planner.roadmap.ompl_planners import JointSpace
 from planner.roadmap.refine import PathRefiner
 from planner.roadmap.shortcuts import in_pieces, straight_paths
-from planner.roadmap.straight_motions import Motions
+from planner.robot.robot import Robot
+
+_THINNEST = 1e-9  # rad: in a box without any extent OMPL cannot sample
+_ROUNDING = 1e-9  # relative: a straight path is as long as its ends are apart
+
+
+class InformedSet:
+    """The states that a path from a start to a goal no longer than ``longest`` (rad) may pass.
+
+    Informed RRT* (Gammell, Srinivasa, Barfoot, 2014) samples it; a tree that is to stay inside asks :meth:`holds`, and
+    samples ``space``, the least box around the set within joint limits.
+    """
+
+    def __init__(self, robot: Robot, starts: Floats, goals: Floats, longest: float) -> None:
+        """Of ``starts`` (s, dof) and ``goals`` (g, dof), one of each no farther apart than ``longest``."""
+        self._robot, self._starts, self._goals = robot, starts, goals
+        self._foci, self._wraps = (starts.tolist(), goals.tolist()), bool(robot.continuous.any())
+        self.longest = (1.0 + _ROUNDING) * longest
+        self.space = self._box()
+
+    def holds(self, q: list[float]) -> bool:
+        """Whether ``q``, dof numbers, lies in the set."""
+        if self._wraps:
+            ends, robot = (self._starts, self._goals), self._robot
+            near = [np.linalg.norm(robot.difference(rows, np.array(q)), axis=1).min() for rows in ends]
+        else:  # a tree asks at every step: a quarter of the time that arrays take
+            near = [min([math.dist(q, row) for row in rows]) for rows in self._foci]
+        return near[0] + near[1] <= self.longest
+
+    def _box(self) -> JointSpace:
+        robot, longest = self._robot, self.longest
+        if not math.isfinite(longest):
+            return JointSpace.of(robot)
+        apart = robot.difference(self._starts[:, None], self._goals[None])
+        middle, apart = (self._starts[:, None] + 0.5 * apart).reshape(-1, robot.dof), apart.reshape(-1, robot.dof)
+        far = (apart * apart).sum(axis=1, keepdims=True)
+        # half the box of an ellipsoid: half its long axis squared, seen along a joint, and its short axes likewise
+        along = apart * apart / np.maximum(far, 1e-300)
+        half = 0.5 * np.sqrt(along * longest**2 + (1.0 - along) * np.maximum(longest**2 - far, 0.0))
+        within = far[:, 0] <= longest**2
+        half = half if half[within].max() > _THINNEST else np.full_like(half, _THINNEST)
+        lower = np.maximum((middle - half)[within].min(axis=0), robot.lower)
+        upper = np.minimum((middle + half)[within].max(axis=0), robot.upper)
+        turns = robot.continuous  # these have no bounds
+        return JointSpace(np.where(turns, robot.lower, lower), np.where(turns, robot.upper, upper), turns)
+
 
 # tries, one after the other and again: steps in ranges, motions that are looked at
 _TRIES = ((1.0, 10_000), (2.0, 10_000), (0.5, 20_000))
@@ -147,11 +191,12 @@ class FirstPathSearch:
     def _looked_for(
         self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
     ) -> tuple[Floats | None, int]:
-        """What :func:`tree_path` finds in ``space``, and how many motions it looked at."""
+        """What ``NativeWorld.tree_path`` finds in ``space``, and how many motions it looked at."""
         bound, seed = self._motions.prover.checker.bound, int(self._rng.integers(2**63))
         longest, tool = np.inf if self._within is None else self._within.longest, measured_tool(self._robot)
-        asked = SearchSpace(space.lower, space.upper, space.wrap, longest, tool, self._motions.floor, W_IN_GROWTH)
-        return tree_path(bound.native, bound.of_all, asked, starts, goals, step, sample, seed, limit)
+        limits, floor = (space.lower, space.upper), (self._motions.floor, W_IN_GROWTH)
+        asked = bound.of_all, limits, space.wrap, longest, tool, *floor
+        return bound.native.tree_path(*asked, starts, goals, step, sample, seed, limit)
 
     def _prove(self, path: Floats) -> Floats | None:
         """The path with every motion proven, refused ones replaced by a proven detour; None where there is none."""

@@ -12,16 +12,34 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import MOTION_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.escape_singularity import ascend_manipulability
+from planner.roadmap.edges import Motions
 from planner.roadmap.first_path import FirstPathSearch, JoinSettings, shorter_path
 from planner.roadmap.forest import Forest
-from planner.roadmap.growth_settings import GrowthSettings
-from planner.roadmap.joint_space import JointSpace
-from planner.roadmap.straight_motions import Motions
+from planner.roadmap.ompl_planners import JointSpace
 from planner.robot.robot import Robot
 
 if TYPE_CHECKING:
     from planner.roadmap.ompl_planners import Tree
+from planner.base.arrays import length
+
+
+@dataclass(frozen=True)
+class GrowthSettings:
+    """How far a tree steps and how long it tries; counts, never clocks, so that a run can be repeated.
+
+    ``range`` (rad): longer steps cross free space sooner, shorter ones enter narrow passages. ``join_motions``: motions
+    that the search for a first path may check before it gives up, 8000 per joint where left out; ``shortcuts``: how
+    often partial shortcuts of that path are tried. ``motions_per_node``: motions that RRT may check for each node it is
+    to add. ``floor``: manipulability w that all motions keep above, but for those that lead up to it from a start or
+    goal below; 0 for none.
+    """
+
+    range: float = 0.8
+    join_motions: int | None = None
+    shortcuts: int = 16
+    motions_per_node: int = 20
+    floor: float = 0.0
+
 
 _JOIN_PER_JOINT = 8000  # motions
 _SHORTER_PER_NODE, _SHORTER = 5, 10_000  # motions at most that the search for shorter first paths may check
@@ -166,3 +184,46 @@ def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
             kept.append(row)
             joined[child] = True
     forest.add_edges(motions_of_tree[kept])
+
+
+_STEP = 0.05  # rad
+_STEPS = 80
+_TRIES = 12  # directions beside the steepest one, where that is blocked
+_SPREAD = 1.4  # length of what is added to the steepest direction, which has length 1
+_STATES = np.linspace(0.0, 1.0, 6)[1:]  # of a step at which w must have risen
+_EPS = 1e-4  # rad, finite differences
+
+
+def ascend_manipulability(prover: EdgeProver, q: Floats, floor: float) -> Floats:
+    """A path (k, dof) from ``q`` up to manipulability ``floor``, as far as small proven steps uphill lead.
+
+    w rises from each sampled state to the next. Its last row falls short of ``floor`` where every step up is blocked.
+    """
+    robot, rng = prover.robot, np.random.default_rng(0)
+    rows, w = [q], float(manipulability(robot, q[None])[0])
+    while w < floor and len(rows) <= _STEPS:
+        found = _step(prover, rows[-1], w, rng)
+        if found is None:
+            break
+        rows.append(found)
+        w = float(manipulability(robot, found[None])[0])
+    return robot.normalise(np.array(rows))
+
+
+def _step(prover: EdgeProver, q: Floats, w: float, rng: np.random.Generator) -> Floats | None:
+    """The proven step that gains most w, among those along which w rises everywhere."""
+    robot = prover.robot
+    slope = manipulability(robot, q + _EPS * np.eye(robot.dof)) - w
+    uphill = slope / max(length(slope), 1e-300)
+    directions = np.vstack([uphill, uphill + _SPREAD * rng.normal(size=(_TRIES, robot.dof)) / np.sqrt(robot.dof)])
+    directions /= np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), 1e-300)
+    ends = q + _STEP * directions
+    ends = np.where(robot.continuous, ends, np.clip(ends, robot.lower, robot.upper))
+    delta = ends - q
+    along = manipulability(robot, (q + _STATES[:, None, None] * delta).reshape(-1, robot.dof))
+    along = np.vstack([np.full(len(ends), w), along.reshape(len(_STATES), -1)])
+    rising = np.flatnonzero((np.diff(along, axis=0) > 0).all(axis=0))
+    for row in rising[np.argsort(-along[-1, rising], kind="stable")]:
+        if prover.free(q[None], delta[row][None])[0]:
+            return ends[row]
+    return None

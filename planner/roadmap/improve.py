@@ -13,24 +13,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.base import polylines
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, cut
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.cost.motion_cost import MotionCost
-from planner.roadmap.edge_certificates import RecordingProver
-from planner.roadmap.enlarge import enlarged
+from planner.roadmap.edges import Motions, RecordingProver, enlarged
 from planner.roadmap.first_path import shorter_path
 from planner.roadmap.forest import Forest
-from planner.roadmap.grow import join_settings
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import GrowthSettings, join_settings
 from planner.roadmap.informed import LazyRoadmap, informed_samples
-from planner.roadmap.refine import PathRefiner
+from planner.roadmap.refine import PathRefiner, simplified
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.shortcuts import parts_told_by_ends
-from planner.roadmap.simplify import simplified
-from planner.roadmap.straight_motions import Motions
 from planner.robot.robot import Robot
 
 IMPROVING = "improve"  # a stage of progress
@@ -49,7 +44,7 @@ class Improvement:
     """The ``roadmap`` with the refined paths as nodes and edges, and the best cost after each round.
 
     ``curve`` are pairs (rounds spent, cost of the cheapest path known), the cost as the network charges it; empty where
-    no path was known. The last one is that after :func:`planner.roadmap.simplify.simplified`, which may raise it.
+    no path was known. The last one is that after :func:`planner.roadmap.refine.simplified`, which may raise it.
     """
 
     roadmap: Roadmap
@@ -166,7 +161,7 @@ class _Search:
         """The path without motions that have no cost: those that are too long, or that their ends do not tell."""
         cost = self.refiner.cost
         longest = cost.longest if cost.objective.beta < 1.0 else np.inf
-        return polylines.cut(path, parts_told_by_ends(cost.robot, np.diff(path, axis=0), longest))
+        return cut(path, parts_told_by_ends(cost.robot, np.diff(path, axis=0), longest))
 
 
 def improve(

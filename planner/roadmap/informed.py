@@ -6,12 +6,11 @@ import math
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
-from planner.base.products import product
+from planner.base.arrays import Bools, Floats, Ints, product
 from planner.kinematics.manipulability import manipulability
-from planner.native.graphs import cheapest_path
+from planner.native.compiled import cheapest_path
 from planner.roadmap.connections import nearest_of
-from planner.roadmap.refine import PathRefiner, cut
+from planner.roadmap.refine import PathRefiner, split_evenly
 from planner.robot.robot import Robot
 
 _SAMPLES = 64  # per call, half of them in a tube around the best path, a quarter around its ends
@@ -84,7 +83,7 @@ class LazyRoadmap:
 
     def penalise(self, path: Floats) -> None:
         """From now on paths like this one cost more, where a path of another kind is asked for."""
-        away, _ = nearest_of(self._robot, cut(path, 0.5 * _NEAR), self.nodes, 1)
+        away, _ = nearest_of(self._robot, split_evenly(path, 0.5 * _NEAR), self.nodes, 1)
         self._penalty += _LIKENESS * (away[:, 0] < _NEAR)
 
     def cheapest_path(self, other: bool = False) -> Floats | None:
@@ -120,7 +119,7 @@ def informed_samples(
     """
     robot = refiner.prover.robot
     half, quarter = count // 2, count // 4
-    tube = _near(cut(path, 0.05), half, _TUBE, rng)
+    tube = _near(split_evenly(path, 0.05), half, _TUBE, rng)
     balls = _near(path[[0, -1]], quarter, _BALL, rng)
     longest = refiner.total(path) / rate if rate > 0 else np.inf
     goal = _one_way_round(robot, path[0], path[-1], longest, rng)

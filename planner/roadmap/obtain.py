@@ -1,18 +1,26 @@
-"""The roadmap that a request names: loaded and linked to the query's ends, or grown around them."""
+"""The roadmap that a request names: grown around its ends, or loaded, proven again and linked to them."""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
+from dataclasses import replace
 
+import numpy as np
+
+from planner.base.arrays import Bools, Ints
+from planner.base.errors import FileError, choices, tell
 from planner.base.progress import QUIET, Progress
+from planner.collision.checker import CollisionChecker, is_free
+from planner.collision.edge_prover import EdgeProver
 from planner.problem.request import PAPER_NODES, PlanQuality, RoadmapQuality, SweepQuality
 from planner.query.query import Query
 from planner.query.resolve import brought_within
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.node_checks import with_checked_nodes
-from planner.roadmap.reprove import in_this_world
-from planner.roadmap.roadmap import Roadmap, kept_part
-from planner.roadmap.storage import load_roadmap
+from planner.roadmap.measure import measure_anew, nobody, with_checked_nodes
+from planner.roadmap.roadmap import Roadmap, kept_part, origin_of, segments
+from planner.roadmap.storage import load_roadmap, same_world
+from planner.robot.robot import Robot
 
 _log = logging.getLogger(__name__)
 
@@ -28,7 +36,7 @@ def obtain_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = Q
     kept = quality.roadmap if isinstance(quality, SweepQuality) else None
     if kept is None:
         from planner.roadmap.build import DENSITY, roadmap_between  # with all that grows roadmaps, and OMPL
-        from planner.roadmap.growth_settings import GrowthSettings
+        from planner.roadmap.grow import GrowthSettings
 
         robot = query.robot
         starts, goals = (robot.normalise(brought_within(robot, ends)) for ends in (query.starts, query.goals))
@@ -47,3 +55,79 @@ def obtain_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = Q
     roadmap = kept_part(roadmap, query.checker.world.keeps)
     roadmap = with_checked_nodes(roadmap, query.checker)
     return attach(roadmap, query.checker, query.starts, query.goals, quality.seed, progress=progress)
+
+
+_BATCH = 128  # edges proven between two looks whether to stop
+_LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back
+
+
+def in_this_world(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> Roadmap:
+    """The roadmap if it was proven in the checker's world, else the part that holds there, which a message counts.
+
+    Raises :class:`FileError` as :func:`reprove` does.
+    """
+    if same_world(roadmap, checker):
+        return roadmap
+    part = reprove(roadmap, checker, progress)
+    origin, count = roadmap.origin, f"{len(part.edges)} of {len(roadmap.edges)}"
+    tell(
+        f"the roadmap was proven for '{origin.robot}' in scene '{origin.scene}' as they were then: "
+        f"all edges are proven again, {count} hold"
+    )
+    return part
+
+
+def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> Roadmap:
+    """The nodes that are free within limits, and the edges between them that are proven free, measured again.
+
+    Once ``progress`` is asked to stop, the remaining edges are dropped as unproven. Raises :class:`FileError` where
+    the joints differ, or no node is left.
+    """
+    robot, m = checker.robot, len(roadmap.edges)
+    if roadmap.origin.joints != robot.joints:
+        raise FileError(
+            f"the roadmap is for joints {choices(roadmap.origin.joints)}, the robot has {choices(robot.joints)}: "
+            "build one for this robot."
+        )
+    prover, free, clearance, samples = EdgeProver(checker, progress), np.zeros(m, bool), np.zeros(m), np.zeros(m, int)
+    for rows in batches(np.arange(m)):
+        if progress.stopped:
+            break
+        proofs = prover.prove(*segments(roadmap, robot, rows))
+        free[rows], clearance[rows], samples[rows] = proofs.free, proofs.clearance, proofs.samples
+        progress("edges", int(rows[-1]) + 1, m)
+    nodes = _usable_nodes(roadmap, checker, free)
+    whole = replace(
+        roadmap,
+        checked_by=nobody(len(roadmap.nodes)),
+        proven=free,
+        clearance=np.maximum(clearance, 0.0),
+        samples=samples,
+        origin=origin_of(checker, roadmap.origin.seed),
+    )
+    part = with_checked_nodes(whole.part(nodes, free), checker)
+    w, scale, measures = measure_anew(robot, part.nodes, part.edges)
+    return replace(part, manipulability=w, scale=scale, **measures)
+
+
+def batches(rows: Ints) -> Iterator[Ints]:
+    """``rows`` a few at a time, so that the work can stop between them."""
+    for first in range(0, len(rows), _BATCH):
+        yield rows[first : first + _BATCH]
+
+
+def _usable_nodes(roadmap: Roadmap, checker: CollisionChecker, proven: Bools) -> Bools:
+    """(n,) which nodes are within limits and free; the ends of a proven edge are free."""
+    good, ends = _within_limits(roadmap, checker.robot), np.zeros(len(roadmap.nodes), dtype=bool)
+    ends[roadmap.edges[proven]] = True
+    for row in np.flatnonzero(good & ~ends):
+        good[row] = is_free(checker, roadmap.nodes[row])
+    if not good.any():
+        raise FileError("no configuration of the roadmap is free in this scene: build a new one.")
+    return good
+
+
+def _within_limits(roadmap: Roadmap, robot: Robot) -> Bools:
+    """(n,) which nodes are within the robot's limits; a continuous joint has none."""
+    beyond = np.maximum(robot.lower - roadmap.nodes, roadmap.nodes - robot.upper)
+    return np.where(robot.continuous, 0.0, beyond).max(axis=1) <= _LIMIT_SLACK

@@ -15,15 +15,35 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from planner.base.arrays import Floats, Ints
-from planner.base.process_lock import PROCESS
-from planner.base.products import length
+from planner.base.arrays import Bools, Floats, Ints, length
 from planner.base.progress import QUIET, Progress
+from planner.base.silenced import PROCESS
 from planner.constraints.keeps import Keeps
+from planner.roadmap.edges import MotionCheck
 from planner.roadmap.forest import Forest
-from planner.roadmap.joint_space import JointSpace
-from planner.roadmap.straight_motions import MotionCheck
-from planner.robot.robot import shorter_way
+from planner.robot.robot import Robot, shorter_way
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpace:
+    """Joint values between ``lower`` and ``upper`` (dof,), rad; those that ``wrap`` are angles on a circle."""
+
+    lower: Floats
+    upper: Floats
+    wrap: Bools
+
+    @staticmethod
+    def of(robot: Robot) -> JointSpace:
+        return JointSpace(robot.lower, robot.upper, robot.continuous)
+
+    def holds(self, q: Floats) -> Bools:
+        """(n,) which configurations (n, dof) lie within; angles that wrap always do."""
+        return np.all(self.wrap | ((self.lower <= q) & (q <= self.upper)), axis=1)
+
+    def difference(self, a: Floats, b: Floats) -> Floats:
+        """The joint motion from a to b: in the shorter direction where a joint wraps."""
+        return shorter_way(b - a, self.wrap)
+
 
 _ROUNDS = 100  # of a planner, for each motion that it may check: a lazy one may grow on without checking any
 _ADVANCE = 0.1  # of a step: a projected one that is shorter is none

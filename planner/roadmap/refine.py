@@ -13,11 +13,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.base import polylines
+from planner.base import arrays
 from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_ALONG_PATH
+from planner.collision import path_moves
 from planner.collision.edge_prover import EdgeProver, MotionTest
+from planner.collision.path_moves import cheapest_chain, first_free, straighten
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
 from planner.native.refinement import Descent, EvenStretches, Step
@@ -72,10 +74,10 @@ class PathRefiner:
         A waypoint counts as a cost of its own, so that few are left; in a round of higher ``number`` as less.
         """
         corner = self._corner(path, number)
-        moved = self.shortcut(self._cornered(cut(path, _SHORT, _POINTS)), corner / 3)
+        moved = self.shortcut(self._cornered(split_evenly(path, _SHORT, _POINTS)), corner / 3)
         moved = self.partial_shortcuts(moved)
         moved = self.shortcut(moved, corner)
-        moved = self.descend(self._cornered(cut(moved, _LONG, _POINTS)))
+        moved = self.descend(self._cornered(split_evenly(moved, _LONG, _POINTS)))
         moved = self.shortcut(moved, corner)
         if self.progress.stopped:
             return path
@@ -97,22 +99,22 @@ class PathRefiner:
         k = len(points)
         if k < 3:
             return points
-        return points[self.prover.cheapest_chain(points, self._pairs(points, corner), self.room, self._test)]
+        return points[cheapest_chain(self.prover, points, self._pairs(points, corner), self.room, self._test)]
 
     def partial_shortcuts(self, path: Floats) -> Floats:
         """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
-        points = cut(path, _SHORT, _POINTS)
+        points = split_evenly(path, _SHORT, _POINTS)
         if len(points) < 3:
             return path
         stretches = EvenStretches(points, *self._stretches(*points.shape), _LEAST_GAIN, _PROVEN_STRETCHES)
-        return self.prover.straighten(self.cost.charge, stretches, self.room, self._test)
+        return straighten(self.prover, self.cost.charge, stretches, self.room, self._test)
 
     def first_allowed(self, start: Floats, end: Floats, motions: Ints, alternatives: Ints) -> Ints:
         """For each item its first alternative of motions from ``start`` to ``end`` (m, dof) that are all allowed.
 
-        See :meth:`planner.collision.edge_prover.EdgeProver.first_free`.
+        See :func:`planner.collision.path_moves.first_free`.
         """
-        return self.prover.first_free(start, end - start, motions, alternatives, self.room, self._test)
+        return first_free(self.prover, start, end - start, motions, alternatives, self.room, self._test)
 
     def allowed(self, a: Floats, b: Floats) -> Bools:
         """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""
@@ -185,15 +187,84 @@ class PathRefiner:
         descent = Descent(
             path, 1, Step(_FIRST_STEP), _LEAST_STEP, _LEAST_GAIN, limits, _MIXES, draws, _PROVEN_PER_WAYPOINT
         )
-        return self.prover.descend(self.cost.charge, descent, self.room, self._test)
+        return path_moves.descend(self.prover, self.cost.charge, descent, self.room, self._test)
 
 
-def cut(path: Floats, piece: float, most: int | None = None) -> Floats:
+def split_evenly(path: Floats, piece: float, most: int | None = None) -> Floats:
     """The path with no motion longer than ``piece`` (rad): part of a proven motion is proven.
 
     With more than ``most`` points that would have, its pieces are longer.
     """
-    length = polylines.lengths_of(path)
+    length = arrays.lengths_of(path)
     if most is not None:
         piece = max(piece, float(length.sum()) / max(most - len(path), 1))
-    return polylines.cut(path, polylines.parts_of(length, piece))
+    return arrays.cut(path, arrays.parts_of(length, piece))
+
+
+TOLERANCE = 1e-3  # of the cost: what a path with fewer corners may cost more than the one it came from
+_OUTWARD = (0.0, 0.3, 0.7, 1.2)  # candidates beyond the point where the neighbouring motions would meet
+_RANDOM_CANDIDATES = 24  # candidates around these
+_PROVEN = 48  # candidates of all pairs whose motions are proven
+
+
+def simplified(refiner: PathRefiner, path: Floats, rng: np.random.Generator) -> Floats:
+    """The path (k, dof) with as few waypoints as are found for at most 1 + ``TOLERANCE`` times its cost.
+
+    Its ends stay, its motions are proven, and keep above the floor of the cost. One of infinite cost, which does not
+    keep above it, stays as it is: no share of that is a limit.
+    """
+    limit = (1.0 + TOLERANCE) * refiner.total(path)
+    while len(path) > 3 and np.isfinite(limit) and not refiner.progress.stopped:
+        merged = _merged(refiner, path, limit, rng)
+        if merged is None:
+            break
+        path = refiner.descend(merged)
+    return path
+
+
+def _merged(refiner: PathRefiner, path: Floats, limit: float, rng: np.random.Generator) -> Floats | None:
+    """The path with one pair of neighbouring waypoints merged, the pair that is cheapest to merge; None for none."""
+    a, p, q, b = path[:-3], path[1:-2], path[2:-1], path[3:]
+    robot, places = refiner.prover.robot, _candidates(a, p, q, b, rng)
+    places = np.where(robot.continuous, places, np.clip(places, robot.lower, robot.upper))
+    count = places.shape[1]
+    flat = places.reshape(-1, robot.dof)
+    before, after = np.repeat(a, count, axis=0), np.repeat(b, count, axis=0)
+    step = refiner.cost(path[:-1], path[1:])
+    rise = refiner.cost(before, flat) + refiner.cost(flat, after) - np.repeat(step[:-2] + step[1:-1] + step[2:], count)
+    order = np.argsort(rise, kind="stable")
+    order = order[step.sum() + rise[order] <= limit][:_PROVEN]
+    start = np.stack([before[order], flat[order]], axis=1).reshape(-1, robot.dof)
+    end = np.stack([flat[order], after[order]], axis=1).reshape(-1, robot.dof)
+    best = refiner.first_allowed(start, end, np.full(len(order), 2), np.array([len(order)]))[0]
+    if best < 0:
+        return None
+    row = order[best]
+    pair = row // count
+    return np.concatenate([path[: pair + 1], flat[row : row + 1], path[pair + 3 :]])
+
+
+def _candidates(a: Floats, p: Floats, q: Floats, b: Floats, rng: np.random.Generator) -> Floats:
+    """Where one waypoint might stand for ``p`` and ``q``, between ``a`` and ``b``: (k, candidates, dof)."""
+    middle, meeting = 0.5 * (p + q), _meeting(a, p, q, b)
+    places = [p, q, middle, *(meeting + share * (meeting - middle) for share in _OUTWARD)]
+    size = 0.5 * (
+        np.linalg.norm(q - p, axis=1, keepdims=True) + np.linalg.norm(meeting - middle, axis=1, keepdims=True)
+    )
+    for _ in range(_RANDOM_CANDIDATES):
+        around = middle + rng.uniform(0.0, 1.5) * (meeting - middle)
+        places.append(around + rng.uniform(0.1, 0.7) * size * rng.normal(size=p.shape) / np.sqrt(p.shape[1]))
+    return np.stack(places, axis=1)
+
+
+def _meeting(a: Floats, p: Floats, q: Floats, b: Floats) -> Floats:
+    """Half way between the points where the lines a p and b q, drawn beyond p and q, come nearest to each other.
+
+    They are drawn no farther than ``p`` and ``q`` are apart.
+    """
+    u, v = (ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300) for ahead in (p - a, q - b))
+    w, most = q - p, np.linalg.norm(q - p, axis=1)
+    uv, uw, vw = ((one * other).sum(axis=1) for one, other in ((u, v), (u, w), (v, w)))
+    level = np.maximum(1.0 - uv * uv, 1e-9)
+    s, t = (np.clip(far, 0.0, most)[:, None] for far in ((uw - uv * vw) / level, (uv * uw - vw) / level))
+    return 0.5 * (p + s * u + q + t * v)

@@ -1,4 +1,4 @@
-"""Shortcuts: straight motions from starts to goals, and past waypoints of a roadmap's best paths, all proven."""
+"""What is added to a grown roadmap: its best paths refined, straight motions between ends and past waypoints."""
 
 from __future__ import annotations
 
@@ -8,21 +8,86 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen, so_far
-from planner.base.polylines import cut, parts_of
-from planner.base.products import length
+from planner.base.arrays import Floats, Ints, cut, frozen, length, parts_of, so_far, traded_off
 from planner.base.progress import QUIET, Progress
-from planner.base.shares import traded_off
+from planner.base.resolutions import EXTRA_CLEARANCE
 from planner.collision.edge_prover import EdgeProver
+from planner.collision.path_moves import cheapest_chain
 from planner.cost.motion_cost import MotionCost
+from planner.cost.scale import measure_scale
+from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import cheapest_nodes
-from planner.problem.objective import Objective
-from planner.roadmap.best_paths import BETAS
-from planner.roadmap.edge_certificates import RecordingProver
+from planner.problem.request import Objective
+from planner.roadmap.edges import Motions, RecordingProver
 from planner.roadmap.forest import Forest
+from planner.roadmap.refine import PathRefiner, split_evenly
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.straight_motions import Motions
 from planner.robot.robot import Robot
+
+BETAS = (0.0, 0.25, 1.0)  # with a refined path: both extremes, and where much w is gained for little length
+_TRIES = 4  # partial shortcuts in the one round of refinement per beta: a plan's own rounds go on from there
+_PIECE = 1.0  # rad: longer motions of refined paths are cut, as other paths are to branch off from them
+_DIP = 0.5  # a motion dips where w falls below this share of what it is at its ends
+_DIP_SHARES = np.linspace(0.0, 1.0, 33)
+
+
+def add_refined_paths(
+    prover: EdgeProver,
+    nodes: Floats,
+    edges: Ints,
+    starts: Ints,
+    goals: Ints,
+    budget: int,
+    floor: float = 0.0,
+    seed: int = 0,
+    progress: Progress = QUIET,
+) -> tuple[Floats, Ints]:
+    """``nodes`` (n, dof) and proven ``edges`` (m, 2) with refined paths of ``BETAS``, at most ``budget`` nodes more.
+
+    Nothing is added where starts and goals are not connected. With a ``floor`` (w) a path is refined only where it lies
+    above the floor, and stays above it.
+    """
+    robot = prover.robot
+    a, b = (nodes[ends] for ends in edges.T)
+    scale = measure_scale(manipulability(robot, nodes), np.linalg.norm(robot.difference(a, b), axis=1), np.zeros(0))
+    forest = Forest(nodes, edges)
+    for beta in BETAS:
+        cost = MotionCost(robot, scale, Objective(beta), longest=np.inf)
+        path = best_path(nodes, edges, cost(a, a + robot.difference(a, b)), starts, goals)
+        if path is None or progress.stopped:
+            break
+        above = np.flatnonzero(manipulability(robot, path) >= floor)
+        if len(above) < 3:
+            continue
+        ends = path[[above[0], above[-1]]]
+        refiner = PathRefiner(prover, cost.above(floor), EXTRA_CLEARANCE, seed, progress, _TRIES)
+        refined = robot.unwound(path[above[0] : above[-1] + 1])
+        if not np.isfinite(refiner.total(refined)):  # links may dip below the floor
+            continue
+        rows = robot.normalise(_with_dips(robot, split_evenly(refiner.round(refined), _PIECE)))
+        rows[[0, -1]] = ends  # these nodes exist already: the same to the last bit
+        fresh = len({q.tobytes() for q in rows if q not in forest})
+        if fresh <= budget:
+            forest.add_path(rows)
+            budget -= fresh
+    return forest.nodes(), forest.edges()
+
+
+def _with_dips(robot: Robot, path: Floats) -> Floats:
+    """The path with a waypoint where w dips inside a motion, so that a cost charged at nodes sees the singularity."""
+    a, delta = path[:-1], np.diff(path, axis=0)
+    states = a[:, None] + _DIP_SHARES[:, None] * delta[:, None]
+    w = manipulability(robot, states.reshape(-1, robot.dof)).reshape(len(a), -1)
+    lowest = w.argmin(axis=1)
+    dips = np.flatnonzero(w.min(axis=1) < _DIP * np.minimum(w[:, 0], w[:, -1]))
+    return np.insert(path, dips + 1, states[dips, lowest[dips]], axis=0)
+
+
+def best_path(nodes: Floats, edges: Ints, cost: Floats, starts: Ints, goals: Ints) -> Floats | None:
+    """The configurations (k, dof) of the cheapest path from a start to a goal; None if there is none."""
+    rows = cheapest_nodes(len(nodes), np.concatenate([edges, edges[:, ::-1]]), np.tile(cost, 2), starts, goals)
+    return nodes[rows] if len(rows) else None
+
 
 _LEAST_GAIN = 1e-4  # relative
 _MOST_PER_PATH = 60  # of the motions past waypoints, those that save most
@@ -158,5 +223,5 @@ def _cheaper(prover: RecordingProver, path: Floats, direct: Floats) -> list[tupl
     price = np.full((len(path), len(path)), np.inf)
     for rows in (np.flatnonzero(along), worth):
         price[i[rows], j[rows]] = direct[rows]
-    way = prover.cheapest_chain(path, price).tolist()
+    way = cheapest_chain(prover, path, price).tolist()
     return [(a, b) for a, b in itertools.pairwise(way) if b > a + 1][::-1]

@@ -1,28 +1,34 @@
 """Roadmaps on disk: one ``.npz`` of plain arrays and a JSON header, no pickles.
 
 A file is believed when its arrays have the right shapes and its content matches its hash. A hash is no signature: in
-another world all edges are proven again, see :func:`planner.roadmap.reprove.reprove`.
+another world all edges are proven again, see :func:`planner.roadmap.obtain.reprove`.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import math
 import zipfile
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pydantic
 
-from planner.base.arrays import frozen
-from planner.base.errors import FileError
+from planner.base.arrays import Floats, frozen
+from planner.base.cache import content_hash
+from planner.base.errors import FileError, OptionError
 from planner.base.files import DAMAGE, StrPath, write_whole
-from planner.base.hashing import content_hash
+from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.cost.scale import CostScale
+from planner.problem.request import WorldRequest
+from planner.query.query import open_world
 from planner.roadmap.roadmap import ARRAYS, DTYPES, LIBRARIES, Origin, Roadmap, world_hash
+from planner.robot.robot import with_widened_limits
 
 FORMAT = "gabf-planner roadmap"
 VERSION = 4
@@ -138,3 +144,77 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
     first, second = arrays["edges"].T
     if (first >= second).any() or (np.diff(first * n + second) <= 0).any():
         raise ValueError("its edges are not in order")
+
+
+def world_in(config: Mapping[str, Any], where: str) -> WorldRequest:
+    """The robot and the scene in the ``config`` of a plan.json; :class:`FileError` for options that are not valid."""
+    names = {field.name for field in fields(WorldRequest)}  # type: ignore[arg-type]
+    try:
+        return WorldRequest(**{name: value for name, value in config.items() if name in names})
+    except OptionError:
+        raise FileError(f"the options in the plan.json {where} are not valid: plan again.") from None
+
+
+def reopen_plan(config: Mapping[str, Any], path: StrPath) -> CollisionChecker:
+    """A checker of the world that a plan was made in, by the ``config`` of its plan.json and its roadmap at ``path``.
+
+    Raises :class:`PlannerError` where it cannot be opened, or differs from what the roadmap was proven in.
+    """
+    request = world_in(config, f"next to {path}")
+    roadmap = load_roadmap(path)
+    checker = open_world(request, config.get("request"), lambda _: roadmap.nodes[roadmap.starts[0]])
+    robot, origin = checker.robot, roadmap.origin
+    if config.get("widen_limits") and robot.joints == origin.joints:
+        wide = with_widened_limits(robot, np.array([origin.lower, origin.upper]))
+        world = checker.world
+        checker = make_checker(wide, world.scene, request.collision, request.margin, world.conditions)
+    if not same_world(roadmap, checker):
+        raise FileError(f"roadmap {path} was proven for another robot or scene than its plan.json names: plan again.")
+    return checker
+
+
+QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+
+
+def summary(roadmap: Roadmap) -> dict[str, Any]:
+    """Everything about ``roadmap`` that fits on a page; lengths in m, joint motion in rad, None for no finite number.
+
+    ``components`` are sizes, largest first; ``clearance`` is what the certificates promise beyond the margin.
+    """
+    origin, n = roadmap.origin, len(roadmap.nodes)
+    degree = np.bincount(roadmap.edges.ravel(), minlength=n)
+    return {
+        "robot": origin.robot,
+        "scene": origin.scene,
+        "joints": list(origin.joints),
+        "limits": [list(pair) for pair in zip(origin.lower, origin.upper, strict=True)],
+        "tool": origin.tool,
+        "margin": origin.margin,
+        "seed": origin.seed,
+        "versions": dict(origin.versions),
+        "nodes": n,
+        "edges": len(roadmap.edges),
+        "edges_certified": int(roadmap.proven.sum()),
+        "nodes_checked": roadmap.nodes_checked,
+        "starts": roadmap.starts.tolist(),
+        "goals": roadmap.goals.tolist(),
+        "connected": roadmap.connected,
+        "components": sorted(np.bincount(roadmap.components).tolist(), reverse=True),
+        "degree": {"min": int(degree.min()), "mean": float(degree.mean()), "max": int(degree.max())},
+        "manipulability": {f"{q:g}": float(np.quantile(roadmap.manipulability, q)) for q in QUANTILES},
+        "joint_length": _spread(roadmap.joint_length),
+        "tool_length": _spread(roadmap.tool_length),
+        "clearance": _spread(roadmap.clearance[roadmap.proven]),
+        "samples": int(roadmap.samples.sum()),
+        "scale": asdict(roadmap.scale),
+        "robot_identity": origin.robot_identity,
+        "scene_identity": origin.scene_identity,
+        "sha256": roadmap.sha256,
+    }
+
+
+def _spread(values: Floats) -> dict[str, float | None]:
+    if not len(values):
+        return dict.fromkeys(("min", "median", "max"))
+    ends = float(values.min()), float(np.median(values)), float(values.max())
+    return {key: end if math.isfinite(end) else None for key, end in zip(("min", "median", "max"), ends, strict=True)}

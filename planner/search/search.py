@@ -16,8 +16,7 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import straight
-from planner.collision.second_look import second_look
+from planner.collision.looks import second_look, straight
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.robot import Robot
 from planner.search.manipulability_floor import first_violation, layered_network

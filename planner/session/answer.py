@@ -17,7 +17,7 @@ from planner.problem.request import PlanRequest
 from planner.query.query import Query
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.infeasibility import why_apart
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import build_network, path_cost

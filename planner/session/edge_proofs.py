@@ -17,7 +17,7 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
 from planner.planning.result import Edges
-from planner.roadmap.reprove import batches
+from planner.roadmap.obtain import batches
 from planner.roadmap.roadmap import Roadmap, segments
 from planner.robot.shapes import Carried, Obstacle, Shape, corners
 

@@ -14,9 +14,7 @@ from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
-from planner.native.gate import NativeGate
-from planner.native.motions import stops_quickest
-from planner.native.world import NativeBounds
+from planner.native.compiled import NativeBounds, NativeGate, stops_quickest
 from planner.query.resolve import position_bounds
 from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot

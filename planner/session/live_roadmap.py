@@ -11,8 +11,8 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.roadmap.node_checks import nobody, with_checked_nodes
-from planner.roadmap.reprove import in_this_world
+from planner.roadmap.measure import nobody, with_checked_nodes
+from planner.roadmap.obtain import in_this_world
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, kept_part, origin_of
 from planner.session.edge_proofs import EdgeProofs
 

@@ -15,8 +15,7 @@ from planner.base.errors import PlannerError
 from planner.base.progress import QUIET, Progress
 from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import straight
-from planner.collision.second_look import second_look
+from planner.collision.looks import second_look, straight
 from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import edge_rows

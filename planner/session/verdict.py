@@ -17,8 +17,8 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, choices
 from planner.constraints.keeps import Keeps
 from planner.kinematics.manipulability import prove_floor
-from planner.native.gate import Chunk, Judgement
-from planner.native.motions import chunk_curves
+from planner.native.compiled import Judgement, chunk_curves
+from planner.native.gate import Chunk
 from planner.session.guard import JUDGED, Guard
 from planner.trajectory.clearance import nearest_on_pieces
 from planner.trajectory.proof import ASSUMES
@@ -161,7 +161,7 @@ class Verdict:
 
 
 def judge(guard: Guard, points: int, rows: int, state: int, given: Floats, stop: bool) -> Verdict:
-    """The verdict on a chunk as :meth:`planner.native.gate.NativeGate.check` takes it, with or without stops."""
+    """The verdict on a chunk as :meth:`planner.native.compiled.NativeGate.check` takes it, with or without stops."""
     dof = guard.native.dof
     found, made = guard.native.check(points, rows, state, given, stop)
     if not found.usable:

@@ -20,7 +20,7 @@ from planner.planning.result import JSON_NAME, Plan
 from planner.problem.options import RobotLike
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import open_world
-from planner.roadmap.world_of import world_in
+from planner.roadmap.storage import world_in
 from planner.robot.robot import Robot
 from planner.tasks.replay import TaskRecord, check_task
 from planner.tasks.result import TaskPlan

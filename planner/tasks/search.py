@@ -15,8 +15,7 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import straight
-from planner.collision.second_look import second_look
+from planner.collision.looks import second_look, straight
 from planner.native.graphs import reached
 from planner.search.search import search
 from planner.tasks.modes import BLOCKED, NONE, OPEN, Mode, Modes

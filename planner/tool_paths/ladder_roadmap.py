@@ -14,8 +14,7 @@ from planner.collision.edge_prover import EdgeProver, Proofs
 from planner.cost.scale import CostScale, measure_scale
 from planner.kinematics.manipulability import node_manipulability, prove_floor
 from planner.native.graphs import reached
-from planner.roadmap.measure import measure_edges
-from planner.roadmap.node_checks import nobody
+from planner.roadmap.measure import measure_edges, nobody
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
 from planner.robot.robot import Robot
 from planner.tool_paths.ladder import Ladder

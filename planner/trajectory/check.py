@@ -7,17 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, parts_of
 from planner.base.errors import FileError, OptionError
-from planner.base.polylines import parts_of
 from planner.base.polynomials import bernstein, derivative, evaluate
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, PROOF_OF_CHECK, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
-from planner.collision.clearance import Clearance
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.collision.looks import straight
-from planner.collision.second_look import second_look
+from planner.collision.looks import Clearance, second_look, straight
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability

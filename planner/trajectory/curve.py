@@ -29,9 +29,12 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.polynomials import part
-from planner.native.motions import Place, curve_knots, curve_phases, motion_mean
+from planner.native.compiled import curve_knots, curve_phases, motion_mean
 from planner.trajectory.limits import KINDS, LEAST_JERK, MotionLimits
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
+
+Place = tuple[int, float]
+"""A piece of a curve, and s on it."""
 
 _CORNER, _RAMP = 24, 3  # intervals of the parabolas of corners and ramps: s of a ramp is time, u stays near 0 there
 _ROUNDED = 4  # last bits of a position: the difference of two knots is known no better

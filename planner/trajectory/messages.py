@@ -9,8 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, choices
-from planner.base.words import number
-from planner.base.yamlfile import shown
+from planner.base.yamlfile import number, shown
 from planner.trajectory.file import KEYS, POINT_KEYS
 from planner.trajectory.path_file import OF_A_POINT, joint_names, matrix, require_header, require_known, unwrapped
 from planner.trajectory.trajectory import DEGREE

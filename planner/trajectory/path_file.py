@@ -15,9 +15,8 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
-from planner.base.formats import require_readable_version
-from planner.base.words import number
-from planner.base.yamlfile import object_of, shown
+from planner.base.yamlfile import number, shown
+from planner.problem.outcome import require_readable_version
 from planner.robot.robot import HALF_TURN, Robot
 
 _log = logging.getLogger(__name__)
@@ -179,9 +178,9 @@ def unwrapped(data: Any, where: str) -> tuple[Any, list[str]]:
 
 
 def parse(text: str, where: str) -> Any:
-    """Plain data out of JSON text in which no key stands twice in one object."""
+    """Plain data out of JSON text."""
     try:
-        return json.loads(text, object_pairs_hook=object_of)
+        return json.loads(text)
     except ValueError as error:
         raise FileError(f"{where} is no JSON: {error}; mend the file.") from None
     except RecursionError:

@@ -16,8 +16,9 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.collision.edge_prover import EdgeProver
+from planner.collision.path_moves import Ramp, next_ramp
 from planner.kinematics.manipulability import prove_floor
-from planner.native.motions import Ramp, curve_chords
+from planner.native.compiled import curve_chords
 from planner.query.resolve import position_bounds
 from planner.trajectory.curve import Curve, duration_of, quickest, spliced
 from planner.trajectory.limits import MotionLimits
@@ -94,7 +95,7 @@ class Shortcuts:
         early = draws * (duration - spans)
         moments, positions = np.stack([early, early + spans], axis=1), position_bounds(self.prover.robot)
         limits = self.limits.velocity, self.limits.acceleration
-        return self.prover.next_ramp(curve.coefficients, phases, moments, _SHARES, limits, positions)
+        return next_ramp(self.prover, curve.coefficients, phases, moments, _SHARES, limits, positions)
 
     def _above_floor(self, ramp: Floats) -> bool:
         return self.floor <= 0 or bool(prove_floor(self.prover.robot, ramp, self.floor).holds.all())

@@ -13,7 +13,7 @@ from planner.base.errors import OptionError, StateError
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability, prove_floor
-from planner.native.motions import motion_shares
+from planner.native.compiled import motion_shares
 from planner.problem.options import TimeLaw
 from planner.problem.request import RoadmapQuality, TimingRequest
 from planner.trajectory.curve import (

@@ -12,7 +12,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, frozen, numbers
 from planner.base.errors import ArrayError, choices
 from planner.base.polynomials import derivative, evaluate
-from planner.native.motions import polynomial_extrema, polynomial_worst
+from planner.native.compiled import polynomial_extrema, polynomial_worst
 from planner.trajectory.limits import LimitError, MotionLimits
 
 NANOSECOND = 1e-9  # s

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats
 from planner.collision.checker import CollisionChecker, contact_of
-from planner.collision.clearance import Clearance
+from planner.collision.looks import Clearance
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability

@@ -9,12 +9,11 @@ from functools import lru_cache
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints
-from planner.base.shares import traded_off
+from planner.base.arrays import Floats, Ints, traded_off
 from planner.problem.request import SweepRequest
 from planner.query.query import Query, make_query
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import PathCost, build_network, path_cost

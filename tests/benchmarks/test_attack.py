@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ompl import base as ob
+from planner.native.compiled import NativeWorld
 
 from benchmarks.attack import misses
 from benchmarks.attack.cases import KINDS, Case, random_case
@@ -31,7 +32,6 @@ from planner.collision import BACKENDS, make_checker
 from planner.collision.bounds import ClearanceBound
 from planner.collision.coal import CoalChecker
 from planner.kinematics.reach import Reach
-from planner.native.world import NativeWorld
 from planner.problem.request import PlanRequest
 from planner.robot.poses import pose
 from planner.robot.scene import Scene

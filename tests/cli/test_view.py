@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.clearance import Clearance
+from planner.collision.looks import Clearance
 from planner.kinematics.forward import tool_positions
 from planner.robot.scene import Scene
 from tests.browser import page_data

@@ -10,8 +10,8 @@ import pytest
 from planner.base.polynomials import derivative, evaluate, part
 from planner.collision import make_checker, second_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.clearance import Clearance
 from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.collision.looks import Clearance
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.poses import pose
 from planner.robot.robot import Robot

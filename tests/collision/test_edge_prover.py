@@ -16,6 +16,7 @@ from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.fcl import FclChecker
 from planner.collision.looks import first_seen, recheck, states_along
+from planner.collision.path_moves import cheapest_chain, first_free
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.poses import pose
@@ -481,13 +482,13 @@ def test_the_cheapest_chain_is_dijkstras_over_all_motions_that_are_proven() -> N
             return ~banned[rows, ends]
 
         for test, may in ((None, free), (allows, free & ~(banned & ~np.eye(k, k, 1, dtype=bool)))):
-            rows = prover.cheapest_chain(points, price, allows=test)
+            rows = cheapest_chain(prover, points, price, allows=test)
             least = dijkstra(np.where(may, price, np.inf), indices=0)[-1]
             assert price[rows[:-1], rows[1:]].sum() == pytest.approx(least)
             assert may[rows[:-1], rows[1:]].all()
             lengths.append(len(rows))
     assert len(set(lengths)) > 3
-    assert prover.cheapest_chain(points, np.full((k, k), np.inf)).tolist() == list(range(k))
+    assert cheapest_chain(prover, points, np.full((k, k), np.inf)).tolist() == list(range(k))
 
 
 def test_the_first_alternative_is_the_first_whose_motions_are_all_proven() -> None:
@@ -503,7 +504,7 @@ def test_the_first_alternative_is_the_first_whose_motions_are_all_proven() -> No
         return np.array([np.abs(points - q).max(axis=1).argmin() % 2 == 0 for q in start], dtype=bool)
 
     for test, may in ((None, free[i, j]), (allows, free[i, j] & ~odd)):
-        found = prover.first_free(points[i], points[j] - points[i], motions, alternatives, allows=test)
+        found = first_free(prover, points[i], points[j] - points[i], motions, alternatives, allows=test)
         proven = [part.all() for part in np.split(may, np.cumsum(motions)[:-1])]
         items = np.split(np.array(proven), np.cumsum(alternatives)[:-1])
         assert found.tolist() == [int(item.argmax()) if item.any() else -1 for item in items]
@@ -517,8 +518,8 @@ def test_choices_where_something_fixed_touches() -> None:
     prover = EdgeProver(make_checker(load("panda"), scene_of((Box((0.1, 0.1, 0.1)), np.eye(4)))))
     assert prover.static_contact is not None
     points = random_q(load("panda"), 3, seed=0)
-    assert prover.cheapest_chain(points, np.ones((3, 3))).tolist() == [0, 1, 2]
-    assert prover.first_free(points, 0.1 * points, np.ones(3, dtype=int), np.array([3])).tolist() == [-1]
+    assert cheapest_chain(prover, points, np.ones((3, 3))).tolist() == [0, 1, 2]
+    assert first_free(prover, points, 0.1 * points, np.ones(3, dtype=int), np.array([3])).tolist() == [-1]
 
 
 def test_what_slides_beyond_its_limits_is_not_proven(urdf_file) -> None:

@@ -10,17 +10,16 @@ from scipy.optimize import minimize
 
 from planner.base.polynomials import evaluate
 from planner.collision import BACKENDS, make_checker, second_checker
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.collision.looks import first_seen, looks_along, recheck, states_along, straight
+from planner.collision.looks import Clearance, first_seen, looks_along, recheck, states_along, straight
 from planner.kinematics.forward import joint_placements
-from planner.native.walk import walk
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, corners
 from tests.collision.test_edge_prover import edges_of
-from tests.worlds import checker_of, joint_xml, link_xml, load, scene_of
+from tests.worlds import checker_of, joint_xml, link_xml, load, random_q, scene_of
 
 BRANCHED = (
     link_xml("base", '<box size="0.2 0.2 0.2"/>')
@@ -147,7 +146,7 @@ def test_no_point_is_faster_anywhere_on_a_long_part(checker, degree: int) -> Non
     def excess(given: np.ndarray) -> float:
         piece = within * np.tanh(given).reshape(1, degree + 1, robot.dof)
         piece[:, 0] += centre
-        parts, moved, _ = walk(bound.native, bound.of_all, piece, 1e3)
+        parts, moved, _ = bound.native.walk(bound.of_all, piece, 1e3)
         assert parts == [1]
         return -16.0 * float(moved_by(checker, evaluate(np.repeat(piece, 17, axis=0), fine)).max()) / moved[0]
 
@@ -173,7 +172,7 @@ def test_joints_that_carry_each_other_speed_a_point_up_together(urdf_file) -> No
     assert together > 2 * len(angles)
     for longest in (0.01, 0.05):
         line = np.array([np.full(7, -longest), np.full(7, 2 * longest)])[None]
-        _, moved, _ = walk(checker.bound.native, checker.bound.of_all, line, 1e3)
+        _, moved, _ = checker.bound.native.walk(checker.bound.of_all, line, 1e3)
         fastest = moved_by(checker, evaluate(np.repeat(line, 2, axis=0), np.array([1 - 1e-6, 1.0]))).max() / 1e-6
         assert 0.8 * together * longest * 2 * longest < fastest <= moved[0]
 
@@ -184,9 +183,7 @@ def test_what_stands_still_in_the_middle_is_not_taken_to_stand_still(power: int,
     arm = link_xml("a") + link_xml("b", '<sphere radius="1e-3"/>', '<origin xyz="1 0 0"/>')
     checker = make_checker(Robot.load(urdf_file(arm + joint_xml("j", "a", "b"))), scene_of((Box((1, 1, 1)), pose())))
     curve = 0.02 * np.polynomial.Polynomial([-1.0, 2.0]) ** power
-    _, moved, _ = walk(
-        checker.bound.native, checker.bound.of_all, np.array(curve.coef, dtype=float)[None, :, None], 1.0
-    )
+    _, moved, _ = checker.bound.native.walk(checker.bound.of_all, np.array(curve.coef, dtype=float)[None, :, None], 1.0)
     assert moved.shape == (1,)
     assert np.abs(curve.deriv()(np.linspace(0.0, 1.0, 101))).max() <= moved[0]
 
@@ -254,3 +251,43 @@ def test_motions_that_do_not_meet_touch_where_they_do_one_by_one(backend: str) -
     found = first_seen(checker, straight(start[last], delta[last]), 5e-3)
     assert found is not None
     assert found.piece == len(last) - 1
+
+
+@pytest.mark.parametrize(("robot", "scene"), [("iiwa14", "paper"), ("ur5", "table"), ("planar_2r", "window")])
+def test_clearance_agrees_with_coal_and_with_state_checks(robot: str, scene: str) -> None:
+    fcl, coal = checker_of(robot, scene), make_checker(load(robot), Scene.load(scene), backend="coal")
+    q = random_q(load(robot), 60)
+    ours, theirs = Clearance(fcl)(q), Clearance(coal)(q)
+    free = np.array([is_free(fcl, each) for each in q])
+    assert free.any()
+    assert not free.all()
+    np.testing.assert_array_equal(ours[free] > 0, True)
+    np.testing.assert_allclose(ours[free], theirs[free], atol=2e-4)
+    np.testing.assert_allclose(ours[~free], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("below", [0.0, 0.02, 0.1, np.inf])
+def test_below_is_where_clearances_are_exact(below: float) -> None:
+    """Lower bounds elsewhere, of ``below`` or more."""
+    clearance, q = Clearance(checker_of("ur5", "table")), random_q(load("ur5"), 60)
+    exact, found = clearance(q), clearance(q, below)
+    near = exact < below
+    np.testing.assert_array_equal(found[near], exact[near])
+    assert (found[~near] >= below).all()
+    assert (found <= exact).all()
+
+
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_distances_of_many_configurations_are_those_of_each(backend: str) -> None:
+    checker = make_checker(load("ur5"), Scene.load("table"), backend=backend)
+    rotation, position = joint_placements(checker.chain, random_q(load("ur5"), 12))
+    rng, pairs = np.random.default_rng(0), np.flatnonzero(checker.world.moving)
+    rows, asked = rng.integers(0, 12, 40), rng.choice(pairs, 40)
+    each = [
+        checker.distances(rotation[:, r], position[:, r], np.array([p]))[0] for r, p in zip(rows, asked, strict=True)
+    ]
+    np.testing.assert_array_equal(checker.distances_in(rotation, position, rows, asked), each)
+
+
+def test_no_configuration_has_no_clearance() -> None:
+    assert Clearance(checker_of("ur5", "table"))(np.zeros((0, 6))).shape == (0,)

@@ -33,9 +33,9 @@ def test_trade_off_charges_the_node_that_is_read():
 
 @pytest.mark.parametrize("beta", [-0.1, 1.1, np.nan])
 def test_beta_outside_the_unit_interval_is_refused(beta):
-    with pytest.raises(OptionError, match="is outside"):
+    with pytest.raises(OptionError, match="beta must be"):
         gabf.TradeOff(beta)
-    with pytest.raises(OptionError, match="is outside"):
+    with pytest.raises(OptionError, match="beta must be"):
         gabf.EdgeIntegral(beta)
 
 

@@ -1,4 +1,4 @@
-"""Random but valid input for every function of the compiled library, and what has to hold of its answers.
+"""Random but valid input for the compiled code, and what has to hold of its answers.
 
 A case makes its input from a generator and a size, asks, looks at the answers, and returns them. Sizes have their edges
 in them: no rows and one, one joint and many, no obstacles, no pairs, one arc.
@@ -12,21 +12,14 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
-
-from planner.native import graphs
-from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeArcs, NativeFlow, hops_to_source
-from planner.native.gate import Chunk, NativeGate
-from planner.native.library import (
+from planner.native.compiled import (
     Charge,
-    KeptBounds,
-    MotionPrices,
+    NativeBounds,
     NativeBoxes,
     NativeChain,
+    NativeGate,
     NativeKeeping,
-    manipulability_cost_sums,
-    manipulability_costs,
-)
-from planner.native.motions import (
+    NativeWorld,
     chunk_curves,
     curve_chords,
     curve_knots,
@@ -39,10 +32,9 @@ from planner.native.motions import (
     ramp_quickest,
     stops_quickest,
 )
+
+from planner.native.gate import Chunk
 from planner.native.refinement import Descent, EvenStretches, Judge, Refined, Step, descend, even_stretches
-from planner.native.tree_search import SearchSpace, tree_path
-from planner.native.walk import walk
-from planner.native.world import NativeBounds, NativeWorld
 from planner.trajectory.trajectory import pieces_through
 from tests.random_shapes import random_pose
 
@@ -94,23 +86,28 @@ def states(rng: Rng, size: Size) -> np.ndarray:
     return rng.uniform(-2, 2, (size.rows, size.joints))
 
 
-def prices_of(rng: Rng, size: Size, kind: int, chord: float = 0.0) -> MotionPrices:
-    numbers, wraps = np.array([0.1, 0.8, 0.01, 2.0, 0.4, 0.02, 3.0, 0.1, chord]), rng.random(size.joints) < 0.3
-    return MotionPrices(numbers, kind, kind == 2, 3 + 2 * kind, wraps, size.joints, np.ones(3), 3)
+NUMBERS = 0.1, 0.8, 0.01, 2.0, 0.4, 0.02, 3.0, 0.1  # low, high, zeta, unit, beta, floor, longest, spacing
+
+
+def charge_of(
+    rng: Rng, size: Size, chain: NativeChain, kind: int, chord: float = 0.0, numbers: Any = NUMBERS
+) -> Charge:
+    wraps = rng.random(size.joints) < 0.3
+    return Charge(chain, (*numbers, chord), kind, kind == 2, 3 + 2 * kind, wraps, size.joints, np.ones(3), 3)
 
 
 def of_motion_costs(rng: Rng, size: Size) -> list[Any]:
     chain, q, found = a_chain(rng, size.joints), states(rng, size), []
     end = q + 2.0 * states(rng, size)
     for kind, chord in ((0, 0.0), (1, 0.3), (2, 0.0)):
-        costs = Charge(chain, prices_of(rng, size, kind, chord)).costs(q, end)
+        costs = charge_of(rng, size, chain, kind, chord).costs(q, end)
         assert (costs >= 0.4 * 0.01).all()  # beta of the least distance
         found.append(costs)
-    plain = prices_of(rng, size, 0, 0.3)._replace(numbers=np.array([0.1, 0.8, 0.0, 2.0, 1.0, 0.0, 9.0, 0.1, 0.3]))
+    plain = charge_of(rng, size, chain, 0, 0.3, (0.1, 0.8, 0.0, 2.0, 1.0, 0.0, 9.0, 0.1))
     near = q + 0.1 * states(rng, size)
     pieces = np.maximum(1, np.ceil(np.abs(near - q).sum(axis=1) / 0.3)).astype(int)
     lengths = chain.path_lengths(q, near - q, pieces, size.joints, np.ones(3))
-    np.testing.assert_allclose(Charge(chain, plain).costs(q, near), lengths / 2.0)
+    np.testing.assert_allclose(plain.costs(q, near), lengths / 2.0)
     return found
 
 
@@ -136,7 +133,7 @@ def of_inverse(rng: Rng, size: Size) -> list[Any]:
     wraps = rng.random(size.joints) < 0.2
     for oriented in (False, True):
         target = random_pose(rng)
-        ends, distance, angle = chain.inverse(seeds, joint, tool, target, oriented, (lowest, -lowest, wraps), 15)
+        ends, distance, angle = chain.inverse(seeds, joint, tool, target[None], oriented, (lowest, -lowest, wraps), 15)
         tips = chain.points(ends, joint, tool[:3, 3])
         assert np.abs(np.linalg.norm(tips - target[:3, 3], axis=1) - distance).max(initial=0.0) < 1e-12
         assert (angle >= 0).all()
@@ -178,7 +175,7 @@ def of_keeping(rng: Rng, size: Size) -> list[Any]:
         assert (found[-1][good] >= -1e-8).all()
     curves = np.stack([there, 0.1 * rng.normal(size=q.shape), 0.01 * rng.normal(size=q.shape)], axis=1)
     per_joint = np.ones((2, size.joints)), np.ones((2, size.joints, size.joints)), np.ones((2, size.joints))
-    proven = keeping.proven(curves, KeptBounds(*per_joint, *np.full((2, 2 * k), 3.0)), 1e-9, 1e-6)
+    proven = keeping.proven(curves, (*per_joint, *np.full((2, 2 * k), 3.0)), 1e-9, 1e-6)
     assert not proven[~good].any()
     found.append(proven)
     empty = tuple(array[:0] for array in pieces)
@@ -288,8 +285,8 @@ def of_tree_paths(rng: Rng, size: Size) -> list[Any]:
     point, wraps = rng.normal(size=3), rng.random(dof) < 0.3
     starts, goals = (rng.uniform(-2, 2, (count, dof)) for count in (1, 2))
     for longest, floor, limit in ((np.inf, 0.0, 60), (np.inf, 1e-3, 60), (8.0, 0.0, 60), (np.inf, 0.0, 0)):
-        space = SearchSpace(np.full(dof, -2.5), np.full(dof, 2.5), wraps, longest, (dof, point, 3), floor, 0.2)
-        path, looked_at = tree_path(world, bounds_of(world), space, starts, goals, 0.7, 0.5, 5, limit)
+        space = (np.full(dof, -2.5), np.full(dof, 2.5)), wraps, longest, (dof, point, 3), floor, 0.2
+        path, looked_at = world.tree_path(bounds_of(world), *space, starts, goals, 0.7, 0.5, 5, limit)
         assert 0 <= looked_at <= limit
         if path is not None:
             assert world.first_near(path[1:-1]) == len(path[1:-1])
@@ -303,7 +300,7 @@ def of_walks(rng: Rng, size: Size) -> list[Any]:
     found, few = [], replace(size, rows=min(size.rows, 40))
     for degree in (0, 1, 2, 5, 16):
         curves = np.stack([states(rng, few) * 0.02**k for k in range(degree + 1)], axis=1)
-        parts, moved, shares = walk(world, bounds_of(world), curves, 0.1)
+        parts, moved, shares = world.walk(bounds_of(world), curves, 0.1)
         assert (parts >= 1).all()
         assert len(moved) == parts.sum()
         assert ((moved >= 0) & (moved <= 0.1 * (1 + 1e-9))).all()
@@ -471,7 +468,7 @@ def of_gates(rng: Rng, size: Size) -> list[Any]:
             assert (judged.kind, judged.joint) == ((broken[first, 0] + 1) % 4, broken[first, 1])
         else:
             assert (judged.reason, judged.piece) == ((2, count) if count < len(pieces) else (0, 0))
-        found += [judged, pieces, knots]
+        found += [judged.proven, judged.reason, judged.piece, pieces, knots]
     return found
 
 
@@ -572,8 +569,10 @@ def of_refinement(rng: Rng, size: Size) -> list[Any]:
     mixes, limits = rng.random((4, 2)), (np.full(dof, -1.0), np.full(dof, 1.0))
     ends = np.sort(rng.permuted(np.tile(np.arange(len(path)), (5, 1)), axis=1)[:, :2], axis=1)
     for kind, first in ((0, 1), (1, 2), (2, 1)):
-        prices, inner = prices_of(rng, size, kind), np.arange(first, len(path) - 1, 2)
-        judge = Judge(world, bounds_of(world), 1e-3, Charge(chain, prices))
+        wraps, inner = rng.random(dof) < 0.3, np.arange(first, len(path) - 1, 2)
+        tool = dof, np.ones(3), 3
+        charge = Charge(chain, (*NUMBERS, 0.0), kind, kind == 2, 3 + 2 * kind, wraps, *tool)
+        judge = Judge(world, bounds_of(world), 1e-3, charge)
         draws = rng.normal(size=(5, max(0, (len(path) - 1) // 2), 3, dof + 1))
         sweeps = Descent(path, first, Step(0.1, 0.2), 0.05, 0.02, limits, mixes, draws, 4)
         one, begin, k = sweeps._replace(draws=draws[:1]), np.zeros(draws.shape[1], dtype=np.int64), len(inner)
@@ -584,9 +583,9 @@ def of_refinement(rng: Rng, size: Size) -> list[Any]:
             assert step == (0.1 * 0.7, np.mean(chosen >= 0))
             for row in inner[chosen >= 0]:
                 ways = [np.array([path[row - 1], q, path[row + 1]]) for q in (path[row], moved.path[row])]
-                costs = [Charge(chain, prices).costs(way[:-1], way[1:]).sum() for way in ways]
+                costs = [charge.costs(way[:-1], way[1:]).sum() for way in ways]
                 assert costs[1] < 0.98 * costs[0]
-                assert (prices.wraps | (np.abs(moved.path[row]) <= 1.0)).all()
+                assert (wraps | (np.abs(moved.path[row]) <= 1.0)).all()
             found += of_refined(world, path, moved)
             begin[:k] = np.where(chosen < 0, 4, chosen + 1)
         found += swept(world, judge, sweeps)
@@ -644,28 +643,6 @@ def of_refined(world: NativeWorld, before: Any, refined: Refined) -> list[Any]:
     return [path, refined.chosen, clearance[new], samples]
 
 
-def of_costs(rng: Rng, size: Size) -> list[Any]:
-    w, weights, found = rng.uniform(0, 1, (size.rows, 9)), rng.random(9), []
-    for kind in (0, 1, 2):
-        costs = manipulability_costs(w, 0.1, 0.8, 0.01, kind)
-        sums = manipulability_cost_sums(w, weights, 0.1, 0.8, 0.01, kind)
-        assert ((costs >= 0.01) & (costs <= 1.0)).all()
-        np.testing.assert_allclose(sums, costs @ weights, rtol=1e-12)
-        found += [costs, sums]
-    return found
-
-
-def of_polynomials(rng: Rng, size: Size) -> list[Any]:
-    n, dof = size.rows, size.joints
-    pieces, seconds = rng.normal(size=(n + 1, rng.integers(1, 7), dof)), rng.uniform(0.1, 2.0, n + 1)
-    least, largest = polynomial_extrema(pieces)
-    assert (least <= pieces.sum(axis=1) + 1e-12).all()
-    assert (largest >= pieces[:, 0]).all()
-    share, piece, joint = polynomial_worst(pieces, seconds, 0, np.full(dof, 0.5), 0.0)
-    assert share == 2.0 * max(-least[piece, joint], largest[piece, joint]) == 2.0 * max(-least.min(), largest.max())
-    return [least, largest, np.array([polynomial_worst(pieces, seconds, k, np.ones(dof), 1.0) for k in range(4)])]
-
-
 def of_curves(rng: Rng, size: Size) -> list[Any]:
     """Lines, and parabolas that are ramps of all joints alike, so that motions along them are quick to tell."""
     m, dof = size.rows + 1, size.joints
@@ -701,70 +678,11 @@ def of_curves(rng: Rng, size: Size) -> list[Any]:
     return [phases, clock, q, qd, piece, *mean, shares, points, walked, *ramps]
 
 
-def of_graphs(rng: Rng, size: Size) -> list[Any]:
-    n, m = size.nodes, 2 * size.nodes if size.nodes > 1 else 0
-    arcs, lengths = rng.integers(0, n, (m, 2)), rng.uniform(0, 1, m)
-    pairs, limits = rng.integers(0, n, (size.rows, 2)), rng.choice([0.5, 2.0, np.inf], size.rows)
-    away = graphs.detours(n, arcs, lengths, pairs, limits)
-    assert ((away <= limits) | np.isinf(away)).all()
-    assert (away[pairs[:, 0] == pairs[:, 1]] == 0).all()
-    ends = rng.integers(0, n, (2, min(n, 3)))
-    path, used = graphs.cheapest_path(n, arcs, lengths, *ends)
-    assert np.array_equal(arcs[used], np.column_stack([path[:-1], path[1:]]))
-    costs = graphs.cheapest_costs(n, arcs, lengths, ends[1], np.zeros(ends.shape[1]))
-    assert (costs[ends[1]] == 0).all()
-    assert len(np.unique(path)) == len(path)
-    assert not len(path) or costs[path[0]] == costs[ends[0]].min()
-    return [away, path, used, costs, graphs.detours(n, arcs[:0], lengths[:0], pairs[:0], limits[:0])]
-
-
-def of_dynamics(rng: Rng, size: Size) -> list[Any]:
-    rows, sources = size.nodes - 1, 1
-    counts = rng.integers(1, 4, rows)
-    starts, heads = np.cumsum(counts) - counts, rng.integers(0, rows + sources, int(counts.sum()))
-    hops = hops_to_source(np.append(np.append(starts, heads.size), heads.size), heads, np.array([rows]))
-    assert hops[rows] == 0
-    offset, y = rng.uniform(0.1, 1.0, heads.size), np.append(rng.uniform(0, 9, rows), 0.0)
-    found: list[Any] = [hops]
-    for slope in (None, rng.uniform(0.5, 1.5, heads.size)):
-        arcs = NativeArcs(starts, heads, slope, offset)
-        values = (1.0 if slope is None else slope) * y[heads] + offset
-        expected = np.minimum.reduceat(values, starts) if rows else np.empty(0)
-        for chosen in (None, np.flatnonzero(rng.random(rows) < 0.5)):
-            at = slice(None) if chosen is None else chosen
-            found.append(arcs.parent_values(chosen, y))
-            np.testing.assert_array_equal(found[-1], expected[at])
-            xhat, residual, lowest, highest, moving = arcs.standing(chosen, y)
-            np.testing.assert_array_equal(xhat[at], y[:rows][at] - expected[at])
-            assert residual == np.abs(xhat).max(initial=0.0)
-            flow = NativeFlow(1.0, 0.5, 0.4, 2 / 7)
-            found += [xhat, lowest, highest, moving, *arcs.step(flow, chosen, y, xhat, 0.01, 0.02, 1.0)]
-    return found
-
-
-def of_flows(rng: Rng, size: Size) -> list[Any]:
-    rows, found = size.nodes, []
-    y, xhat = rng.uniform(0, 9, rows), rng.normal(size=rows)
-    for numbers in ((1.0, 0.5, 0.4, 2 / 7), (1.0, 1.0, 0.0, 0.0), (1.0, 1.0, 1e-4, 2.0)):
-        flow = NativeFlow(*numbers)
-        for order in (STRANG, BRAKE_THEN_SINK, SINK_THEN_BRAKE):
-            found.append(flow.moved(order, xhat, 0.1))
-            assert (np.abs(found[-1]) <= np.abs(xhat)).all()
-        for chosen in (None, np.flatnonzero(rng.random(rows) < 0.5)):
-            following, m = y.copy(), y - xhat if chosen is None else (y - xhat)[chosen]
-            flow.sketch(chosen, y, xhat, 0.05, following)
-            assert np.isfinite(following).all()
-            found += [following.copy(), flow.advance(chosen, m, y, xhat, 0.1, 1.0, following), following]
-            assert np.isfinite(following).all()
-    return found
-
-
 CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
         of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_tree_paths, of_walks,
         of_proofs, of_travels, of_proofs_in_time, of_chunks, of_stops, of_gates, of_curves_of_chunks, of_choices,
-        of_costs,
-        of_motion_costs, of_refinement, of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
+        of_motion_costs, of_refinement, of_curves,
     )
 }  # fmt: skip

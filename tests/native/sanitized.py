@@ -1,22 +1,24 @@
-"""The tests of the compiled library under the address and undefined-behaviour sanitizers: ``make sanitize``.
+"""The tests of the compiled code under the address and undefined-behaviour sanitizers: ``make sanitize``.
 
     python -m tests.native.sanitized                    # what follows goes to pytest
     python -m tests.native.sanitized thread             # data races instead
 
-The library is compiled a second time, into ``build``, and takes the place of the installed one before a test is
+The module is compiled a second time, into ``build``, and takes the place of the installed one before a test is
 imported. A sanitizer has to be in a process before Python is, so the tests run in another one.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 HERE = "tests.native.sanitized"
-LIBRARY = "SANITIZED_LIBRARY"  # the variable that says to the other process which one
+MODULE = "SANITIZED_MODULE"  # the variable that says to the other process which one
 RUNTIME = {"address": "libasan.so", "thread": "libtsan.so"}
 CHECKS = {"address": "address,undefined", "thread": "thread"}
 OPTIONS = {
@@ -24,26 +26,24 @@ OPTIONS = {
     "UBSAN_OPTIONS": "print_stacktrace=1",
     "TSAN_OPTIONS": "ignore_noninstrumented_modules=1",  # locks that are not compiled with it are unknown to it
 }
-# calls past the door that read behind an array, or write into one at once: who would not see these looked at nothing
-CHAIN = f"""
+# an array that is shorter than it says, and one that two threads write into: who would not see these looked at nothing
+FLOW = f"""
 import threading
 import numpy as np
 import {HERE}
-from planner.native.library import NativeChain, _at, _library
-turns = np.zeros((1, 3, 3, 3))
-chain = NativeChain(np.zeros(1), np.zeros(1), turns, *np.zeros((3, 1, 3)))
-q, point, found = np.zeros(1000), np.zeros(3), np.zeros((1001, 3))
+from planner.native.compiled import NativeFlow
+flow, y = NativeFlow(1.0, 1.0, 0.0, 0.0), np.ones(5000)
 """
 SEEN = {
     "address": (
         "heap-buffer-overflow",
-        CHAIN + "_library.chain_points(chain.handle, 1001, _at(q), 1, _at(point), _at(found))",
+        FLOW + "flow.moved(0, np.lib.stride_tricks.as_strided(y, (5001,), (8,)), 0.1)",
     ),
     "thread": (
         "data race",
-        CHAIN
+        FLOW
         + """
-ask = lambda: [_library.chain_points(chain.handle, 1000, _at(q), 1, _at(point), _at(found)) for _ in range(100)]
+ask = lambda: [flow.sketch(None, y, y, 0.1, y) for _ in range(100)]
 both = [threading.Thread(target=ask) for _ in range(2)]
 any(thread.start() for thread in both), any(thread.join() for thread in both)
 """,
@@ -54,9 +54,9 @@ any(thread.start() for thread in both), any(thread.join() for thread in both)
 def main(arguments: list[str]) -> int:
     """Compile, see that the sanitizer sees, and run the tests; what pytest returns."""
     kind = arguments.pop(0) if arguments[:1] == ["thread"] else "address"
-    # the C++ runtime as well: the sanitizer looks for what throws before the library brings it
+    # the C++ runtime as well: the sanitizer looks for what throws before the module brings it
     preloaded = " ".join(map(runtime, (RUNTIME[kind], "libstdc++.so.6")))
-    whole = os.environ | OPTIONS | {"LD_PRELOAD": preloaded, LIBRARY: str(compiled(kind)), "PYTHONPATH": str(ROOT)}
+    whole = os.environ | OPTIONS | {"LD_PRELOAD": preloaded, MODULE: str(compiled(kind)), "PYTHONPATH": str(ROOT)}
     words, calls = SEEN[kind]
     seen = subprocess.run([sys.executable, "-c", calls], env=whole, capture_output=True, text=True, check=False)
     if words not in seen.stderr:
@@ -77,20 +77,21 @@ def runtime(name: str) -> str:
 
 
 def compiled(kind: str) -> Path:
-    """The library with the checks of one ``kind`` in it."""
-    sys.path.insert(0, str(ROOT))
-    from hatch_build import compile_library
-
-    os.environ["CXX"] = "g++"  # whose sanitizers are preloaded
-    path = Path("build") / kind / "libplanner.so"
-    checks = [f"-fsanitize={CHECKS[kind]}", "-fno-sanitize-recover=undefined", "-O1", "-g", "-fno-omit-frame-pointer"]
-    compile_library(ROOT, path, checks)
-    return ROOT / path
+    """The module with the checks of one ``kind`` in it, by GCC, whose sanitizers are preloaded."""
+    here = str(Path(sys.executable).parent)
+    cmake, ninja = (shutil.which(name, path=here) or name for name in ("cmake", "ninja"))
+    folder, given = ROOT / "build" / kind, [f"-DSANITIZER={CHECKS[kind]}", f"-DPython_EXECUTABLE={sys.executable}"]
+    given += ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_COMPILER=g++", f"-DCMAKE_MAKE_PROGRAM={ninja}"]
+    subprocess.run([cmake, "-G", "Ninja", "-S", ROOT, "-B", folder, *given], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([cmake, "--build", folder, "--target", "compiled"], check=True)
+    return next(folder.glob("compiled.*.so"))
 
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))
-elif LIBRARY in os.environ:  # as a plugin of pytest, which loads it before anything that asks the library
-    from planner.native import loading
-
-    loading.library = loading.load(Path(os.environ[LIBRARY]))
+elif MODULE in os.environ:  # as a plugin of pytest, which loads it before anything that asks the module
+    spec = spec_from_file_location("planner.native.compiled", os.environ[MODULE])
+    assert spec is not None
+    assert spec.loader is not None
+    sys.modules[spec.name] = module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[spec.name])

@@ -4,12 +4,18 @@ import math
 
 import numpy as np
 import pytest
+from planner.native.compiled import (
+    BRAKE_THEN_SINK,
+    SINK_THEN_BRAKE,
+    STRANG,
+    NativeArcs,
+    NativeFlow,
+    hops_to_source,
+    set_threads,
+)
 from scipy.integrate import solve_ivp
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
-
-from planner.native import dynamics
-from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeArcs, NativeFlow, hops_to_source
 
 EXPONENTS = [(2 / 5, 2 / 7), (8 / 9, 4.0), (2 / 11, 8 / 7), (98 / 99, 998.0), (2e-6, 2e-6), (0.4, 2e-6)]
 
@@ -128,14 +134,14 @@ def test_a_step_is_made_of_its_parts(rows):
     assert share == pytest.approx(off.max(), rel=1e-12)
 
 
-def test_the_same_bits_on_any_number_of_threads(monkeypatch):
+def test_the_same_bits_on_any_number_of_threads():
     rng = np.random.default_rng(3)
     n = 30_011
     flow, arcs = NativeFlow(1.0, 1.0, 2 / 5, 2 / 7), NativeArcs(*random_arcs(rng, n, True))
     y, xhat = rng.normal(size=n + 3), rng.normal(size=n)
     answers = []
-    for count in (1, 2, 7):
-        monkeypatch.setattr(dynamics, "threads", lambda count=count: count)
+    for count in (1, 2, 7, 0):
+        set_threads(count)
         following = y.copy()
         m = arcs.parent_values(None, y)
         share = flow.advance(None, m, y, xhat, 0.1, 1.0, following)

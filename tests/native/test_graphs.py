@@ -6,10 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from planner.native.compiled import cheapest_costs, detours
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from planner.native.graphs import cheapest_costs, cheapest_nodes, detours
+from planner.native.graphs import cheapest_nodes
 
 
 def test_the_cheapest_path_is_dijkstras_over_directed_arcs() -> None:

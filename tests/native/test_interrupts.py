@@ -11,27 +11,17 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
 
 import numpy as np
 import pytest
+from planner.native.compiled import Charge, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
 
-from planner.base.progress import StopRequest
-from planner.native import graphs, loading
-from planner.native.library import Charge, KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping
-from planner.native.motions import (
-    curve_chords,
-    curve_next_ramp,
-    curve_phases,
-    motion_mean,
-    motion_shares,
-    polynomial_extrema,
-)
+from planner.base.interrupts import StopRequest, stop_requests
+from planner.native import compiled
 from planner.native.refinement import Descent, EvenStretches, Judge, Step, descend, even_stretches
-from planner.native.world import NativeWorld
-from tests.native.sanitized import LIBRARY
+from tests.native.sanitized import MODULE
 
-SOON = 5.0 if LIBRARY in os.environ else 1.0  # s: sanitizers are slower, and look for something else
+SOON = 5.0 if MODULE in os.environ else 1.0  # s: sanitizers are slower, and look for something else
 TURNS = np.eye(3)
 
 
@@ -39,44 +29,21 @@ class Rung(Exception):
     pass
 
 
-def ring(*_: object) -> None:
-    raise Rung
-
-
-def at_work(handler: Callable[..., None]) -> Callable[..., None]:
-    """``handler``, of an alarm, but while the compiled library works: else the alarm rings again a little later."""
-
-    def heard(number: int, frame: FrameType | None) -> None:
-        while frame is not None and frame.f_code is not loading._asked.__code__:
-            frame = frame.f_back
-        if frame is None:
-            signal.setitimer(signal.ITIMER_REAL, 0.01)
-        else:
-            heard_at.append(time.process_time())
-            handler(number, frame)
-
-    return heard
-
-
-heard_at: list[float] = []  # s of processor
-
-
 @contextmanager
-def alarm(seconds: float, handler: Callable[..., None] = ring) -> Iterator[None]:
-    before = signal.signal(signal.SIGALRM, handler)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+def asking(request: Callable[[], bool]) -> Iterator[None]:
+    """While entered, long calls ask this too."""
+    stop_requests.append(request)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        stop_requests.remove(request)
 
 
 def slider() -> NativeChain:
     """One joint that slides along x."""
     turns = np.stack([TURNS, 0 * TURNS, 0 * TURNS])[None]
     x = np.array([[1.0, 0, 0]])
-    return NativeChain(np.zeros(1), np.ones(1), turns, np.zeros((1, 3)), x, x)
+    return NativeChain(np.zeros(1, dtype=int), np.ones(1, dtype=bool), turns, np.zeros((1, 3)), x, x)
 
 
 def rail(chain: NativeChain) -> NativeWorld:
@@ -85,7 +52,7 @@ def rail(chain: NativeChain) -> NativeWorld:
     world.add_spheres(world.add_hull(1, np.zeros((1, 3)), 0.01), np.zeros((1, 3)), np.full(1, 0.01))
     ends, half = np.array([[-1e5, 0, 0.03], [1e5, 0, 0.03]]), np.array([1e5, 0, 0])
     world.add_target(world.add_hull(-1, ends, 0.0), TURNS, np.array([0, 0, 0.03]), half, 0.0, False)
-    world.set_pairs(np.array([[0, 1]]), np.ones(1))
+    world.set_pairs(np.array([[0, 1]]), np.ones(1, dtype=bool))
     return world
 
 
@@ -93,25 +60,26 @@ CHAIN = slider()
 WORLD = rail(CHAIN)
 BOUNDS = WORLD.bounds(np.ones((1, 1)), np.ones((1, 1)), np.zeros(1, dtype=bool))
 ALONG = np.array([[[-9e4], [18e4]]])  # a million samples and more
-ONE, POINT = np.ones(1, dtype=np.int64), np.zeros(3)
+ONE, NO, POINT = np.ones(1, dtype=np.int64), np.zeros(1, dtype=bool), np.zeros(3)
 MANY = 1_000_000
 
 
 def boxes(k: int) -> NativeBoxes:
     frames = np.array([TURNS] * k), np.zeros((k, 3))
-    return NativeBoxes(CHAIN, np.ones(k), np.ones((k, 3)), np.zeros(k), *frames, np.full((k, 3), 5), np.full((k, 3), 6))
+    ones, nothing = np.ones(k, dtype=int), np.zeros(k, dtype=int)
+    return NativeBoxes(CHAIN, ones, np.ones((k, 3)), nothing, *frames, np.full((k, 3), 5.0), np.full((k, 3), 6.0))
 
 
 KEEPING = NativeKeeping(  # of what no position has: x >= 1e5
-    CHAIN, ONE, np.eye(4)[None], ONE, ONE, np.zeros(1), np.eye(12)[:1], np.zeros(1), np.full(1, 1e5), np.ones(1),
-    (np.full(1, -9.0), np.full(1, 9.0), np.zeros(1)),
+    CHAIN, ONE, np.eye(4)[None], ONE, ONE, NO, np.eye(12)[:1], np.zeros(1), np.full(1, 1e5), np.ones(1),
+    (np.full(1, -9.0), np.full(1, 9.0), NO),
 )  # fmt: skip
 
 
 def far_away() -> tuple[object, ...]:
-    limits, goal = (np.full(1, -9.0), np.full(1, 9.0), np.zeros(1)), np.eye(4)
+    limits, goal = (np.full(1, -9.0), np.full(1, 9.0), NO), np.eye(4)
     goal[1, 3] = 1.0
-    return np.linspace(-9, 9, MANY // 2)[:, None], 1, np.eye(4), goal, True, limits, 1000
+    return np.linspace(-9, 9, MANY // 2)[:, None], 1, np.eye(4), goal[None], True, limits, 1000
 
 
 LIMITS = np.ones(9), np.ones(9)
@@ -126,7 +94,7 @@ def phases(count: int) -> np.ndarray:
 
 
 def ramps() -> tuple[object, ...]:
-    moments, bound = np.zeros((MANY, 2)), (ONE, ONE)
+    moments, bound = np.zeros((MANY, 2)), (np.ones(1), np.ones(1))
     return WORLD, BOUNDS, 1e-4, curve()[:, :, :1], phases(1), moments, np.ones(1000), bound, bound
 
 
@@ -146,15 +114,13 @@ def zigzag() -> np.ndarray:
     return np.tile([[0.0], [1.0]], (MANY // 20 + 1, 1))[: MANY // 10 + 1]
 
 
-PRICES = MotionPrices(
-    np.array([0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1, 0.0]), 1, False, 9, np.zeros(1), 1, POINT, 6
-)  # fmt: skip
-JUDGE = Judge(WORLD, BOUNDS, 1e-4, Charge(CHAIN, PRICES))
+CHARGE = Charge(CHAIN, (0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1, 0.0), 1, False, 9, NO, 1, POINT, 6)
+JUDGE = Judge(WORLD, BOUNDS, 1e-4, CHARGE)
 
 
 def long_descent() -> Descent:
     draws = np.zeros((2, MANY // 20, 9, 2))
-    return Descent(zigzag(), 1, Step(0.1), 1e-9, 0.0, (-ONE, ONE), np.ones((9, 2)), draws, 1)
+    return Descent(zigzag(), 1, Step(0.1), 1e-9, 0.0, (-np.ones(1), np.ones(1)), np.ones((9, 2)), draws, 1)
 
 
 def long_stretches() -> EvenStretches:
@@ -162,7 +128,7 @@ def long_stretches() -> EvenStretches:
     return EvenStretches(zigzag(), np.array([[[0, end]] * k]), np.ones((1, k, 1), dtype=bool), np.ones((1, k)), 0.0, 2)
 
 
-ZERO, HALF = np.zeros(1), np.full(1, MANY // 2)
+ZERO, HALF = np.zeros(1, dtype=int), np.full(1, MANY // 2)
 # what is called, and with what
 LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] = {
     "path_lengths": (
@@ -173,7 +139,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         CHAIN.manipulability_along,
         lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, 6),
     ),
-    "motion_costs": (Charge(CHAIN, PRICES).costs, lambda: (np.zeros((2**20, 1)), np.ones((2**20, 1)))),
+    "motion_costs": (CHARGE.costs, lambda: (np.zeros((2**20, 1)), np.ones((2**20, 1)))),
     "descend": (descend, lambda: (JUDGE, long_descent())),
     "even_stretches": (even_stretches, lambda: (JUDGE, long_stretches())),
     "inverse": (CHAIN.inverse, far_away),
@@ -182,7 +148,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         KEEPING.proven,
         lambda: (
             np.array([[[1e5], [8.0]]]),
-            KeptBounds(np.ones((1, 1)), np.full((1, 1, 1), 1e6), np.ones((1, 1)), np.full(1, 1e6), np.zeros(1)),
+            (np.ones((1, 1)), np.full((1, 1, 1), 1e6), np.ones((1, 1)), np.full(1, 1e6), np.zeros(1)),
             1.0,
             1e-9,
         ),
@@ -198,51 +164,58 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
     "first_proven": (WORLD.first_proven, lambda: (BOUNDS, ALONG, ONE, ONE, 0 * ONE, 1e-4)),
     "cheapest_chain": (
         WORLD.cheapest_chain,
-        lambda: (BOUNDS, np.array([[-9e4], [0], [9e4]]), np.triu(np.ones((3, 3))), 1e-4),
+        lambda: (BOUNDS, np.array([[-9e4], [0.0], [9e4]]), np.triu(np.ones((3, 3))), 1e-4),
     ),
-    "curve_chords": (curve_chords, lambda: (curve()[:, :, :1], 50 * MANY, 0.1)),
-    "motion_shares": (motion_shares, lambda: (*points()[:3], points()[2], np.ones((3, 9)))),
-    "curve_phases": (curve_phases, lambda: (curve(), ONE, 1_000_000 * ONE, *LIMITS)),
-    "motion_mean": (motion_mean, points),
-    "curve_next_ramp": (curve_next_ramp, ramps),
-    "polynomial_extrema": (polynomial_extrema, lambda: (np.random.default_rng(0).normal(size=(MANY // 4, 6, 9)),)),
-    "cheapest_costs": (graphs.cheapest_costs, lambda: circle(4, ZERO, ZERO)),
-    "cheapest_nodes": (graphs.cheapest_nodes, lambda: circle(6, HALF, ZERO)),
-    "detours": (graphs.detours, lambda: circle(1, np.tile([0, MANY // 2], (50, 1)), np.full(50, np.inf))),
+    "curve_chords": (compiled.curve_chords, lambda: (curve()[:, :, :1], 50 * MANY, 0.1)),
+    "motion_shares": (compiled.motion_shares, lambda: (*points()[:3], points()[2], np.ones((3, 9)))),
+    "curve_phases": (compiled.curve_phases, lambda: (curve(), ONE > 0, 1_000_000 * ONE, *LIMITS)),
+    "motion_mean": (compiled.motion_mean, points),
+    "curve_next_ramp": (compiled.curve_next_ramp, ramps),
+    "polynomial_extrema": (
+        compiled.polynomial_extrema,
+        lambda: (np.random.default_rng(0).random((MANY // 4, 6, 9)),),
+    ),
+    "cheapest_costs": (compiled.cheapest_costs, lambda: circle(4, ZERO, np.zeros(1))),
+    "cheapest_path": (compiled.cheapest_path, lambda: circle(6, HALF, ZERO)),
+    "detours": (compiled.detours, lambda: circle(1, np.tile([0, MANY // 2], (50, 1)), np.full(50, np.inf))),
 }
 
 
 @pytest.mark.parametrize("name", LONG)
-def test_what_a_handler_raises_ends_a_long_call(name: str) -> None:
+def test_what_is_raised_ends_a_long_call(name: str) -> None:
+    asked_at = []
+
+    def ring() -> bool:
+        asked_at.append(time.process_time())
+        raise Rung
+
     call, arguments = LONG[name]
     given = arguments()
-    with alarm(0.15, at_work(ring)), pytest.raises(Rung):
+    with asking(ring), pytest.raises(Rung):
         call(*given)
-    assert time.process_time() - heard_at[-1] < 2 * SOON  # on two processors
+    assert time.process_time() - asked_at[0] < 2 * SOON  # on two processors
+    assert len(asked_at) == 1
     assert WORLD.first_near(np.zeros((1, 1))) == 1  # and nothing is left of it
 
 
 @pytest.mark.parametrize("name", ["prove", "first_proven", "cheapest_chain"])
 def test_where_a_stop_is_asked_for_what_is_not_proven_is_undecided(name: str) -> None:
-    with StopRequest() as stop, alarm(0.2, at_work(lambda *_: signal.raise_signal(signal.SIGINT))):
-        stop()
-        call, arguments = LONG[name]
-        found = call(*arguments())
+    call, arguments = LONG[name]
+    given = arguments()
+    with StopRequest() as stop, asking(lambda: bool(stop() or signal.raise_signal(signal.SIGINT))):
+        found = call(*given)
         assert stop()
-    assert time.process_time() - heard_at[-1] < 2 * SOON
     assert isinstance(found, tuple)
     assert np.asarray(found[0]).tolist() == {"prove": [2, 2], "first_proven": [-1], "cheapest_chain": [0, 1, 2]}[name]
 
 
 def test_a_thread_that_is_not_the_main_one_is_left_alone() -> None:
-    found = []
+    found, asked = [], []
     worker = threading.Thread(target=lambda: found.append(WORLD.first_near(np.zeros((MANY, 1)))))
-    worker.start()
-    with alarm(0.05), pytest.raises(Rung):
-        time.sleep(30)
-    while worker.is_alive():
-        time.sleep(0.01)
-    assert found == [MANY]
+    with asking(lambda: bool(asked.append(1)) or True):
+        worker.start()
+        worker.join()
+    assert (found, asked) == ([MANY], [])
 
 
 def test_ctrl_c_is_heard_by_a_program_that_knows_nothing_of_it() -> None:

@@ -7,17 +7,16 @@ from itertools import combinations_with_replacement, product
 
 import numpy as np
 import pytest
+from planner.native.compiled import NativeBoxes, NativeChain, NativeWorld, manipulability_costs, set_threads
 
 from benchmarks.attack.cases import Case
 from benchmarks.attack.claims import world_of
 from benchmarks.attack.true_distance import true_distance
 from planner.collision.bounds import ClearanceBound
 from planner.collision.edge_prover import EdgeProver
+from planner.collision.path_moves import first_free
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
-from planner.native import library
-from planner.native.library import NativeChain, manipulability_costs
-from planner.native.world import NativeWorld
 from planner.robot.poses import pose
 from planner.robot.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
 from tests.random_shapes import KINDS, blob, box_mesh, random_pose, random_shape
@@ -84,15 +83,15 @@ def test_triangles_without_area() -> None:
     assert close((Sphere(0.1), pose([0.3, 0.4, 0])), (needle, np.eye(4))) == pytest.approx(0.3)
 
 
-def test_the_same_bits_on_one_thread_and_on_many(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_same_bits_on_one_thread_and_on_many() -> None:
     checker, robot = checker_of("panda", "shelf"), load("panda")
     q = random_q(robot, 300, seed=1)
     answers = []
-    for count in (1, 2, 7):
-        monkeypatch.setattr(library, "threads", lambda count=count: count)
+    for count in (1, 2, 7, 0):
+        set_threads(count)
         prover, delta = EdgeProver(checker), 0.3 * np.roll(q, 1, axis=0)
         proofs, pairs = prover.prove(q, delta), np.full(150, 2)
-        first = prover.first_free(q, delta, pairs, np.full(50, 3))
+        first = first_free(prover, q, delta, pairs, np.full(50, 3))
         w = manipulability(robot, q)
         rows, numbers = np.divmod(np.arange(len(q) * checker.bound.native.pairs), checker.bound.native.pairs)
         gaps = checker.bound.close(*joint_placements(checker.chain, q), rows, numbers, 0.05)
@@ -107,7 +106,9 @@ def test_costs_of_w_take_the_math_modules_logarithm() -> None:
     share = (np.vectorize(math.log)(high) - np.vectorize(math.log)(np.clip(w, low, high))) / (
         math.log(high) - math.log(low)
     )
-    assert np.array_equal(manipulability_costs(w, low, high, zeta, 1), zeta + (1.0 - zeta) * share)
+    assert np.array_equal(
+        manipulability_costs(w.ravel(), low, high, zeta, 1).reshape(w.shape), zeta + (1.0 - zeta) * share
+    )
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5", "planar_2r"])
@@ -178,7 +179,7 @@ def test_points_are_found_in_boxes_however_many_there_are() -> None:
     points, shifts = rng.uniform(-1, 1, (2, count, 3))
     turns = np.array([random_pose(rng)[:3, :3] for _ in range(count)])
     low, high = np.full((count, 3), -1.6), np.full((count, 3), [1.2, 1.4, 1.6])
-    rows, local = library.NativeBoxes(chain, inner, points, outer, turns, shifts, low, high).hits(q)
+    rows, local = NativeBoxes(chain, inner, points, outer, turns, shifts, low, high).hits(q)
     rotation, position = chain.placements(q)
     world = np.einsum("knij,kj->nki", rotation[inner], points) + position[inner].swapaxes(0, 1)
     carried = np.einsum("knji,nkj->nki", rotation[outer], world - position[outer].swapaxes(0, 1)) - shifts
@@ -187,7 +188,7 @@ def test_points_are_found_in_boxes_however_many_there_are() -> None:
     assert 4 * len(q) < within.sum() < 25 * len(q)
     np.testing.assert_array_equal(rows, np.argwhere(within))
     np.testing.assert_allclose(local, own[within], rtol=0, atol=1e-14)
-    assert len(library.NativeBoxes(chain, inner, points, outer, turns, shifts, high, high).hits(q)[0]) == 0
+    assert len(NativeBoxes(chain, inner, points, outer, turns, shifts, high, high).hits(q)[0]) == 0
 
 
 def test_a_motion_looks_free_where_its_states_do() -> None:

@@ -1,4 +1,4 @@
-"""The threads of the compiled library: as few as calls want, the same ones every time, none in the way of the end."""
+"""The threads of the compiled code: as few as calls want, the same ones every time, none in the way of the end."""
 
 from __future__ import annotations
 
@@ -8,18 +8,17 @@ import sys
 
 import pytest
 
-from tests.native.sanitized import LIBRARY
+from tests.native.sanitized import MODULE
 
 BEGIN = """
 import os, sys, threading, time
 import numpy as np
-from planner.native import library
-from planner.native.library import NativeChain
+from planner.native.compiled import NativeChain, set_threads
 
-library.threads = lambda: 3
+set_threads(3)
 turns = np.stack([np.eye(3), 0 * np.eye(3), 0 * np.eye(3)])[None]
 x = np.array([[1.0, 0, 0]])
-chain = NativeChain(np.zeros(1), np.ones(1), turns, np.zeros((1, 3)), x, x)
+chain = NativeChain(np.zeros(1, dtype=int), np.ones(1, dtype=bool), turns, np.zeros((1, 3)), x, x)
 q = np.linspace(-1, 1, 20_000)[:, None]
 pieces = np.full(len(q), 4, dtype=np.int64)
 ask = lambda: chain.path_lengths(q, -q, pieces, 1, np.ones(3)).tobytes()
@@ -56,7 +55,7 @@ print(before, after, threads())
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
-@pytest.mark.skipif(LIBRARY in os.environ, reason="GCC's sanitizer leaves locks of its memory held in forked children")
+@pytest.mark.skipif(MODULE in os.environ, reason="GCC's sanitizer leaves locks of its memory held in forked children")
 def test_a_forked_child_has_threads_of_its_own() -> None:
     script = """
 first = ask()

@@ -10,7 +10,6 @@ import pytest
 from planner.base.errors import ArrayError
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability, measured_tool
-from planner.native.tree_search import SearchSpace, tree_path
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post
@@ -18,15 +17,19 @@ from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post
 STEP, APART = 0.4, 0.05
 
 
-def space_of(checker: CollisionChecker, longest: float = np.inf, floor: float = 0.0) -> SearchSpace:
-    robot = checker.robot
-    return SearchSpace(robot.lower, robot.upper, robot.continuous, longest, measured_tool(robot), floor, 0.1)
-
-
-def search(checker: CollisionChecker, starts: Any, goals: Any, seed: int = 0, limit: int = 20_000, **space: Any):
-    bound, asked = checker.bound, space_of(checker, **space)
+def search(
+    checker: CollisionChecker,
+    starts: Any,
+    goals: Any,
+    seed: int = 0,
+    limit: int = 20_000,
+    longest: float = np.inf,
+    floor: float = 0.0,
+):
+    bound, robot = checker.bound, checker.robot
+    space = (robot.lower, robot.upper), robot.continuous, longest, measured_tool(robot), floor, 0.1
     ends = np.atleast_2d(starts), np.atleast_2d(goals)
-    return tree_path(bound.native, bound.of_all, asked, *ends, STEP, APART, seed, limit)
+    return bound.native.tree_path(bound.of_all, *space, *ends, STEP, APART, seed, limit)
 
 
 @pytest.mark.parametrize("seed", range(5))

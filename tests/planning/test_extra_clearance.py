@@ -10,8 +10,7 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.checker import keeping
-from planner.collision.clearance import Clearance
-from planner.collision.looks import dense_states
+from planner.collision.looks import Clearance, dense_states
 from planner.planning.extra_clearance import clearance_of_path, halves, with_clearance
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, TimingRequest

@@ -22,7 +22,7 @@ from planner.planning.result import Plan
 from planner.problem.options import Backend
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
-from planner.roadmap.simplify import TOLERANCE
+from planner.roadmap.refine import TOLERANCE
 from planner.roadmap.storage import load_roadmap
 from planner.robot.poses import pose
 from planner.robot.scene import Scene

@@ -1,5 +1,7 @@
 """New starts and goals on a roadmap that is there."""
 
+from __future__ import annotations
+
 import re
 from dataclasses import replace
 
@@ -10,17 +12,18 @@ from planner import gabf
 from planner.base.errors import StateError
 from planner.base.progress import Progress
 from planner.collision import make_checker
+from planner.collision.edge_prover import EdgeProver
 from planner.collision.looks import recheck
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.connect_endpoints import attach
+from planner.roadmap.connect_endpoints import attach, bridges
 from planner.roadmap.connections import NEIGHBOURS
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import segments
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.search.network import build_network
-from tests.worlds import POST_START, checker_of, load, make_post, post_roadmap, scene_of
+from tests.worlds import POST_START, checker_of, load, make_post, post_roadmap, random_q, scene_of
 
 Q, OTHER = np.array([[-0.9, 1.2]]), np.array([[0.8, -1.1]])
 
@@ -192,13 +195,13 @@ def test_growing_follows_the_seed():
 
 
 def test_it_does_not_grow_where_it_need_not(caplog, monkeypatch):
-    monkeypatch.setattr("planner.roadmap.bridges.bridges", lambda *_, **__: pytest.fail("grown"))
+    monkeypatch.setattr("planner.roadmap.connect_endpoints.bridges", lambda *_, **__: pytest.fail("grown"))
     assert attach(around_the_post(), make_post(), Q, OTHER).connected
     assert not caplog.text
 
 
 def test_one_reachable_goal_of_several_is_enough(monkeypatch):
-    monkeypatch.setattr("planner.roadmap.bridges.bridges", lambda *_, **__: pytest.fail("grown"))
+    monkeypatch.setattr("planner.roadmap.connect_endpoints.bridges", lambda *_, **__: pytest.fail("grown"))
     monkeypatch.setattr("planner.roadmap.connect_endpoints.straight_paths", lambda *_: [])
     old = around_the_post()
     apart = [np.linalg.norm(old.nodes - q, axis=1) for q in (Q, OTHER)]
@@ -256,3 +259,53 @@ def test_ends_half_a_turn_apart_are_linked_in_pieces():
     _, delta = segments(new, robot, np.arange(len(new.edges)))
     assert new.connected
     assert robot.told_by_ends(delta).all()
+
+
+LEFT, RIGHT = (post_roadmap().nodes[post_roadmap().nodes[:, 0] * side > 0.8] for side in (-1, 1))  # of the post
+
+
+def assert_bridge(path: np.ndarray, part: np.ndarray, other: np.ndarray, prover: EdgeProver) -> None:
+    assert (part == path[0]).all(axis=1).any()
+    assert (other == path[-1]).all(axis=1).any()
+    delta = prover.robot.difference(path[:-1], path[1:])
+    assert np.linalg.norm(delta, axis=1).max() <= GrowthSettings().range * (1 + 1e-9)
+    assert all(recheck(prover.checker, q, d) is None for q, d in zip(path, delta, strict=False))
+
+
+@pytest.mark.parametrize("sizes", [(40, 9), (9, 40), (1, 1)])
+def test_where_nothing_is_in_the_way_the_nearest_pair_is_among_them(sizes: tuple[int, int]) -> None:
+    prover = EdgeProver(checker_of("planar_2r"))
+    part, other = (random_q(prover.robot, size, seed) for seed, size in enumerate(sizes))
+    found = bridges(prover, part, other)
+    apart = np.linalg.norm(part[:, None] - other[None], axis=2)
+    i, k = np.unravel_index(np.argmin(apart), apart.shape)
+    np.testing.assert_array_equal(found[0][[0, -1]], [part[i], other[k]])
+    for path in found:
+        assert_bridge(path, part, other, prover)
+
+
+def test_around_an_obstacle_the_path_is_searched() -> None:
+    prover = EdgeProver(make_post())
+    # the straight motions between these are blocked
+    part, other = LEFT[:1], RIGHT[:1]
+    assert not prover.prove(part, other - part).free[0]
+    (path,) = bridges(prover, part, other)
+    assert len(path) > 2
+    assert_bridge(path, part, other, prover)
+
+
+def test_the_seed_decides() -> None:
+    prover = EdgeProver(make_post())
+    one, same, other = (bridges(prover, LEFT[:1], RIGHT[:1], seed)[0] for seed in (3, 3, 4))
+    np.testing.assert_array_equal(one, same)
+    assert one.shape != other.shape or not np.array_equal(one, other)
+
+
+def test_without_a_way_there_is_none() -> None:
+    """Two walls shut the second configuration in."""
+    walls = [(Box((0.3, 0.02, 0.2)), pose([0.28, y, 0])) for y in (-0.12, 0.12)]
+    shut = EdgeProver(make_checker(load("planar_2r"), scene_of(*walls)))
+    part, other = np.array([[1.2, 0.5]]), np.array([[0.0, 0.0]])
+    assert bridges(shut, part, other, settings=GrowthSettings(join_motions=300)) == []
+    assert bridges(shut, part, other[:0]) == []
+    assert bridges(shut, part, other, progress=Progress(stop=lambda: True)) == []

@@ -1,5 +1,9 @@
 """Growing with OMPL: proven motions only, by seed, by counts."""
 
+from __future__ import annotations
+
+import itertools
+
 import numpy as np
 import pytest
 
@@ -9,14 +13,14 @@ from planner.base.resolutions import PROOF
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.looks import recheck
-from planner.roadmap.best_paths import best_path
+from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.grow import Growth, grow
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import Growth, GrowthSettings, ascend_manipulability, grow
 from planner.roadmap.roadmap import component_labels
+from planner.roadmap.shortcuts import best_path
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
-from planner.trajectory.measure import joint_path_length
+from planner.trajectory.measure import joint_path_length, path_contact
 from tests.random_shapes import box_mesh
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, scene_of
 
@@ -253,3 +257,26 @@ def test_a_ball_in_the_way_of_the_start_is_refused():
         build_roadmap(load("planar_2r"), checker, np.zeros(2), B[0], nodes=10)
     with pytest.raises(StateError, match="goal puts joint 'joint_2' at 3, outside its limits"):
         build_roadmap(load("planar_2r"), checker, B[0], np.array([0.0, 3.0]), nodes=10)
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "panda", "ur5"])
+def test_climbing_rises_all_the_way(name: str) -> None:
+    robot, checker = load(name), checker_of(name)
+    rng, done = np.random.default_rng(2), 0
+    for q in rng.uniform(robot.lower, robot.upper, (12, robot.dof)):
+        start = float(manipulability(robot, q[None])[0])
+        if not checker.bound.looks_free(q[None]) or start > 0.02:
+            continue
+        way = ascend_manipulability(EdgeProver(checker), q, 0.03)
+        share = np.linspace(0, 1, 12)[:, None]
+        w = manipulability(robot, np.concatenate([a + share * (b - a) for a, b in itertools.pairwise(way)]))
+        assert w.min() >= start - 1e-12
+        assert w[-1] >= 0.03
+        assert path_contact(checker, way) is None
+        done += 1
+    assert done
+
+
+def test_a_state_above_the_floor_needs_no_climb() -> None:
+    q = np.array([0.0, 0.5, 0, -1.2, 0, 0.8, 0])
+    assert len(ascend_manipulability(EdgeProver(checker_of("iiwa14")), q, 1e-3)) == 1

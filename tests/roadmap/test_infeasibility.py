@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.problem.reasons import BudgetSpent, Separated
+from planner.problem.outcome import BudgetSpent, Separated
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.infeasibility import why_apart
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.poses import pose

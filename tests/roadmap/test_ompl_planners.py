@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from planner.base.progress import Progress
-from planner.roadmap.joint_space import JointSpace
-from planner.roadmap.ompl_planners import TreePlanners
+from planner.roadmap.ompl_planners import JointSpace, TreePlanners
 
 LOWER, UPPER = np.array([-1.0, -1.0]), np.array([1.0, 1.0])
 PLANE = JointSpace(LOWER, UPPER, np.array([False, False]))

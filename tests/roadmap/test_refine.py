@@ -11,9 +11,9 @@ from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.objective import Objective
-from planner.roadmap.refine import PathRefiner, cut
-from planner.trajectory.measure import path_contact, path_manipulability
+from planner.problem.request import Objective
+from planner.roadmap.refine import TOLERANCE, PathRefiner, _meeting, simplified, split_evenly
+from planner.trajectory.measure import corners, path_contact, path_manipulability
 from tests.worlds import checker_of, load, small_plan
 
 
@@ -26,7 +26,7 @@ def unrefined() -> Plan:
 def test_rounds_make_a_path_cheaper_and_keep_its_motions_proven(beta: float) -> None:
     made = unrefined()
     refiner = PathRefiner(EdgeProver(made.checker), MotionCost(made.robot, made.roadmap.scale, Objective(beta)))
-    path = cut(made.path, 1.0)
+    path = split_evenly(made.path, 1.0)
     refined = refiner.finish(refiner.round(refiner.round(path)))
     np.testing.assert_array_equal(refined[[0, -1]], path[[0, -1]])
     assert refiner.total(refined) < refiner.total(path)
@@ -56,8 +56,42 @@ def test_a_floor_holds() -> None:
 def test_downhill_in_omega_raises_mean_w() -> None:
     made = unrefined()
     prover, scale = EdgeProver(made.checker), made.roadmap.scale
-    path = cut(made.path, 1.0)
+    path = split_evenly(made.path, 1.0)
     short, good = (
         PathRefiner(prover, MotionCost(made.robot, scale, Objective(beta))).round(path) for beta in (1.0, 0.0)
     )
     assert path_manipulability(made.robot, good).mean() > 1.1 * path_manipulability(made.robot, short).mean()
+
+
+@pytest.mark.parametrize(("beta", "fewer"), [(0.0, 2), (1.0, 1)])
+def test_corners_become_fewer_at_a_bounded_price(beta: float, fewer: int) -> None:
+    made = unrefined()
+    refiner = PathRefiner(EdgeProver(made.checker), MotionCost(made.robot, made.roadmap.scale, Objective(beta)))
+    path = refiner.descend(split_evenly(made.path, 0.5))
+    simple = simplified(refiner, path, np.random.default_rng(0))
+    np.testing.assert_array_equal(simple[[0, -1]], path[[0, -1]])
+    assert corners(simple) <= corners(path) - fewer
+    assert refiner.total(simple) <= (1.0 + TOLERANCE) * refiner.total(path)
+    assert EdgeProver(made.checker).prove(simple[:-1], np.diff(simple, axis=0)).free.all()
+    assert path_contact(made.checker, simple) is None
+
+
+def test_a_path_below_the_floor_stays_as_it_is() -> None:
+    """Its cost is infinite: no merger keeps to a share of that, and none was to be taken for all of them."""
+    made = unrefined()
+    path = split_evenly(made.path, 0.5)
+    cost = MotionCost(made.robot, made.roadmap.scale, Objective(0.5))
+    least = path_manipulability(made.robot, path).min()
+    refiner = PathRefiner(EdgeProver(made.checker), cost.above(1.1 * float(least)))
+    assert len(path) > 3
+    assert np.isinf(refiner.total(path))
+    with np.errstate(all="raise"):
+        np.testing.assert_array_equal(simplified(refiner, path, np.random.default_rng(0)), path)
+
+
+def test_lines_that_meet_do_so_in_one_point() -> None:
+    rng = np.random.default_rng(1)
+    a, meeting, aside = rng.normal(size=(3, 5, 4))
+    b = 2.0 * meeting - a + 0.3 * aside  # blunt corners
+    p, q = a + 0.9 * (meeting - a), b + 0.9 * (meeting - b)
+    np.testing.assert_allclose(_meeting(a, p, q, b), meeting, atol=1e-9)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.base.errors import FileError
-from planner.roadmap.roadmap import DTYPES
-from planner.roadmap.storage import load_roadmap, save_roadmap
+from planner.problem.request import PlanRequest, WorldRequest
+from planner.query.query import open_world
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.roadmap import DTYPES, Roadmap
+from planner.roadmap.storage import load_roadmap, reopen_plan, same_world, save_roadmap, summary
 from tests.random_shapes import QUICK
 from tests.worlds import post_roadmap
 
@@ -106,3 +110,58 @@ def test_other_files_and_versions_are_refused(tmp_path, monkeypatch):
     monkeypatch.undo()
     with pytest.raises(FileError, match="has format version 3, this planner reads 4"):
         load_roadmap(tmp_path / "old.npz")
+
+
+def of_window(margin: float = 0.01) -> Roadmap:
+    """A roadmap of built-in names."""
+    checker = open_world(WorldRequest("planar_2r", "window", margin=margin))
+    return build_roadmap(checker.robot, checker, [0.0, 0.5], [0.1, 0.5], nodes=6)
+
+
+def test_a_plans_world_is_the_one_that_its_roadmap_was_proven_in(tmp_path: Path) -> None:
+    roadmap, file = of_window(), tmp_path / "roadmap.npz"
+    save_roadmap(roadmap, file)
+    config = PlanRequest.from_options(robot="planar_2r", scene="window", margin=0.01).config()
+    assert same_world(roadmap, reopen_plan(config, file))
+    for other in ({"scene": "empty"}, {"margin": 0.02}, {"base": "0,0,1"}):
+        with pytest.raises(FileError, match=r"was proven for another robot or scene than its plan\.json names"):
+            reopen_plan(config | other, file)
+    with pytest.raises(FileError, match=r"options in the plan.json next to .* are not valid"):
+        reopen_plan(config | {"margin": "wide"}, file)
+
+
+def test_counts_are_those_of_the_arrays() -> None:
+    roadmap = post_roadmap()
+    unproven = roadmap.proven.copy()
+    unproven[:3] = False
+    some = replace(roadmap, proven=unproven, clearance=np.where(unproven, roadmap.clearance, 99.0))
+    told = summary(some)
+    neighbours = [sum(node in edge for edge in some.edges.tolist()) for node in range(len(some.nodes))]
+    assert told["degree"] == {"min": min(neighbours), "mean": np.mean(neighbours), "max": max(neighbours)}
+    assert told["edges_certified"] == len(some.edges) - 3
+    assert told["clearance"]["max"] == some.clearance[3:].max() < 99.0  # what has no proof promises nothing
+    assert sum(told["components"]) == len(some.nodes)
+    assert told["components"] == sorted(told["components"], reverse=True)
+    assert told["manipulability"]["0"] == some.manipulability.min()
+    assert told["manipulability"]["1"] == some.manipulability.max()
+
+
+def test_a_roadmap_without_edges_or_with_nothing_to_touch_has_no_numbers_for_them() -> None:
+    roadmap = post_roadmap()
+    free = replace(roadmap, clearance=np.full(len(roadmap.edges), np.inf))
+    assert summary(free)["clearance"] == {"min": None, "median": None, "max": None}
+    m = 0
+    bare = replace(
+        roadmap,
+        edges=roadmap.edges[:m],
+        proven=roadmap.proven[:m],
+        joint_length=roadmap.joint_length[:m],
+        tool_length=roadmap.tool_length[:m],
+        edge_manipulability=roadmap.edge_manipulability[:m],
+        clearance=roadmap.clearance[:m],
+        samples=roadmap.samples[:m],
+    )
+    assert summary(bare)["joint_length"]["max"] is None
+    assert not summary(bare)["connected"]
+    assert "none" in bare._repr_html_()
+    assert bare.record().text.endswith(f"{len(bare.nodes)} components")

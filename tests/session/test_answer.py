@@ -9,7 +9,7 @@ from planner import gabf
 from planner.problem.request import PlanRequest
 from planner.problem.targets import Joints
 from planner.query.query import Query, resolve_query
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.grow import GrowthSettings
 from planner.session.answer import Planning, answered
 from planner.session.live_roadmap import LiveRoadmap
 from tests.worlds import POST_GOAL, POST_START, make_post, post_roadmap

@@ -9,7 +9,7 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, is_free
-from planner.collision.clearance import Clearance
+from planner.collision.looks import Clearance
 from planner.planning.plan import plan
 from planner.planning.record import ClearanceRecord
 from planner.problem.request import PlanRequest, TimingRequest

@@ -50,7 +50,7 @@ inline int64_t first_beyond(int64_t count, int degree, int dof, const double* c,
     return -1;
 }
 
-// The stop from a state q, v, a (dof,), as calls/chunk.hpp has it: pieces (2, 5, dof) and their seconds (2,), both 0 where
+// The stop from a state q, v, a (dof,), as python/gate.hpp has it: pieces (2, 5, dof) and their seconds (2,), both 0 where
 // there is none; then `worst` is the kind of limit that is in the way, and the joint. `end` (3 dof,) is to work in.
 inline void stop_from(const double* q, int dof, const std::vector<double>& times, const StopLimits* limits,
                       double* pieces, double* seconds, int* worst, double* end) {
@@ -202,11 +202,10 @@ inline int64_t touches(const World& world, const Proof& proof) {
 // A world and the rules of it; any number of threads may ask at once, each works in a place of its own.
 class Gate {
    public:
-    // What the world and the reaches are has to stay where it is. Obstacles have speed limits if `is_timed`.
-    Gate(const World& world, const double* reach, const double* body_reach, const uint8_t* is_static,
-         const PointsInBoxes& boxes, bool is_timed, double room, GateRules rules)
-        : world_(world), reach_(reach), body_reach_(body_reach), static_(is_static), boxes_(boxes), is_timed_(is_timed),
-          room_(room), rules_(std::move(rules)) {
+    // The world, the bounds and the boxes have to stay where they are. Obstacles have speed limits if `is_timed`.
+    Gate(const World& world, const Bounds& bounds, const PointsInBoxes& boxes, bool is_timed, double room,
+         GateRules rules)
+        : world_(world), bounds_(bounds), boxes_(boxes), is_timed_(is_timed), room_(room), rules_(std::move(rules)) {
         idle_.push_back(new_place());
     }
 
@@ -250,8 +249,7 @@ class Gate {
    private:
     // What one thread works in.
     struct Room {
-        Room(const World& world, const double* reach, const double* body_reach, const uint8_t* is_static)
-            : prover(world, reach, body_reach, is_static) {}
+        Room(const World& world, const Bounds& bounds) : prover(world, bounds) {}
 
         void prepare(const Chunk& chunk, int dof, bool stop) {
             const size_t count = chunk.count, curves_of = 1 + (stop ? 3 : 1) * count;
@@ -313,7 +311,7 @@ class Gate {
         curves.at(static_cast<int>(found.proven), bad->where, at + 1);
     }
 
-    std::unique_ptr<Room> new_place() const { return std::make_unique<Room>(world_, reach_, body_reach_, static_); }
+    std::unique_ptr<Room> new_place() const { return std::make_unique<Room>(world_, bounds_); }
     std::unique_ptr<Room> taken() {
         {
             const std::lock_guard<std::mutex> alone(alone_);
@@ -332,8 +330,7 @@ class Gate {
     }
 
     const World& world_;
-    const double *reach_, *body_reach_;
-    const uint8_t* static_;
+    const Bounds& bounds_;
     const PointsInBoxes& boxes_;
     const bool is_timed_;
     const double room_;

@@ -21,6 +21,8 @@ class Glance {
         world.place_moving(0.0, scratch_.frames.data());
     }
 
+    int dof() const { return world_.chain.dof(); }
+
     // Whether the world is as large as when this was made.
     bool fits() const {
         return bounds_.size() == world_.pairs.size() && scratch_.x.size() == world_.radii.size() &&
@@ -52,10 +54,8 @@ class Glance {
     // Whether it finds nothing along a motion from `start` by `delta` but at `start`: at its end, in its middle, and
     // where no point moves further than `step` (m) from one state to the next. States are passed over that are clear as
     // one that was looked at is farther from everything than anything moves until there.
-    // `reach` (pairs, joints) and `body_reach` (bodies, joints) bound how a joint's motion changes distances, and moves
-    // points.
-    bool looks_free(const double* start, const double* delta, const double* reach, const double* body_reach,
-                    double step) {
+    bool looks_free(const double* start, const double* delta, const Bounds& bounds, double step) {
+        const double *reach = bounds.reach.data(), *body_reach = bounds.body_reach.data();
         const int dof = world_.chain.dof(), joints = world_.chain.size(), scene = world_.bodies * world_.obstacles();
         if (!within(delta, dof, farthest)) return false;
         std::vector<double> sizes(joints);

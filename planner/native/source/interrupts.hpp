@@ -19,7 +19,7 @@ enum class Told : int { go_on = 0, finish = 1, leave = 2 };
 struct Interrupted {};
 
 // Whom to ask, on which thread.
-inline std::atomic<int (*)()> ask{nullptr};
+inline std::atomic<Told (*)()> ask{nullptr};
 inline std::atomic<uint64_t> main_thread{0};
 
 // What a call from Python was told; threads that work for it look at it too.
@@ -56,7 +56,7 @@ inline Told heed() {
         if (call->next == decltype(now)()) call->next = now + pause;
         if (now >= call->next) {
             const auto asked = ask.load();
-            call->told = told = asked ? static_cast<Told>(asked()) : Told::go_on;
+            call->told = told = asked ? asked() : Told::go_on;
             call->next = std::chrono::steady_clock::now() + pause;
         }
     }

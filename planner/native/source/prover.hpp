@@ -56,22 +56,23 @@ struct Proof {
 
 class Prover {
    public:
-    // `reach` (pairs, joints) and `body_reach` (bodies, joints) hold in every configuration.
-    Prover(const World& world, const double* reach, const double* body_reach, const uint8_t* is_static)
-        : world_(world), reach_(reach), body_reach_(body_reach), static_(is_static), scratch_(world.scratch()),
-          coarse_(world.pair_count()), enough_(world.pair_count()), planned_rate_(world.chain.dof()),
-          joint_rate_(world.chain.size()), velocity_(world.chain.dof()), bend_(world.chain.size()),
-          q_(world.chain.dof()), speeds_(world, body_reach),
-          here_(static_cast<size_t>(world.bodies) * world.chain.size()), is_here_(world.bodies) {
+    Prover(const World& world, const Bounds& bounds)
+        : world_(world), reach_(bounds.reach.data()), body_reach_(bounds.body_reach.data()),
+          static_(bounds.is_static.data()), scratch_(world.scratch()), coarse_(world.pair_count()),
+          enough_(world.pair_count()), planned_rate_(world.chain.dof()), joint_rate_(world.chain.size()),
+          velocity_(world.chain.dof()), bend_(world.chain.size()), q_(world.chain.dof()),
+          speeds_(world, bounds.body_reach.data()), here_(static_cast<size_t>(world.bodies) * world.chain.size()),
+          is_here_(world.bodies) {
+        bounds.require_of(world);
         for (int p = 0; p < world.pair_count(); ++p)
-            if (!is_static[p] && world.pairs[p].checked) every_.push_back({p, false, {}});
+            if (!static_[p] && world.pairs[p].checked) every_.push_back({p, false, {}});
         const int joints = world.chain.size(), count = static_cast<int>(every_.size());
         const size_t rows = world.pairs.size(), bodies = world.bodies;
-        require(not_negative(reach, rows * joints, farthest) && not_negative(body_reach, bodies * joints, farthest),
+        require(not_negative(reach_, rows * joints, farthest) && not_negative(body_reach_, bodies * joints, farthest),
                 "a reach is no distance");
         reach_by_joint_.resize(static_cast<size_t>(joints) * count);
         for (int j = 0; j < joints; ++j)
-            for (int k = 0; k < count; ++k) reach_by_joint_[j * count + k] = reach[every_[k].pair * joints + j];
+            for (int k = 0; k < count; ++k) reach_by_joint_[j * count + k] = reach_[every_[k].pair * joints + j];
         gap_.resize(count), rate_.resize(count), own_rate_.resize(count), keep_.resize(count, world.margin);
         limited_rate_.resize(count), flat_rate_.resize(count), extra_.resize(count, infinity);
         own_.resize(world.obstacles()), body_speed_.resize(world.bodies), has_speed_.resize(world.bodies);

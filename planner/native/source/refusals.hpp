@@ -1,12 +1,10 @@
-// What the library cannot hold it refuses: a call then returns -1, or no pointer, and planner_refusal() says why.
+// What cannot be computed with is refused.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <exception>
-#include <new>
-#include <type_traits>
+#include <string>
 
 #include "interrupts.hpp"
 #include "vector.hpp"
@@ -17,41 +15,11 @@ namespace planner {
 constexpr double farthest = 1e6;
 
 struct Refused {
-    const char* why;
+    std::string why;
 };
 
 inline void require(bool holds, const char* why) {
     if (!holds) throw Refused{why};
-}
-
-inline thread_local const char* refusal = "";
-
-// What `work` returns, or -1 (no pointer) where it is refused; 0 for work that returns nothing.
-template <class Work>
-auto answered(Work work) noexcept {
-    using Result = decltype(work());
-    using Answer = std::conditional_t<std::is_void_v<Result>, int, Result>;
-    try {
-        const Working working;
-        if constexpr (std::is_void_v<Result>) {
-            work();
-            return Answer{0};
-        } else {
-            return work();
-        }
-    } catch (const Refused& refused) {
-        refusal = refused.why;
-    } catch (const Interrupted&) {
-        refusal = "it was interrupted";
-    } catch (const std::bad_alloc&) {
-        refusal = "it takes more memory than there is";
-    } catch (const std::exception&) {
-        refusal = "it takes more than the library can hold";
-    }
-    if constexpr (std::is_pointer_v<Answer>)
-        return Answer{nullptr};
-    else
-        return Answer(-1);
 }
 
 // Whether `count` numbers lie in [low, high]; no NaN does.

@@ -66,11 +66,11 @@ struct SearchSpace {
 
 class TreeSearch {
    public:
-    TreeSearch(const World& world, const double* reach, const double* body_reach, const SearchSpace& space, double step,
-               double look_apart, uint64_t seed)
-        : world_(world), reach_(reach), body_reach_(body_reach), space_(space), step_(step), look_apart_(look_apart),
-          random_(seed), dof_(world.chain.dof()), glance_(world), four_(world.chain), drawn_(dof_), end_(dof_),
-          delta_(dof_), from_(dof_), to_(dof_), trees_{SearchTree(dof_, space.wraps), SearchTree(dof_, space.wraps)} {}
+    TreeSearch(const World& world, const Bounds& bounds, const SearchSpace& space, double step, double look_apart,
+               uint64_t seed)
+        : world_(world), bounds_(bounds), space_(space), step_(step), look_apart_(look_apart), random_(seed),
+          dof_(world.chain.dof()), glance_(world), four_(world.chain), drawn_(dof_), end_(dof_), delta_(dof_),
+          from_(dof_), to_(dof_), trees_{SearchTree(dof_, space.wraps), SearchTree(dof_, space.wraps)} {}
 
     // The states of a path from one of `starts` to one of `goals`, (., dof), one after the other, or none once `limit`
     // motions were looked at; or no motion for so many drawn states that none is to be expected.
@@ -145,7 +145,7 @@ class TreeSearch {
         }
         ++looked_at;
         there = false;
-        if (!within_longest() || !glance_.looks_free(from_.data(), delta_.data(), reach_, body_reach_, look_apart_) ||
+        if (!within_longest() || !glance_.looks_free(from_.data(), delta_.data(), bounds_, look_apart_) ||
             !above_floor(share * apart))
             return -1;
         there = share == 1.0;
@@ -220,7 +220,7 @@ class TreeSearch {
     }
 
     const World& world_;
-    const double *reach_, *body_reach_;
+    const Bounds& bounds_;
     const SearchSpace space_;
     const double step_, look_apart_;
     uint64_t random_;

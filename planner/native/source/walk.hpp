@@ -8,11 +8,13 @@ namespace planner {
 
 class Walk {
    public:
-    Walk(const World& world, const double* reach, const double* body_reach, const Pieces& pieces)
-        : world_(world), reach_(reach), body_reach_(body_reach), pieces_(pieces), dof_(pieces.dof),
-          speeds_(world, body_reach), scratch_(world.scratch()), q_(dof_), velocity_(dof_), planned_(dof_),
-          rates_(world.chain.size()), bends_(world.chain.size()), fastest_(world.bodies), of_body_(world.bodies, 0.0),
-          of_pair_(world.pair_count(), 0.0) {}
+    Walk(const World& world, const Bounds& bounds, const Pieces& pieces)
+        : world_(world), reach_(bounds.reach.data()), body_reach_(bounds.body_reach.data()), pieces_(pieces),
+          dof_(pieces.dof), speeds_(world, body_reach_), scratch_(world.scratch()), q_(dof_), velocity_(dof_),
+          planned_(dof_), rates_(world.chain.size()), bends_(world.chain.size()), fastest_(world.bodies),
+          of_body_(world.bodies, 0.0), of_pair_(world.pair_count(), 0.0) {
+        bounds.require_of(world);
+    }
 
     // Into how many parts of one length in s a piece is cut, so that joints alone could move no point farther than
     // `longest` (m) on one; infinite numbers for what is none.

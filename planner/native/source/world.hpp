@@ -7,6 +7,7 @@
 
 #include "kinematics.hpp"
 #include "moving.hpp"
+#include "refusals.hpp"
 #include "solid.hpp"
 
 namespace planner {
@@ -275,6 +276,20 @@ class World {
         if (!a.spheres || !b.spheres) return infinity;
         return least_between(s.x.data(), s.y.data(), s.z.data(), radii.data(), a.first_sphere, a.spheres,
                              b.first_sphere, b.spheres, s.gaps.data());
+    }
+};
+
+// How fast a joint's motion changes the distance of pairs (pairs, joints), and moves points of bodies (bodies, joints), in
+// every configuration; pairs that are static are left out.
+struct Bounds {
+    std::vector<double> reach, body_reach;
+    std::vector<uint8_t> is_static;
+
+    void require_of(const World& world) const {
+        const size_t joints = world.chain.size(), pairs = world.pair_count();
+        require(is_static.size() == pairs && reach.size() == pairs * joints &&
+                    body_reach.size() == static_cast<size_t>(world.bodies) * joints,
+                "the bounds are those of another world");
     }
 };
 

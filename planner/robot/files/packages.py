@@ -7,6 +7,7 @@ import itertools
 import os
 import xml.etree.ElementTree as ET
 from functools import cache
+from glob import glob
 from pathlib import Path
 
 from planner.base.errors import RobotError
@@ -27,9 +28,9 @@ def find_package(name: str, *files: Path) -> Path:
         for folder in folders:
             if inside and os.path.isdir(folder / name):
                 return folder / name
-            for file in sorted(folder.glob(f"{inside}package.xml")):
-                if _name_in(file) == name:
-                    return file.parent
+            for file in sorted(glob(f"{inside}package.xml", root_dir=folder, recursive=True)):  # folders may vanish
+                if _name_in(folder / file) == name:
+                    return (folder / file).parent
     raise LookupError(f"package {shown(name)} not found: name its folder in ROS_PACKAGE_PATH")
 
 

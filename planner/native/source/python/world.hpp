@@ -1,0 +1,584 @@
+// A robot among obstacles, as Python asks it: looks at states, proofs of motions, and searches by them.
+#pragma once
+
+#include <mutex>
+#include <numeric>
+
+#include <nanobind/stl/variant.h>
+
+#include "../choices.hpp"
+#include "../glance.hpp"
+#include "../together.hpp"
+#include "../tree_search.hpp"
+#include "../walk.hpp"
+#include "robot.hpp"
+
+namespace planner {
+
+// The item of a world with a number, a body or an obstacle as is asked.
+inline Item& item_of(World& world, int item, bool body) {
+    require(item >= 0 && item < static_cast<int>(world.items.size()), "there is no such item");
+    require((world.items[item].joint >= 0) == body, body ? "the item is no body" : "the item is no obstacle");
+    return world.items[item];
+}
+
+// Add an item, which `joint` carries, or the world where that is negative; bodies come first. Its number.
+inline int added(World& world, Item item) {
+    require(world.pairs.empty(), "items come before the pairs");
+    require(item.joint < 0 || world.obstacles() == 0, "bodies come before obstacles");
+    require(item.joint <= world.chain.size(), "there is no such joint");
+    if (item.joint >= 0) ++world.bodies;
+    world.items.push_back(std::move(item));
+    return static_cast<int>(world.items.size()) - 1;
+}
+
+inline int added(World& world, int joint, Solid solid) {
+    Item item;
+    item.joint = joint, item.frame = joint;
+    item.solid = std::make_shared<const Solid>(std::move(solid));
+    return added(world, std::move(item));
+}
+
+inline int add_hull(World& world, int joint, const Floats<any, 3>& points, double radius) {
+    require(points.count() >= 1 && within(points, points.size(), farthest),
+            "a shape has no points, or one is far away");
+    require(not_negative(&radius, 1, farthest), "a radius is no distance");
+    return added(world, joint, Solid::of_points(points, points.count(), radius));
+}
+
+inline int add_cylinder(World& world, int joint, const Floats<3>& middle, const Floats<3>& half,
+                        const Floats<2, 3>& across) {
+    double points[12];
+    std::copy_n(middle.data(), 3, points), std::copy_n(half.data(), 3, points + 3);
+    std::copy_n(across.data(), 6, points + 6);
+    require(within(points, 12, farthest), "a point is no finite number");
+    return added(world, joint, Solid::of_cylinder(points));
+}
+
+inline int add_surface(World& world, int joint, const Floats<any, 3>& hull, const Floats<any, 3, 3>& triangles,
+                       double depth, double radius) {
+    require(hull.count() >= 1 && triangles.count() >= 1, "a surface has at least one triangle");
+    require(within(hull, hull.size(), farthest) && within(triangles, triangles.size(), farthest),
+            "a triangle is no finite number");
+    require(depth >= 0.0 && not_negative(&radius, 1, farthest), "a radius or a depth is no distance");
+    return added(world, joint, Solid::of_triangles(hull, hull.count(), triangles, triangles.count(), depth, radius));
+}
+
+// They are kept larger by the rounding of distances, so that no bound by them exceeds the true distance.
+inline void add_spheres(World& world, int item, const Floats<any, 3>& centres, const Floats<any>& radii) {
+    Item& body = item_of(world, item, true);
+    const int n = radii.count();
+    require(n >= 1 && body.spheres == 0, "a body has at least one sphere, and all of them at once");
+    require(within(centres.of({n, 3}), centres.size(), farthest), "a sphere's middle is no finite number");
+    require(not_negative(radii, n, farthest), "a sphere's radius is no distance");
+    body.first_sphere = static_cast<int>(world.radii.size()), body.spheres = n;
+    for (int k = 0; k < n; ++k) {
+        world.sphere_x.push_back(centres[3 * k]), world.sphere_y.push_back(centres[3 * k + 1]);
+        world.sphere_z.push_back(centres[3 * k + 2]), world.radii.push_back(radii[k] + rounding);
+    }
+}
+
+inline int take(World& world, const World& other, int item) {
+    require(item >= 0 && item < static_cast<int>(other.items.size()), "there is no such item");
+    require(other.chain.size() == world.chain.size(), "the other world is of another arm");
+    Item taken = other.items[item];
+    if (taken.joint >= 0) {
+        const int first = taken.first_sphere, last = first + taken.spheres;
+        taken.first_sphere = static_cast<int>(world.radii.size());
+        for (int k = first; k < last; ++k) {
+            world.sphere_x.push_back(other.sphere_x[k]), world.sphere_y.push_back(other.sphere_y[k]);
+            world.sphere_z.push_back(other.sphere_z[k]), world.radii.push_back(other.radii[k]);
+        }
+    }
+    if (const Motion* motion = other.motion_of(item)) world.let_move(taken, *motion);
+    return added(world, std::move(taken));
+}
+
+inline void set_motion(World& world, int item, const Floats<any>& times, const Floats<any, 3, 3>& turns,
+                       const Floats<any, 3>& shifts, const Floats<any, 3>& axes, const Floats<any>& rates,
+                       const Floats<any>& speeds, double size) {
+    Item& obstacle = item_of(world, item, false);
+    const int n = times.count();
+    require(n >= 1 && obstacle.frame < 0, "a motion has at least one pose, and an obstacle one motion");
+    turns.of({n, 3, 3}), shifts.of({n, 3}), axes.of({n - 1, 3}), rates.of({n - 1}), speeds.of({n - 1});
+    require(within(times, n, farthest) && within(turns, turns.size(), farthest) &&
+                within(shifts, shifts.size(), farthest) && within(axes, axes.size(), farthest) &&
+                within(rates, n - 1, infinity) && not_negative(speeds, n - 1, infinity) &&
+                not_negative(&size, 1, farthest),
+            "a motion holds what is no finite number");
+    std::vector<Motion::Stretch> stretches;
+    for (int k = 0; k + 1 < n; ++k) {
+        require(times[k] < times[k + 1], "the times of a motion do not increase");
+        const Vec from = vec_at(shifts + 3 * k), to = vec_at(shifts + 3 * (k + 1));
+        stretches.push_back({times[k], times[k + 1], frame_at(turns, shifts, k),
+                             (1.0 / (times[k + 1] - times[k])) * (to - from), vec_at(axes + 3 * k), rates[k],
+                             speeds[k]});
+    }
+    world.let_move(obstacle, Motion(std::move(stretches), frame_at(turns, shifts, n - 1), size));
+}
+
+inline void set_speed_limit(World& world, int item, double limit) {
+    require(limit >= 0.0 && limit <= farthest, "the speed limit is no speed");
+    item_of(world, item, false).speed_limit = limit;
+}
+
+inline void set_travel(World& world, const Floats<any>& travel) {
+    require(not_negative(travel.of({world.chain.size()}), travel.size(), infinity), "a travel is no distance");
+    world.travel.assign(travel + 0, travel + travel.size());
+}
+
+inline void add_target(World& world, int item, const Floats<3, 3>& turn, const Floats<3>& shift, const Floats<3>& half,
+                       double radius, bool is_cylinder) {
+    Item& obstacle = item_of(world, item, false);
+    require(within(turn, 9, farthest) && within(shift, 3, farthest), "a placement is no finite number");
+    require(not_negative(half, 3, farthest) && not_negative(&radius, 1, farthest), "a size is no distance");
+    Target target;
+    target.to_local = planner::inverse(frame_at(turn, shift, 0));
+    target.half = vec_at(half), target.radius = radius, target.is_cylinder = is_cylinder;
+    obstacle.targets.push_back(target);
+}
+
+inline void set_pairs(World& world, const Ints<any, 2>& pairs, const Bools& checked) {
+    require(world.pairs.empty(), "the pairs are there already");
+    const int n = pairs.count(), bodies = world.bodies, obstacles = world.obstacles(), scene = bodies * obstacles;
+    checked.of({n});
+    for (const Item& item : world.items)
+        require(item.joint >= 0 ? item.spheres > 0 : !item.targets.empty(), "an item has nothing that holds it");
+    require(n >= scene, "every body is in a pair with every obstacle");
+    for (int p = 0; p < n; ++p) {
+        const int64_t first = pairs[2 * p], second = pairs[2 * p + 1];
+        if (p < scene)
+            require(first == p / obstacles && second == bodies + p % obstacles, "the pairs are in another order");
+        else
+            require(between(pairs + 2 * p, 2, 0, bodies), "there is no such body");
+    }
+    for (int p = 0; p < n; ++p)
+        world.pairs.push_back({static_cast<int>(pairs[2 * p]), static_cast<int>(pairs[2 * p + 1]), checked[p]});
+    world.measure();
+}
+
+inline Bounds bounds_of(const World& world, const States& reach, const States& body_reach, const Bools& is_static) {
+    const int64_t joints = world.chain.size(), pairs = world.pair_count();
+    reach.of({pairs, joints}), body_reach.of({world.bodies, joints}), is_static.of({pairs});
+    return {{reach + 0, reach + reach.size()},
+            {body_reach + 0, body_reach + body_reach.size()},
+            {is_static + 0, is_static + pairs}};
+}
+
+// Placements of n configurations, as a chain gives them: rotations and positions of the base and all joints.
+struct Placements {
+    const Rotations& rotation;
+    const Positions& position;
+    const size_t frames, n;
+
+    Placements(const World& world, const Rotations& turns, const Positions& shifts)
+        : rotation(turns), position(shifts), frames(world.chain.size() + 1), n(turns.count(1)) {
+        turns.of({world.chain.size() + 1, any, 3, 3}), shifts.of({world.chain.size() + 1, turns.count(1), 3});
+    }
+    void at(size_t k, Frame* into) const {
+        for (size_t j = 0; j < frames; ++j) into[j] = frame_at(rotation, position, j * n + k);
+    }
+};
+
+inline Made<double, 2> coarse(const World& world, const Rotations& rotation, const Positions& position) {
+    const Placements placed(world, rotation, position);
+    Made<double, 2> bounds(placed.n, world.pair_count());
+    Scratch scratch = world.scratch();
+    for (size_t k = 0; k < placed.n; ++k) {
+        heed();
+        placed.at(k, scratch.frames.data());
+        world.place_moving(0.0, scratch.frames.data());
+        world.coarse(scratch.frames.data(), scratch, bounds + k * world.pair_count());
+    }
+    return bounds;
+}
+
+// Close bounds (k,) of pairs, and the normals (k, 3) of the planes that hold best between the two hulls.
+template <class Keep>
+void look_closely(const World& world, const Rotations& rotation, const Positions& position, const Ints<any>& rows,
+                  const Ints<any>& pairs, const std::variant<Floats<any>, double>& enough, const Keep& keep) {
+    const Placements placed(world, rotation, position);
+    const int count = rows.count();
+    const auto* each = std::get_if<Floats<any>>(&enough);
+    require(between(rows, count, 0, static_cast<int64_t>(placed.n)), "there is no such configuration");
+    require(between(pairs.of({count}), count, 0, world.pair_count()), "there is no such pair");
+    const auto enough_of = [&](int k) { return each ? (*each)[k] : std::get<double>(enough); };
+    if (each) each->of({count});
+    for (int k = 0; k < count; ++k) require(enough_of(k) >= 0.0, "what is enough is no distance");
+    struct Posed {
+        std::vector<Frame> frames;
+        int64_t row = -1;
+    };
+    const auto make = [&] {
+        Posed posed{std::vector<Frame>(world.frame_count())};
+        world.place_moving(0.0, posed.frames.data());
+        return posed;
+    };
+    constexpr int together = 64;  // looks, of microseconds each where pairs are far apart
+    share_out((count + together - 1) / together, 8, make, [&](int block, Posed& posed) {
+        for (int k = block * together; k < std::min(count, (block + 1) * together); ++k) {
+            heed();
+            if (rows[k] != posed.row) placed.at(posed.row = rows[k], posed.frames.data());
+            const int pair = static_cast<int>(pairs[k]);
+            Vec apart = world.between_middles(pair, posed.frames.data());
+            Closeness closeness;
+            closeness.enough = enough_of(k);
+            const double bound = world.close(pair, posed.frames.data(), apart, closeness);
+            keep(k, bound, apart);
+        }
+    });
+}
+
+inline Made<double, 1> close(const World& world, const Rotations& rotation, const Positions& position,
+                             const Ints<any>& rows, const Ints<any>& pairs,
+                             const std::variant<Floats<any>, double>& enough) {
+    Made<double, 1> bounds(rows.count());
+    look_closely(world, rotation, position, rows, pairs, enough,
+                 [&](int k, double bound, const Vec&) { bounds[k] = bound; });
+    return bounds;
+}
+
+inline Made<double, 2> planes(const World& world, const Rotations& rotation, const Positions& position,
+                              const Ints<any>& rows, const Ints<any>& pairs,
+                              const std::variant<Floats<any>, double>& enough) {
+    Made<double, 2> normals(rows.count(), 3);
+    look_closely(world, rotation, position, rows, pairs, enough, [&](int k, double, const Vec& apart) {
+        normals[3 * k] = apart.x, normals[3 * k + 1] = apart.y, normals[3 * k + 2] = apart.z;
+    });
+    return normals;
+}
+
+inline int first_near(const World& world, const States& q) {
+    const int n = q.of({any, world.chain.dof()}).count();
+    Glance glance(world);
+    for (int k = 0; k < n; ++k, heed())
+        if (glance.finds_near(q + static_cast<size_t>(k) * world.chain.dof(), clearly)) return k;
+    return n;
+}
+
+// Looks at one motion after the other, on one thread, for as long as the world is there.
+class Look {
+   public:
+    Look(const World& world, const Bounds& bounds, double step) : bounds_(bounds), step_(step), glance_(world) {
+        require(step > 0.0, "a step is longer than nothing");
+        bounds.require_of(world);
+    }
+
+    bool operator()(const Floats<any>& start, const Floats<any>& delta) {
+        const int dof = glance_.dof();
+        require(glance_.fits(), "items and pairs come before the glance");
+        return glance_.looks_free(start.of({dof}), delta.of({dof}), bounds_, step_);
+    }
+
+   private:
+    const Bounds& bounds_;
+    const double step_;
+    Glance glance_;
+};
+
+constexpr int64_t most_parts = INT32_MAX / 8;  // of a walk
+
+// Pieces (count, degree + 1, dof) of the world's robot.
+inline Pieces pieces_of(const World& world, const Coefficients& coefficients) {
+    const Pieces pieces{coefficients, coefficients.of({any, any, world.chain.dof()}).count(), coefficients.count(1) - 1,
+                        world.chain.dof()};
+    require(pieces.degree >= 0 && pieces.degree <= highest_degree,
+            "the pieces are of a higher degree than is supported");
+    return pieces;
+}
+
+inline void require_room(double room) { require(room >= rounding, "the room is below what distances are rounded by"); }
+
+// When pieces begin, how long they take, and how much sooner or later they may begin, s.
+using Spans = std::optional<Floats<any, 3>>;
+
+inline std::vector<Span> spans_of(const Spans& spans, int count) {
+    std::vector<Span> found;
+    if (spans) spans->of({count, 3});
+    for (int k = 0; spans && k < count; ++k) {
+        const double* row = *spans + 3 * k;
+        found.push_back({row[0], row[1], row[2]});
+    }
+    return found;
+}
+
+inline auto prove(const World& world, const Bounds& bounds, const Coefficients& coefficients, double room,
+                  const Spans& spans) {
+    const Pieces pieces = pieces_of(world, coefficients);
+    const std::vector<Span> times = spans_of(spans, pieces.count);
+    require_room(room);
+    const size_t count = pieces.count;
+    Made<int64_t, 1> verdict(count), pair(count), samples(count);
+    Made<double, 1> clearance(count), where(count);
+    share_out(
+        pieces.count, 4, [&] { return Prover(world, bounds); },
+        [&](int k, Prover& prover) {
+            const Proof proof = prover.prove(pieces, k, room, spans ? &times[k] : nullptr);
+            verdict[k] = proof.verdict, pair[k] = proof.pair, samples[k] = proof.samples;
+            clearance[k] = proof.clearance, where[k] = proof.where;
+        });
+    return std::tuple{std::move(verdict), std::move(pair), std::move(samples), std::move(clearance), std::move(where)};
+}
+
+inline std::optional<std::pair<double, int64_t>> prove_motion(const World& world, const Bounds& bounds,
+                                                              const Floats<any>& start, const Floats<any>& delta,
+                                                              double room) {
+    const int dof = world.chain.dof();
+    require_room(room);
+    std::vector<double> piece(start.of({dof}) + 0, start + dof);
+    piece.insert(piece.end(), delta.of({dof}) + 0, delta + dof);
+    const Proof proof = Prover(world, bounds).prove({piece.data(), 1, 1, dof}, 0, room);
+    if (proof.verdict != proven_free) return std::nullopt;
+    return std::pair{proof.clearance, proof.samples};
+}
+
+inline auto prove_together(const World& world, const Bounds& bounds, const Coefficients& coefficients, double room,
+                           const Spans& spans) {
+    const Pieces pieces = pieces_of(world, coefficients);
+    const std::vector<Span> times = spans_of(spans, pieces.count);
+    require_room(room);
+    require(within(coefficients, coefficients.size(), farthest), "a coefficient is no finite number");
+    for (const Span& span : times) require(span.holds(), "a span is no time");
+    const int count = pieces.count;
+    std::vector<Proof> proofs(count);
+    Prover prover(world, bounds);
+    if (count) Together(prover, pieces, spans ? times.data() : nullptr, room, proofs.data()).prove(0, count);
+    Made<int64_t, 1> verdict(count), pair(count);
+    Made<double, 1> where(count);
+    for (int k = 0; k < count; ++k)
+        verdict[k] = proofs[k].verdict, pair[k] = proofs[k].pair, where[k] = proofs[k].where;
+    return std::tuple{std::move(verdict), std::move(pair), std::move(where)};
+}
+
+// The sums of the first 0, 1, 2, ... of what each of some has.
+inline std::vector<int64_t> offsets_of(const Ints<any>& counts) {
+    std::vector<int64_t> offsets(counts.size() + 1);
+    for (size_t k = 0; k < counts.size(); ++k) {
+        require(counts[k] >= 0 && counts[k] <= INT32_MAX, "there are no so many");
+        offsets[k + 1] = offsets[k] + counts[k];
+    }
+    return offsets;
+}
+
+inline auto first_proven_of(const World& world, const Bounds& bounds, const Coefficients& coefficients,
+                            const Ints<any>& motions, const Ints<any>& alternatives, const Ints<any>& begin,
+                            double room) {
+    const Pieces pieces = pieces_of(world, coefficients);
+    const std::vector<int64_t> items = offsets_of(alternatives), ends = offsets_of(motions);
+    const int count = alternatives.count();
+    require(items.back() == motions.count() && ends.back() == pieces.count,
+            "the numbers of alternatives and motions do not fit each other");
+    require(between(begin.of({count}), count, 0, INT32_MAX), "there is no such alternative to begin with");
+    require_room(room);
+    Made<int64_t, 1> chosen(count), samples(pieces.count);
+    Made<double, 1> clearance(pieces.count);
+    std::vector<Proof> proofs(pieces.count);
+    for (Proof& proof : proofs) proof.samples = -1;
+    share_out(
+        count, 2, [&] { return Prover(world, bounds); },
+        [&](int k, Prover& prover) {
+            chosen[k] = first_proven(prover, pieces, static_cast<int>(begin[k]),
+                                     static_cast<int>(items[k + 1] - items[k]), &ends[items[k]], room, proofs.data());
+        });
+    for (int k = 0; k < pieces.count; ++k) clearance[k] = proofs[k].clearance, samples[k] = proofs[k].samples;
+    return std::tuple{std::move(chosen), std::move(clearance), std::move(samples)};
+}
+
+inline auto cheapest_proven_chain(const World& world, const Bounds& bounds, const States& points, const States& price,
+                                  double room) {
+    const int count = points.of({any, world.chain.dof()}).count(), most = threads();
+    require(count >= 1, "a chain has at least one point");
+    require_room(room);
+    std::vector<double> prices(price.of({count, count}) + 0, price + price.size());
+    ChainSearch search(count, world.chain.dof(), points, prices.data());
+    share_out(
+        most, 1, [&] { return Prover(world, bounds); }, [&](int, Prover& prover) { search.work(prover, room); }, most);
+    const std::vector<int>& found = search.rows();
+    Made<int64_t, 1> rows(found.size()), samples(found.size() - 1);
+    Made<double, 1> clearance(found.size() - 1);
+    for (size_t k = 0; k < found.size(); ++k) {
+        rows[k] = found[k];
+        if (!k) continue;
+        const Proof* proof = search.proof(found[k - 1], found[k]);
+        clearance[k - 1] = proof ? proof->clearance : 0.0, samples[k - 1] = proof ? proof->samples : -1;
+    }
+    return std::tuple{std::move(rows), std::move(clearance), std::move(samples)};
+}
+
+inline auto walk(const World& world, const Bounds& bounds, const Coefficients& coefficients, double longest) {
+    const Pieces pieces = pieces_of(world, coefficients);
+    require(within(coefficients, coefficients.size(), farthest), "a coefficient is no finite number");
+    require(longest > 0.0, "a part is longer than nothing");
+    Made<int64_t, 1> parts(pieces.count);
+    Made<double, 1> shares(world.pair_count());
+    std::fill_n(shares.data(), shares.size(), 0.0);
+    std::vector<std::pair<int, int64_t>> of;  // the piece of each part, and which of its parts that is
+    Walk whole(world, bounds, pieces);
+    for (int k = 0; k < pieces.count; ++k, heed()) {
+        const double cut = whole.parts(k, longest);
+        require(cut + of.size() <= most_parts, "a motion is too long to be walked along in such short parts");
+        parts[k] = static_cast<int64_t>(cut);
+        for (int64_t part = 0; part < parts[k]; ++part) of.emplace_back(k, part);
+    }
+    Made<double, 1> moved(of.size());
+    std::mutex alone;
+    struct Worker {
+        Walk walk;
+        std::mutex& alone;
+        double* shares;
+        ~Worker() {
+            const std::lock_guard<std::mutex> held(alone);
+            walk.raise(shares);
+        }
+    };
+    constexpr int at_a_time = 8;
+    const int all = static_cast<int>(of.size());
+    share_out((all + at_a_time - 1) / at_a_time, 2, [&] { return Worker{{world, bounds, pieces}, alone, shares}; },
+              [&](int batch, Worker& at) {
+                  for (int i = batch * at_a_time; i < std::min(all, (batch + 1) * at_a_time); ++i) {
+                      const auto [piece, part] = of[i];
+                      const double number = part, cut = parts[piece];
+                      moved[i] = at.walk.part(piece, number / cut, (number + 1) / cut);
+                  }
+              });
+    return std::tuple{std::move(parts), std::move(moved), std::move(shares)};
+}
+
+inline auto tree_path(const World& world, const Bounds& bounds, const Limits& limits, const Bools& wraps,
+                      double longest, const std::tuple<int, Floats<3>, int>& tool, double floor, double floor_apart,
+                      const States& starts, const States& goals, double step, double look_apart, uint64_t seed,
+                      int limit) {
+    const int dof = world.chain.dof();
+    const auto& [lower, upper] = limits;
+    const auto& [joint, point, rows] = tool;
+    const Tool of = tool_of(world.chain, joint, point, rows);
+    lower.of({dof}), upper.of({dof}), wraps.of({dof}), starts.of({any, dof}), goals.of({any, dof});
+    require(starts.count() >= 1 && goals.count() >= 1, "there is no start or no goal");
+    require(limit >= 0, "the limit is below 0");
+    require(within(starts, starts.size(), farthest) && within(goals, goals.size(), farthest),
+            "a start or a goal is no finite number");
+    require(within(lower, dof, farthest) && within(upper, dof, farthest), "a limit is no finite number");
+    require(longest >= 0.0 && floor >= 0.0, "a length or a floor is below 0");
+    require(floor_apart > 0.0 && look_apart > 0.0 && step > 0.0, "a step is longer than nothing");
+    const SearchSpace space{lower, upper, bytes_of(wraps), longest, floor, floor_apart, of.last, of.rows, of.point};
+    TreeSearch search(world, bounds, space, step, look_apart, seed);
+    const std::vector<double> path = search.path(starts, starts.count(), goals, goals.count(), limit);
+    std::optional<Made<double, 2>> found;
+    if (!path.empty()) found = copied(path.data(), Made<double, 2>(path.size() / dof, dof));
+    return std::tuple{std::move(found), search.looked_at};
+}
+
+inline void bind_world(nb::module_& m) {
+    nb::class_<Bounds>(m, "NativeBounds", "How fast pairs and bodies of one world move at most.")
+        .def_prop_ro("left_out", [](const Bounds& self) {
+            return copied(reinterpret_cast<const bool*>(self.is_static.data()), Made<bool, 1>(self.is_static.size()));
+        });
+    nb::class_<Look>(m, "Look", "Whether no pair is near along a motion from start by delta (dof,).")
+        .def("__call__", &Look::operator(), "start"_a, "delta"_a, at_work);
+    nb::class_<World>(m, "NativeWorld",
+                      "Bodies of a robot and obstacles, added one after the other, bodies first; then the pairs that\n"
+                      "are checked.\n\n"
+                      "Every body has spheres, every obstacle targets, and set_pairs comes last: then several threads\n"
+                      "may ask. A joint of -1 is the world: what it carries is an obstacle.")
+        .def(
+            "__init__",
+            [](World* self, const Chain& chain, double margin) {
+                require(margin >= 0.0 && margin <= farthest, "the margin is no distance");
+                new (self) World();
+                self->chain = chain, self->margin = margin;
+            },
+            "chain"_a, "margin"_a)
+        .def_prop_ro("dof", [](const World& self) { return self.chain.dof(); })
+        .def_prop_ro("bodies", [](const World& self) { return self.bodies; })
+        .def_prop_ro("pairs", &World::pair_count)
+        .def("add_hull", &add_hull, "joint"_a, "points"_a, "radius"_a, at_work,
+             "The convex hull of points (k, 3), rounded by radius. Its number.")
+        .def("add_cylinder", &add_cylinder, "joint"_a, "middle"_a, "half"_a, "across"_a,
+             "A cylinder: its middle (3,), from there to a disc half (3,), two radii across (2, 3). Its number.")
+        .def("add_surface", &add_surface, "joint"_a, "hull"_a, "triangles"_a, "depth"_a, "radius"_a = 0.0, at_work,
+             "The surface of triangles (m, 3, 3), with points (k, 3) of its hull, no deeper than depth below.\n\n"
+             "The hull stands for it where that is more than depth (m) away; both are rounded by radius (m).")
+        .def("take", &take, "other"_a, "item"_a,
+             "What another world of the same arm has as a number, with its motion and speed limit. Its number here.")
+        .def("set_motion", &set_motion, "item"_a, "times"_a, "turns"_a, "shifts"_a, "axes"_a, "rates"_a, "speeds"_a,
+             "size"_a,
+             "An obstacle, in its own frame, is at turns (n, 3, 3), shifts (n, 3) at times (n,) s.\n\n"
+             "Between two of them it turns about axes (n - 1, 3), in its own frame, at rates (n - 1,) rad/s; no point\n"
+             "of it exceeds speeds (n - 1,) m/s, nor is farther than size (m) from the frame's origin. It counts as\n"
+             "at time 0 wherever no time is given.")
+        .def("set_speed_limit", &set_speed_limit, "item"_a, "limit"_a,
+             "From time 0 on no point of an obstacle is farther than limit (m/s) times t from where it was.")
+        .def("set_travel", &set_travel, "travel"_a,
+             "How far slides go from 0 at most (joints,) m, infinite for joints that turn.\n\n"
+             "Reaches hold no farther: motions that go beyond are undecided.")
+        .def("add_spheres", &add_spheres, "item"_a, "centres"_a, "radii"_a,
+             "Spheres (k, 3), (k,) that together hold a body, in its joint's frame.")
+        .def("add_target", &add_target, "item"_a, "turn"_a, "shift"_a, "half"_a, "radius"_a, "is_cylinder"_a,
+             "A box of half sizes half (3,), rounded by radius, that holds a part of an obstacle.\n\n"
+             "Placed by turn (3, 3), shift (3,). A cylinder has its radius and half length in half[0], [2].")
+        .def("set_pairs", &set_pairs, "pairs"_a, "checked"_a,
+             "Pairs (n, 2) of items in the order of their numbers, and which (n,) of them are checked.\n\n"
+             "First every body with every obstacle, body after body; then two bodies each.")
+        .def("bounds", &bounds_of, "reach"_a, "body_reach"_a, "is_static"_a,
+             "How fast things move at most, for proofs.\n\n"
+             "reach (pairs, joints) bounds how fast a joint's motion changes a pair's distance, body_reach (bodies,\n"
+             "joints) how fast it moves a body's points, in any configuration; static pairs are left out.")
+        .def("coarse", &coarse, "rotation"_a, "position"_a, at_work,
+             "Lower bounds (n, pairs) on distances by spheres, for placements; inf for pairs that are not checked.")
+        .def("close", &close, "rotation"_a, "position"_a, "rows"_a, "pairs"_a, "enough"_a = infinity, at_work,
+             "Lower bounds (k,) on the distances of pairs (k,) in configurations rows (k,), by planes.\n\n"
+             "A micrometre from the distance, and short of it by no more than dents are deep where these are farther\n"
+             "apart than that; 0 where they touch. Those that are enough (k,) m need not be better.")
+        .def("planes", &planes, "rotation"_a, "position"_a, "rows"_a, "pairs"_a, "enough"_a = infinity, at_work,
+             "Normals (k, 3), of no unit length, of the planes that hold best between the hulls of pairs.\n\n"
+             "They point from the first of a pair to the second. Where the hulls meet they separate nothing.")
+        .def(
+            "first_near", &first_near, "q"_a, at_work,
+            "The first configuration of (n, dof) where a pair is no farther apart than the margin; n where none is.\n\n"
+            "One that holds what is no finite number counts as near.")
+        .def(
+            "look", [](const World& self, const Bounds& bounds, double step) { return new Look(self, bounds, step); },
+            "bounds"_a, "step"_a, nb::rv_policy::take_ownership, nb::keep_alive<0, 1>(), nb::keep_alive<0, 2>(),
+            "Whether first_near finds nothing along a motion, from a start by a delta (dof,), but at its start.\n\n"
+            "In its end, its middle, and states between which no point moves further than step (m), but for those\n"
+            "that lie as near to one that was looked at as it is clear. One thread asks it, of many motions.")
+        .def("prove", &prove, "bounds"_a, "coefficients"_a, "room"_a, "spans"_a = nb::none(), at_work,
+             "Proofs of pieces q(s) = sum_k c_k s^k, (m, degree + 1, dof), s in [0, 1].\n\n"
+             "spans (m, 3), where obstacles move: when a piece begins, how long it takes, and by how much it may\n"
+             "begin sooner or later, s. Verdicts (m,), the pairs that stopped them, samples, clearances and where\n"
+             "they stopped. Pieces that hold what is no finite number, or that move a point farther than a million\n"
+             "metres, are undecided.")
+        .def("prove_motion", &prove_motion, "bounds"_a, "start"_a, "delta"_a, "room"_a, at_work,
+             "The clearance and the samples of one straight motion; None where it is not proven.")
+        .def("prove_together", &prove_together, "bounds"_a, "coefficients"_a, "room"_a, "spans"_a = nb::none(), at_work,
+             "As prove, of pieces of which each lies near the ones before and behind it, on one thread.\n\n"
+             "Pairs that are far apart are cleared for many of them at once. Verdicts (m,), the pairs that stopped\n"
+             "them and where; pieces behind the first that is not free are left undecided, without a pair.")
+        .def("first_proven", &first_proven_of, "bounds"_a, "coefficients"_a, "motions"_a, "alternatives"_a, "begin"_a,
+             "room"_a, at_work,
+             "For each of n items the number of the first of its alternatives whose motions are all proven, or -1.\n\n"
+             "Item k has alternatives[k] of them, of which those before begin[k] are left out; alternative j consists\n"
+             "of motions[j] of the pieces (m, degree + 1, dof), one after the other. With the numbers (n,) clearances\n"
+             "and samples (m,) of the motions that were chosen, -1 samples for the others.")
+        .def("cheapest_chain", &cheapest_proven_chain, "bounds"_a, "points"_a, "price"_a, "room"_a, at_work,
+             "The rows (r,) of the cheapest chain of proven straight motions from the first of points to the last.\n\n"
+             "Consecutive points (k, dof) are joined by proven motions; price (k, k) of the motions forward. With the\n"
+             "rows clearances and samples (r - 1,) of the motions between them, -1 samples where these are\n"
+             "consecutive. All points where every chain has an infinite price.")
+        .def("walk", &walk, "bounds"_a, "coefficients"_a, "longest"_a, at_work,
+             "Into how many parts of one length in s each of m pieces is cut, and how far no point moves on each.\n\n"
+             "Parts are so short that the joints alone could move nothing farther than longest (m). The metres (all\n"
+             "parts,) hold for a part of a part in proportion. With them shares (pairs,): by how much at most a\n"
+             "pair's distance changes meanwhile, of what the fastest point moves.")
+        .def("tree_path", &tree_path, "bounds"_a, "limits"_a, "wraps"_a, "longest"_a, "tool"_a, "floor"_a,
+             "floor_apart"_a, "starts"_a, "goals"_a, "step"_a, "look_apart"_a, "seed"_a, "limit"_a, at_work,
+             "A path (k, dof) of motions that look free, from a start to a goal, and how many it looked at.\n\n"
+             "RRTConnect (Kuffner and LaValle 2000) with steps of step (rad), whose smaller tree grows, with dynamic\n"
+             "domains (Yershova et al. 2005). Motions are looked at as look says, look_apart (m), and proven nowhere.\n"
+             "States are drawn between limits, or from -pi to pi where a joint wraps; none is farther from the\n"
+             "nearest start and the nearest goal than longest in all. Along motions the manipulability of a tool\n"
+             "(joint, point, rows) is not below floor in states that are floor_apart apart. None after limit motions,\n"
+             "or when a stop is asked for. The same seed gives the same path.");
+}
+
+}  // namespace planner
