@@ -8,9 +8,7 @@ Needs NumPy and the compiled library. Nothing here knows of robots.
 """
 
 from planner.gabf import learning
-from planner.gabf.assumptions import Premises, overestimate
-from planner.gabf.bounds import T_star_corrected, T_star_printed, T_star_sharp
-from planner.gabf.certificates import Assumption, Certificate, certify
+from planner.gabf.certificates import Assumption, Certificate, T_star_corrected, T_star_printed, T_star_sharp, certify
 from planner.gabf.healing import Healing, heal, raised_start
 from planner.gabf.kernels import (
     Additive,
@@ -33,6 +31,7 @@ from planner.gabf.oracle import (
     value_iteration,
 )
 from planner.gabf.path import cheapest_path, extract_path
+from planner.gabf.problem import Premises, overestimate
 from planner.gabf.result import CostToGo, Ending, FieldHistory
 from planner.gabf.solve import solve
 from planner.gabf.splitting import Splitting

@@ -7,9 +7,8 @@ import math
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.gabf.assumptions import Premises, ceiling
 from planner.gabf.flows import Flow
-from planner.gabf.problem import Problem
+from planner.gabf.problem import Premises, Problem, ceiling
 from planner.gabf.splitting import parents_of
 
 WIDTH = 0.5

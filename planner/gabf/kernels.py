@@ -160,7 +160,7 @@ class Kernel(ABC):
     """A family f_i(a, b): where it is defined, and the function it becomes on each arc of a network.
 
     zeta of eq. (progressive), L of eq. (Lipschitz) and monotonicity follow from the bound arcs on the
-    interval that a run stays in (:func:`planner.gabf.assumptions.check_kernel`), since several kernels have
+    interval that a run stays in (:func:`planner.gabf.problem.check_kernel`), since several kernels have
     none on all of R.
     """
 

@@ -7,11 +7,10 @@ from enum import Enum
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
-from planner.gabf.assumptions import Premises
 from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem
+from planner.gabf.problem import Premises, Problem
 
 
 class Ending(Enum):

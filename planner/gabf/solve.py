@@ -9,12 +9,11 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import AssumptionError, OptionError
-from planner.gabf.assumptions import Premises, pack_start, premises, require_overestimate
 from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, SingularityFree, control_input
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
-from planner.gabf.problem import Problem, reduce
+from planner.gabf.problem import Premises, Problem, pack_start, premises, reduce, require_overestimate
 from planner.gabf.result import CostToGo, Ending, FieldHistory
 from planner.gabf.splitting import Splitting, State, run
 

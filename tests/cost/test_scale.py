@@ -51,13 +51,6 @@ def test_the_mean_along_motions_is_simpsons_rule(name) -> None:
     assert mean_manipulability_cost(w[:0], SCALE, name).shape == (0,)
 
 
-def test_a_roadmap_without_differences_or_edges_has_a_scale() -> None:
-    scale = measure_scale(np.full(4, 0.1), np.zeros(0), np.zeros(0))
-    assert (scale.joint_length, scale.tool_length) == (1.0, 1.0)
-    assert manipulability_cost(np.full(4, 0.1), scale).tolist() == [ZETA] * 4
-    assert manipulability_cost(np.zeros(2), measure_scale(np.zeros(2), np.ones(1), np.ones(1))).tolist() == [ZETA] * 2
-
-
 def test_the_scale_is_measured_at_the_quantile_and_the_longest() -> None:
     scale = measure_scale(np.arange(1.0, 102.0), np.array([0.2, 0.7]), np.array([0.4, 0.1]))
     assert (scale.w_low, scale.w_high) == (pytest.approx(6.0), 101.0)
@@ -84,19 +77,6 @@ def test_states_lie_close_enough() -> None:
     assert (length / (states - 1) <= W_IN_COST * (1 + 1e-12)).all()
     assert ((states - 1) % (W_STATES_PER_EDGE - 1) == 0).all()
     assert states_on(np.array([1e6])) == states_on(np.array([114.0]))
-
-
-def test_every_motion_is_looked_at_once_from_end_to_end() -> None:
-    robot = load("iiwa14")
-    start = random_q(robot, 40, seed=1)
-    delta = np.random.default_rng(2).uniform(-1, 1, start.shape) * np.linspace(0, 3, 40)[:, None]
-    seen = np.zeros(40, dtype=int)
-    length = np.linalg.norm(delta, axis=1)
-    for rows, w in w_along(robot, start, delta, length):
-        seen[rows] += 1
-        np.testing.assert_allclose(w[:, 0], manipulability(robot, start[rows]), rtol=1e-9)
-        np.testing.assert_allclose(w[:, -1], manipulability(robot, (start + delta)[rows]), rtol=1e-9)
-    assert (seen == 1).all()
 
 
 def test_means_of_all_costs_against_a_fine_sum() -> None:

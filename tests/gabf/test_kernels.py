@@ -26,11 +26,6 @@ def test_each_kernel_is_its_formula():
     assert value(gabf.UserKernel(lambda i, a, b: a + i * b), 2.0) == 2.25
 
 
-def test_trade_off_charges_the_node_that_is_read():
-    net = chain(3, node_cost=[1.0, 10.0, 100.0], kernel=gabf.TradeOff(beta=0.0))
-    assert gabf.oracle(net).tolist() == [0.0, 1.0, 11.0]
-
-
 @pytest.mark.parametrize("beta", [-0.1, 1.1, np.nan])
 def test_beta_outside_the_unit_interval_is_refused(beta):
     with pytest.raises(OptionError, match="beta must be"):
@@ -103,12 +98,6 @@ def test_a_user_kernel_is_sampled_where_its_slope_changes_and_no_bound_from_samp
     certificates = gabf.certify(net, result.law, result)
     assert certificates
     assert all(certificate.holds and not certificate.proven for certificate in certificates)
-
-
-@pytest.mark.parametrize(("lower", "upper"), [(np.nan, 1.0), (0.0, np.nan), (2.0, 1.0)])
-def test_a_domain_without_anything_in_it_is_refused(lower: float, upper: float) -> None:
-    with pytest.raises(OptionError, match="empty"):
-        gabf.UserKernel(lambda i, a, b: a + b, lower, upper)
 
 
 def test_a_user_kernel_that_jumps_has_no_small_lipschitz_constant():

@@ -18,7 +18,7 @@ from planner.kinematics.manipulability import (
 from planner.kinematics.tool_bound import column_rates
 from planner.robot.robot import Robot
 from tests.linkages import palletizer, random_linkage
-from tests.worlds import ROBOTS, joint_xml, link_xml, load, post_roadmap, random_q
+from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
 
 
 def test_planar_2r_is_its_closed_form():
@@ -84,18 +84,6 @@ def test_turning_the_first_joint_changes_nothing(name):
     np.testing.assert_allclose(manipulability(robot, turned), manipulability(robot, q), rtol=1e-9, atol=1e-15)
 
 
-def test_no_configurations():
-    assert manipulability(load("iiwa14"), np.zeros((0, 7))).shape == (0,)
-
-
-def test_the_papers_ends_are_near_singular(solved):
-    # iiwa14.md: best 6-D Yoshikawa there 0.029 and 0.015, workspace mean 0.065
-    w = solved.roadmap.manipulability
-    assert w[solved.roadmap.starts[0]] == pytest.approx(0.029, abs=0.002)
-    assert w[solved.roadmap.goals[0]] == pytest.approx(0.015, abs=0.002)
-    assert manipulability(load("iiwa14"), random_q(load("iiwa14"), 1000)).mean() == pytest.approx(0.065, abs=0.01)
-
-
 @pytest.mark.parametrize("name", ROBOTS)
 def test_pinocchio_and_our_code_give_the_same_w(name):
     """Of nodes Pinocchio computes it, between them the compiled library; both are products of singular values."""
@@ -108,11 +96,6 @@ def test_pinocchio_and_our_code_give_the_same_w(name):
     near = singular(name)
     if len(near):
         np.testing.assert_allclose(node_manipulability(robot, near), manipulability(robot, near), atol=1e-12)
-
-
-def test_every_node_of_a_roadmap_has_pinocchios_w():
-    roadmap = post_roadmap()
-    np.testing.assert_array_equal(roadmap.manipulability, node_manipulability(load("planar_2r"), roadmap.nodes))
 
 
 def sliding(urdf_file) -> Robot:
