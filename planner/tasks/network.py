@@ -18,8 +18,7 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.looks import second_look, straight
-from planner.cost.integral import costs_along
-from planner.cost.scale import cost_number, length_cost
+from planner.cost.scale import cost_number, costs_along, length_cost
 from planner.kinematics.forward import tool_path_lengths
 from planner.native.graphs import reached
 from planner.problem.request import Objective

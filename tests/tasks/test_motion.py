@@ -12,8 +12,7 @@ import pytest
 import planner
 from planner.collision import make_checker
 from planner.collision.looks import first_seen
-from planner.cost.integral import costs_along
-from planner.cost.scale import COSTS
+from planner.cost.scale import COSTS, costs_along
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import solve_each
 from planner.problem.request import TimingRequest
