@@ -16,7 +16,7 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import Note, RobotError, choices
 from planner.base.silenced import Silenced
-from planner.base.yamlfile import FARTHEST, number, shown
+from planner.base.yamlfile import FARTHEST, nearest, number, shown
 from planner.robot.files.mjcf import Sites, convert_mjcf
 from planner.robot.files.packages import find_package, read_root
 from planner.robot.poses import se3
@@ -90,6 +90,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
     if root.tag != "robot":
         raise RobotError(f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
     root.set("version", "1.1")
+    _require_known_words(root, path)
     _find_meshes(root, path)
     links, joints = {_name(link): link for link in root.iterfind("link")}, root.findall("joint")
     if "universe" in {*links, *map(_name, joints)}:
@@ -121,6 +122,38 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
         sites=sites,
         notes=notes,
     )
+
+
+_WORDS = {  # what readers of a URDF know; they skip any other word in silence, and with it a <colision>
+    "robot": "name version link joint material gazebo transmission",
+    "link": "name inertial visual collision",
+    "joint": "name type origin parent child axis limit mimic dynamics calibration safety_controller",
+    "collision": "name origin geometry",
+    "geometry": "box sphere cylinder capsule mesh",
+    "origin": "xyz rpy quat_xyzw",
+    "limit": "lower upper effort velocity",
+    "mimic": "joint multiplier offset",
+}
+
+
+def _require_known_words(root: ET.Element, path: Path) -> None:
+    """Refuse elements and attributes that are misspelt, and joints whose axis has no direction."""
+    for element in root.iter():
+        known = _WORDS.get(element.tag, "").split()
+        for word in (*(child.tag for child in element), *element.attrib):
+            if word not in known and (meant := nearest(str(word), known)):
+                raise RobotError(f"URDF {path}: <{element.tag}> holds {shown(word)}{meant}; mend the file.")
+    for joint in root.iterfind("joint"):
+        axis = joint.find("axis[@xyz]")
+        if axis is not None and joint.get("type") not in ("fixed", "floating") and not any(_floats(axis.get("xyz", ""))):
+            raise RobotError(f"URDF {path}: the axis of joint {shown(_name(joint))} has no direction; mend the file.")
+
+
+def _floats(text: str) -> list[float]:
+    """The numbers of a text that holds nothing else; else none."""
+    with contextlib.suppress(ValueError):
+        return [number(word) for word in text.split()]
+    return []
 
 
 def _name(element: ET.Element) -> str:
