@@ -39,7 +39,6 @@ from .robot.shapes import Obstacle as Obstacle
 from .robot.shapes import Sphere as Sphere
 from .search.network import build_network as build_network
 from .session.gate import Gate as Gate
-from .session.session import Change as Change
 from .session.session import Session as Session
 from .session.verdict import Verdict as Verdict
 from .tasks.check import check as check

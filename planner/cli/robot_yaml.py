@@ -7,7 +7,7 @@ from pathlib import Path
 import tyro
 
 from planner.base.errors import FileError
-from planner.base.files import make_folder, require_writable_file, write_whole
+from planner.base.files import require_writable_file
 from planner.cli.common import Debug
 from planner.cli.terminal import say
 from planner.problem.request import WorldRequest
@@ -44,31 +44,9 @@ def robot_yaml(
     if out.exists():
         raise FileError(f"{out} is there already and is not overwritten: choose another --out, or remove it.")
     require_writable_file(out)
-    from planner.collision.coal import CoalChecker
-    from planner.collision.self_pairs import generate_disabled_pairs
-    from planner.collision.world import World
-    from planner.query.robot_yaml import robot_yaml as text_of
-    from planner.query.robot_yaml import self_test, with_free_home
-    from planner.robot.files.robot_files import JointChoice, read_robot
-    from planner.robot.robot import assemble
-    from planner.robot.robot_in_scene import require_bodies
-    from planner.robot.scene import Scene
+    from planner.query.robot_yaml import write_robot_yaml
+    from planner.robot.files.robot_files import JointChoice
 
-    files = read_robot(robot, srdf)
-    arm = assemble(files, tool, JointChoice(group, choice.joints))
-    require_bodies(arm)
-    listed = arm.disabled_pairs or frozenset()
-    never_apart = generate_disabled_pairs(arm, CoalChecker) - listed
-    checker = CoalChecker(World.of(arm, Scene("none"), never_apart | listed))
-    if not {*files.home} & {*arm.joints}:
-        checker = with_free_home(checker)
-    home = checker.robot.home
-    make_folder(out.parent)
-    write_whole(out, text_of(files, checker.robot, never_apart, out.parent).encode())
-    if (home != arm.home).any():
-        values = ",".join(f"{value:g}" for value in home.tolist())
-        say(f"No file says where home is, and links touch with the joints at zero: home is q:{values} instead.")
-    for sentence in self_test(checker):
+    for sentence in write_robot_yaml(robot, srdf, tool, JointChoice(group, choice.joints), out):
         say(sentence)
-    say(f"Written: {out}, with {len(never_apart)} pairs of links that need no check. Plan with --robot {out}")
     return 0

@@ -21,7 +21,7 @@ from planner.problem.targets import AND, HOME, joints_text, parse_target
 
 if TYPE_CHECKING:
     from planner.session.session import Session
-    from planner.view.live.page import LivePage, Question
+    from planner.view.live import LivePage, Question
 
 
 def view(
@@ -123,7 +123,7 @@ def _serve(page: LivePage) -> None:
 def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest, out: Path | None) -> LivePage:
     """The live page with its first question answered."""
     try:
-        from planner.view.live.page import LivePage, Question
+        from planner.view.live import LivePage, Question
     except ModuleNotFoundError as error:
         if error.name not in ("viser", "websockets"):
             raise
@@ -150,7 +150,7 @@ def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     from planner.planning.run import ROADMAP_NAME
     from planner.roadmap.storage import reopen_plan
     from planner.session.session import OPTIONS, Session
-    from planner.view.live.page import Question
+    from planner.view.live import Question
 
     record = record_of_plan(folder)
     config = record["config"]

@@ -131,8 +131,7 @@ def token_in(path: Path) -> str:
         with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
             file.write(f"{secrets.token_hex(32)}\n")
     except FileExistsError:
-        if not os.path.isfile(path):
-            raise FileError(f"token file {path} is a folder, a pipe or a device: give a file.") from None
+        pass
     except OSError as error:
         raise FileError(f"token file {path} cannot be written: {error.strerror}; choose another place.") from None
     text = read_text(path, "token file").strip()

@@ -17,9 +17,8 @@ from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import HALF_TURN, Robot
 from planner.robot.scene import Scene
-from planner.session.guard import JUDGED, Guard, Rules
 from planner.session.live_world import LiveWorld
-from planner.session.verdict import Verdict, judge
+from planner.session.verdict import JUDGED, Guard, Rules, Verdict, judge
 from planner.trajectory.limits import MotionLimits, own_limits
 from planner.trajectory.trajectory import whole_nanoseconds
 

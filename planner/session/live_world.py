@@ -14,9 +14,9 @@ from planner.base.errors import SceneError, StateError, choices
 from planner.base.yamlfile import FARTHEST, validate
 from planner.collision.checker import CollisionChecker
 from planner.problem.request import WorldRequest
-from planner.query.in_hand import let_go, taken
 from planner.query.query import open_world
 from planner.query.resolve import touching
+from planner.query.robots import let_go, take
 from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot, with_carried
 from planner.robot.robot_in_scene import in_world
@@ -123,7 +123,7 @@ class LiveWorld:
             raise SceneError(
                 f"link '{unknown[0]}' cannot touch '{name}': links with shapes are {choices(sorted(self._links()))}."
             )
-        self._change(lambda scene: taken(scene, _obstacle(scene, name), self.bare, frame, q, links))
+        self._change(lambda scene: take(scene, _obstacle(scene, name), self.bare, frame, q, links))
 
     def detach(self, name: str, q: Floats) -> None:
         """Put down what is carried, where the arm holds it in ``q`` (dof,); what might touch it still may."""

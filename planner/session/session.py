@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from os import PathLike
 from typing import Any
 
@@ -47,15 +46,6 @@ _OF_A_PLAN = (
 )
 OPTIONS = tuple(name for name in PlanRequest.names() if name not in _OF_A_PLAN)
 _OF_TASKS = ("seed", "beta", "collision", "margin", "law", "prescribed_time", "metric", "manipulability_cost")
-
-
-@dataclass(frozen=True)
-class Change:
-    """A change of the world: what happened, in words, and what it meant for the edges; ``seconds`` it took."""
-
-    what: str
-    edges: Edges
-    seconds: float
 
 
 class Session:
@@ -155,9 +145,9 @@ class Session:
         nodes[live.roadmap.edges[edges]] = True
         return live.held(edges).part(nodes, np.ones(int(edges.sum()), dtype=bool))
 
-    def add(self, obstacle: Obstacle | MovingObstacle) -> Change:
+    def add(self, obstacle: Obstacle | MovingObstacle) -> Edges:
         """Put an obstacle into the world; one that moves matters to :meth:`plan_in_time` only."""
-        return self._change(f"obstacle '{obstacle.name}' added", lambda world: world.add(obstacle))
+        return self._change(lambda world: world.add(obstacle))
 
     def move(
         self,
@@ -165,31 +155,30 @@ class Session:
         position: Iterable[float] | None = None,
         rpy: Iterable[float] | None = None,
         quaternion: Iterable[float] | None = None,
-    ) -> Change:
+    ) -> Edges:
         """Put the obstacle ``name`` to a ``position`` (m), turned by ``rpy`` (rad) or ``quaternion`` [x, y, z, w].
 
         What is left out stays as it is.
         """
-        return self._change(f"obstacle '{name}' moved", lambda world: world.move(name, position, rpy, quaternion))
+        return self._change(lambda world: world.move(name, position, rpy, quaternion))
 
-    def remove(self, name: str) -> Change:
+    def remove(self, name: str) -> Edges:
         """Take the obstacle ``name`` out of the world."""
-        return self._change(f"obstacle '{name}' removed", lambda world: world.remove(name))
+        return self._change(lambda world: world.remove(name))
 
-    def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: object = None) -> Change:
+    def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: object = None) -> Edges:
         """Let ``frame`` carry the obstacle ``name``, which may touch ``touch_links`` and the link itself.
 
         ``at`` is the state in which the arm takes it; left out, the end of the last path.
         """
-        what = f"'{name}' attached to '{frame}'"
-        return self._change(what, lambda world: world.attach(name, frame, self._held_at(at), touch_links))
+        return self._change(lambda world: world.attach(name, frame, self._held_at(at), touch_links))
 
-    def detach(self, name: str, at: object = None) -> Change:
+    def detach(self, name: str, at: object = None) -> Edges:
         """Let go of what is carried: it stays where the arm holds it, and the links that might touch it still may.
 
         ``at`` is the state in which the arm lets go; left out, the end of the last path.
         """
-        return self._change(f"'{name}' detached", lambda world: world.detach(name, self._held_at(at)))
+        return self._change(lambda world: world.detach(name, self._held_at(at)))
 
     def plan(
         self, start: object = "start", goal: object = "goal", beta: float | None = None, progress: Progress = QUIET
@@ -200,7 +189,7 @@ class Session:
         :class:`OptionError` for a beta out of range, and :class:`PlannerError` once ``progress`` is asked to stop.
         """
         with self._alone():
-            planning = self._watched(self._asking(start, goal, beta), progress)
+            planning = self._asking(start, goal, beta, progress)
             return self._answer(planning, _resolved(self.checker, planning.request))
 
     def replan(self, progress: Progress = QUIET) -> SessionPlan:
@@ -289,25 +278,26 @@ class Session:
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
-    def _asking(self, start: object, goal: object, beta: float | None) -> Planning:
+    def _asking(self, start: object, goal: object, beta: float | None, progress: Progress = QUIET) -> Planning:
         """How the session plans this question."""
         plain = self._planning.request
         beta = plain.quality.beta if beta is None else beta
-        request = plain.with_options(start=start, goal=goal, beta=beta)
-        return replace(self._planning, request=request)
+        return self._watched(
+            replace(self._planning, request=plain.with_options(start=start, goal=goal, beta=beta)), progress
+        )
 
     def _watched(self, planning: Planning, progress: Progress) -> Planning:
-        """The same, for one who watches and may stop it."""
+        """The same, until the session is closed or ``progress`` asks for a stop."""
         return replace(planning, progress=Progress(progress, lambda: self._closed.is_set() or progress.stopped))
 
-    def _change(self, what: str, apply: Callable[[LiveWorld], None]) -> Change:
+    def _change(self, apply: Callable[[LiveWorld], None]) -> Edges:
+        """Change the world; what the change means for the roadmap's edges."""
         with self._alone():
             go_on(self._planning.progress)
-            begin, before = time.perf_counter(), self.live
+            before = self.live
             apply(self.world)
             self._known = before.in_world(self.checker)
-            edges = self._known.proofs.since(before.proofs, checked=False)
-            return Change(what, edges, time.perf_counter() - begin)
+            return self._known.proofs.since(before.proofs, checked=False)
 
     def _held_at(self, at: object, role: str = "at") -> Floats:
         if at is not None:

@@ -30,8 +30,8 @@ from planner.planning.result import JSON_NAME, Plan
 from planner.problem.options import RobotLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
-from planner.query.in_hand import let_go, placement_of, taken
 from planner.query.query import open_world
+from planner.query.robots import let_go, placement_of, take
 from planner.roadmap.storage import world_in
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried, with_tool, without_carried
@@ -387,4 +387,4 @@ class _Replay:
             return
         with_hand = tool_joint(with_tool(self.robot, event.link))[0] == tool_joint(self.robot)[0]
         _require(with_hand, f"the task takes '{name}' with '{event.link}', which does not move with the tool")
-        self.scene, self._name = taken(self.scene, item, self.robot, event.link, q), name
+        self.scene, self._name = take(self.scene, item, self.robot, event.link, q), name

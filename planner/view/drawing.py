@@ -13,7 +13,6 @@ import numpy as np
 from planner.base.arrays import Bools, Floats
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.kinematics.tool_bound import Frame
-from planner.problem.outcome import Gap
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, load_visuals
@@ -38,7 +37,6 @@ _OBSTACLES = (  # one after another: neighbours in the list are told apart, and 
 _WAY = (0.70, 0.74, 0.78, 0.6)
 _COLLISION = (0.10, 0.55, 0.90, 0.6)
 TOUCHING = (0.90, 0.12, 0.12, 0.9)
-_WANTED, _TOOL_PATH = 0.012, (0.10, 0.55, 0.95, 0.45)  # m: around the tube of the path that is reached
 _RUNG, _RUNG_COLOUR = 0.025, (0.25, 0.30, 0.40)  # m from the tool's origin to either end
 PATH, START, GOAL = (0.85, 0.25, 0.10, 1.0), (0.15, 0.65, 0.25, 1.0), (0.80, 0.10, 0.15, 1.0)
 _DOT = 0.022  # m
@@ -162,21 +160,11 @@ def draw_path(
     canvas.shape(name, along, np.eye(4), rgba)
 
 
-def draw_tool_line(canvas: Canvas, name: str, points: Floats, radius: float) -> None:
-    """What the tool was to follow, through points (k, 3), as its tube of a ``radius`` (m), one to be seen at least."""
-    canvas.shape(name, tube(points, max(radius, _WANTED), 8), np.eye(4), _TOOL_PATH)
-
-
 def draw_rungs(canvas: Canvas, robot: Robot, q: Floats) -> None:
     """Solutions (n, dof) along a tool path, each a bar across it that lies as the tool's x axis does."""
     rotation, position = Frame.tool(robot).poses(robot, q[:MOST_EDGES])
     ends = position[:, None] + np.array([[-_RUNG], [_RUNG]]) * rotation[:, None, :, 0]
     canvas.segments("tool_path/rungs", ends.reshape(-1, 3), np.tile(_RUNG_COLOUR, (2 * len(ends), 1)))
-
-
-def draw_gap(canvas: Canvas, robot: Robot, gap: Gap) -> None:
-    """The tool's path along the shortest motion between the parts of a roadmap, which is blocked."""
-    draw_path(canvas, "gap", robot, np.array([gap.start_side, gap.goal_side]), TOUCHING)
 
 
 def joint_matrices(robot: Robot, q: Floats) -> Floats:

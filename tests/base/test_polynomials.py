@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
-from planner.native.compiled import polynomial_extrema as extrema
 
 from planner.base.polynomials import bernstein, derivative, evaluate, part
+from planner.native.compiled import polynomial_extrema as extrema
 
 DEGREES = range(6)
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
+
 from planner.native.compiled import (
     Charge,
     NativeBounds,
@@ -32,7 +33,6 @@ from planner.native.compiled import (
     ramp_quickest,
     stops_quickest,
 )
-
 from planner.native.gate import Chunk
 from planner.native.refinement import Descent, EvenStretches, Judge, Refined, Step, descend, even_stretches
 from planner.trajectory.trajectory import pieces_through

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from planner.native.compiled import NativeArcs, NativeChain, NativeFlow, NativeWorld, cheapest_path, set_threads
 
 from planner.base.errors import ArrayError
+from planner.native.compiled import NativeArcs, NativeChain, NativeFlow, NativeWorld, cheapest_path, set_threads
 from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_world, bounds_of
 
 SEED = 5

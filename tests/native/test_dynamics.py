@@ -4,6 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
 from planner.native.compiled import (
     BRAKE_THEN_SINK,
     SINK_THEN_BRAKE,
@@ -13,9 +17,6 @@ from planner.native.compiled import (
     hops_to_source,
     set_threads,
 )
-from scipy.integrate import solve_ivp
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 EXPONENTS = [(2 / 5, 2 / 7), (8 / 9, 4.0), (2 / 11, 8 / 7), (98 / 99, 998.0), (2e-6, 2e-6), (0.4, 2e-6)]
 

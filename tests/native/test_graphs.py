@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from planner.native.compiled import cheapest_costs, detours
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from planner.native.compiled import cheapest_costs, detours
 from planner.native.graphs import cheapest_nodes
 
 

@@ -7,7 +7,6 @@ from itertools import combinations_with_replacement, product
 
 import numpy as np
 import pytest
-from planner.native.compiled import NativeBoxes, NativeChain, NativeWorld, manipulability_costs, set_threads
 
 from benchmarks.attack.cases import Case
 from benchmarks.attack.claims import world_of
@@ -17,6 +16,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.collision.path_moves import first_free
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
+from planner.native.compiled import NativeBoxes, NativeChain, NativeWorld, manipulability_costs, set_threads
 from planner.robot.poses import pose
 from planner.robot.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
 from tests.random_shapes import KINDS, blob, box_mesh, random_pose, random_shape

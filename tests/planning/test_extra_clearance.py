@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.checker import keeping
 from planner.collision.looks import Clearance, dense_states
 from planner.planning.improvement import clearance_of_path, halves, roomy_roadmap
 from planner.planning.plan import plan
@@ -58,15 +56,6 @@ def test_a_narrow_goal_leaves_half_of_it_or_less_and_says_so() -> None:
     assert found.clearance.path is not None
     assert 0.0025 <= found.clearance.path.min <= 0.004 + 1e-6
     assert "Refined paths keep 2.5 of 5 mm" in found._repr_html_()
-
-
-def test_a_base_that_stands_on_its_table_takes_nothing_away() -> None:
-    """Pairs that no joint can move are as near as they are."""
-    table = Obstacle("table", Box((0.3, 0.3, 0.1)), pose([0, 0, -0.0501 - 0.025]))
-    for name in ("panda", "ur5"):
-        robot = load(name)
-        top = make_checker(robot, Scene("t", (replace(table, placement=pose([0, 0, -0.0505])),)))
-        assert keeping(top, 0.01).static_contact is None
 
 
 def test_certificates_of_a_level_are_proofs() -> None:

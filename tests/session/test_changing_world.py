@@ -8,10 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pytest
 
 from benchmarks.gate.chunks import KINDS, clutter, random_chunk
-from planner.base.errors import PlannerError
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_pose
 from planner.robot.poses import pose
@@ -75,23 +73,6 @@ def test_what_is_carried_is_proven_too() -> None:
     assert found.reason is not None
     assert found.reason.pair == ("rod", "ball")
     assert Gate(robot, Scene("x", (ball,)), judged=()).check(turned[None], times=[1.0], state=(hold, 0 * hold)).safe
-
-
-def test_a_change_that_is_none_gets_a_sentence_and_changes_nothing() -> None:
-    gate = Gate(load("planar_2r"), Scene("x", (Obstacle("ball", Sphere(0.05), pose([0, 0, 3])),)))
-    for change in (
-        lambda: gate.world.put("box", np.eye(4)),
-        lambda: gate.world.put("ball", 2.0 * np.eye(4)),
-        lambda: gate.world.remove("box"),
-        lambda: gate.world.add(Obstacle("ball", Sphere(0.1), np.eye(4))),
-        lambda: gate.world.detach("ball", HERE),
-        lambda: gate.world.attach("ball", "nowhere", HERE),
-        lambda: gate.world.attach("ball", gate.robot.tool, np.zeros(3)),
-    ):
-        with pytest.raises(PlannerError, match=r"\.$"):
-            change()
-    assert [item.name for item in gate.scene.obstacles] == ["ball"]
-    assert gate.check(steps(), times=TIMES, state=STATE).safe
 
 
 def beside_the_arm(limit: float) -> tuple[Gate, float]:

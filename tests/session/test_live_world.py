@@ -15,8 +15,7 @@ from planner.problem.request import WorldRequest
 from planner.roadmap.roadmap import segments
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
-from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Carried, Obstacle, Sphere
+from planner.robot.shapes import Box, Obstacle, Sphere
 from planner.session.gate import Gate
 from planner.session.live_world import LiveWorld
 from planner.session.session import Session
@@ -42,15 +41,6 @@ def test_what_is_attached_moves_with_the_arm_and_is_put_down_where_it_is_held() 
         live.detach("far", Q + np.array([turn, 0.0]))
         placement = pose(rpy=[0.0, 0.0, turn]) @ FAR.placement
         np.testing.assert_allclose(live.scene.obstacles[-1].placement, placement, atol=1e-12)
-
-
-def test_what_the_scene_says_is_carried_is() -> None:
-    ball = Carried("link_2", "ball", Sphere(0.05), pose([0.45, 0, 0]), ("link_2",))
-    live = LiveWorld(WorldRequest(load("planar_2r"), Scene("made", (), carried=(ball,))))
-    assert [body.name for body in live.robot.carried] == ["ball"]
-    assert not live.bare.carried
-    with pytest.raises(SceneError, match="it is carried: detach it first"):
-        live.remove("ball")
 
 
 def test_a_gate_and_a_session_of_one_world_know_every_change() -> None:

@@ -49,13 +49,3 @@ def test_it_finds_the_cheapest_proven_path_and_leaves_most_edges_open() -> None:
     rows = edge_rows(world.roadmap, found.steps[:-1], found.steps[1:])
     assert found.live.proofs.free[rows].all()
     assert found.live.proofs.seen[rows].all()
-
-
-def test_where_all_is_blocked_there_are_no_steps() -> None:
-    world = live()
-    proofs = world.proofs
-    for row in range(len(world.roadmap.edges)):
-        proofs = proofs.refused(row)
-    found = found_in(replace(world, proofs=proofs))
-    assert len(found.steps) == 0
-    assert np.isinf(found.field.x[world.roadmap.starts]).all()

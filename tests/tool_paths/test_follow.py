@@ -60,7 +60,7 @@ def test_its_roadmap_can_be_kept(follower: Follower, tmp_path: Path) -> None:
 
 def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[np.ndarray] = []
-    monkeypatch.setattr("planner.view.page.draw_tool_line", lambda canvas, name, points, radius: drawn.append(points))
+    monkeypatch.setattr("planner.view.page.Page.add_tool_line", lambda page, points, radius: drawn.append(points))
     rungs: list[tuple] = []
     monkeypatch.setattr("planner.view.drawing.Canvas.segments", lambda _, *drawn: rungs.append(drawn))
     found = follower.plan(REQUEST)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from planner.native.compiled import ramp_quickest
 
 V, A = np.full(3, 2.0), np.array([5.0, 3.0, 8.0])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from planner.native.compiled import curve_knots
 
+from planner.native.compiled import curve_knots
 from planner.trajectory.curve import Spacing, mean_motion, quickest, rounded, window_for
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 

@@ -126,25 +126,32 @@ class RobotFiles:
         if choice.joints is not None:
             return list(choice.joints)
         if choice.group is not None:
-            return group_joints(self._groups(), choice.group, self.description, self.model)
+            return self._group_joints(choice.group)
         if self.file.joints:
             return list(self.file.joints)
         passive = self.srdf.passive if self.srdf else frozenset()
         return [joint for joint in self.leaders(tool, held) if joint not in passive]
 
-    def _groups(self) -> Srdf:
-        if self.srdf is None:
-            raise RobotError(f"robot '{self.name}' has no SRDF, so there are no groups: give --srdf, or use --joints.")
-        return self.srdf
-
     def tool(self, tool: str | None, choice: JointChoice) -> str:
         """The tool frame: as asked for, else the robot file's if the chosen group moves it, else the group's tip."""
         tool = tool or self.file.tool
         if choice.group is not None:
-            joints = group_joints(self._groups(), choice.group, self.description, self.model)
+            joints = self._group_joints(choice.group)
             if tool is None or joints[-1] not in self.leaders(tool):
-                return group_tip(self._groups(), choice.group, self.description, self.model)
-        return _known_tool(self.model, tool)
+                assert self.srdf is not None
+                return group_tip(self.srdf, choice.group, self.description, joints)
+        if tool is None:
+            tips = urdf.tips_of(self.model)
+            if len(tips) != 1:
+                raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
+            return tips[0]
+        urdf.frame_id(self.model, tool)
+        return tool
+
+    def _group_joints(self, group: str) -> list[str]:
+        if self.srdf is None:
+            raise RobotError(f"robot '{self.name}' has no SRDF, so there are no groups: give --srdf, or use --joints.")
+        return group_joints(self.srdf, group, self.description, self.model)
 
     @cached_property
     def home(self) -> Mapping[str, float]:
@@ -152,8 +159,7 @@ class RobotFiles:
         found: dict[str, float] = {}
         for state in sorted(self.srdf.states if self.srdf else (), key=lambda item: -len(item.values)):
             found |= state.values if state.name == HOME else {}
-        if self.file.home:
-            found |= self._by_joint(self.file.home, "home")
+        found |= self._by_joint(self.file.home, "home") if self.file.home else {}
         return {joint: value for joint, value in found.items() if self.model.existJointName(joint)}
 
     def motion(self, planned: Sequence[str]) -> MotionFile | None:
@@ -172,7 +178,7 @@ class RobotFiles:
 
     def _by_joint(self, values: Sequence[float], what: str) -> dict[str, float]:
         """One value for each joint that the robot file plans; :class:`RobotError` where there are more or fewer."""
-        joints = self.file.joints or self.leaders(_known_tool(self.model, self.file.tool))
+        joints = self.file.joints or self.leaders(self.tool(None, ALL_JOINTS))
         if len(joints) != len(values):
             raise RobotError(
                 f"robot file {self.origin}: {what} has {len(values)} values, the robot {len(joints)} joints, "
@@ -188,8 +194,7 @@ class RobotFiles:
         listed = self.file.disabled_pairs
         if listed is None:
             return said or None
-        unknown = [link for pair in listed for link in pair if link not in self.description.links]
-        if unknown:
+        if unknown := [link for pair in listed for link in pair if link not in self.description.links]:
             raise RobotError(
                 f"robot file {self.origin}: disabled_pairs names link {shown(unknown[0])}, which the URDF has not; "
                 f"links are {choices(sorted(self.description.links))}."
@@ -248,25 +253,13 @@ def _described(name: str) -> RobotFile:
         )
     try:
         said = vars(importlib.import_module(f"{_DESCRIPTIONS}.{name}"))
+        path = next(said[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if said.get(kind))
     except Exception as error:  # of a name that it lacks, of git, of the network
-        reason = " ".join(str(error).split())[:200]
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise RobotError(
             f"robot '{name}' of robot_descriptions cannot be loaded ({reason}): choose another name."
         ) from None
-    path = next((said[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if said.get(kind)), None)
-    if path is None:
-        raise RobotError(f"robot '{name}' of robot_descriptions has neither URDF, xacro nor MJCF: choose another.")
     urdf_file = Source(file=str(path), args=said.get("XACRO_ARGS", {}) if path == said.get("XACRO_PATH") else {})
     srdf = said.get("SRDF_PATH") or said.get("SRDF_XACRO_PATH")
     srdf_file = Source(file=str(srdf), args=said.get("SRDF_XACRO_ARGS", {})) if srdf else None
     return RobotFile(name=name, urdf=urdf_file, srdf=srdf_file)
-
-
-def _known_tool(model: pin.Model, tool: str | None) -> str:
-    if tool is None:
-        tips = urdf.tips_of(model)
-        if len(tips) != 1:
-            raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
-        return tips[0]
-    urdf.frame_id(model, tool)
-    return tool

@@ -132,10 +132,10 @@ def group_joints(srdf: Srdf, name: str, description: urdf.Description, model: pi
     return joints
 
 
-def group_tip(srdf: Srdf, name: str, description: urdf.Description, model: pin.Model) -> str:
-    """The link at the end of the group: the tip of its chain, or else the link that its last joint moves."""
+def group_tip(srdf: Srdf, name: str, description: urdf.Description, joints: Sequence[str]) -> str:
+    """The link at the end of the group: the tip of its chain, or else the link that the last of its joints moves."""
     tips = [chain.get("tip_link", "") for chain in srdf.groups[name].findall("chain")]
-    return tips[0] if len(tips) == 1 else description.joints[group_joints(srdf, name, description, model)[-1]][1]
+    return tips[0] if len(tips) == 1 else description.joints[joints[-1]][1]
 
 
 def states_of_joints(srdf: Srdf, joints: Sequence[str]) -> dict[str, tuple[float, ...]]:

@@ -212,7 +212,7 @@ def build_model(description: Description) -> pin.Model:
 
 
 def _require_sound(model: pin.Model, description: Description) -> None:
-    """Raise :class:`RobotError` for links that Pinocchio left out, and for axes or origins that are no numbers."""
+    """Raise :class:`RobotError` for links that Pinocchio left out, and for frames that it places nowhere."""
     if lost := description.links - {frame.name for frame in model.frames}:
         raise RobotError(f"links {choices(sorted(lost))} of {description.path} hang on no root; mend the file.")
     data = model.createData()
@@ -221,8 +221,7 @@ def _require_sound(model: pin.Model, description: Description) -> None:
         placed = data.oMi[frame.parentJoint] * frame.placement
         if not np.abs(placed.homogeneous).max() <= FARTHEST:
             raise RobotError(
-                f"'{frame.name}' of {description.path} is placed nowhere, or beyond {FARTHEST:g} m: mend its origin or "
-                "axis."
+                f"'{frame.name}' of {description.path} is placed nowhere, or beyond {FARTHEST:g} m: mend its origin."
             )
 
 
@@ -280,17 +279,16 @@ def narrow(model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[s
         lower[leader] = low if low > before[0] + _SAME else before[0]
         upper[leader] = high if high < before[1] - _SAME else before[1]
         velocity[leader] = fast if fast < (before[2] or np.inf) - _SAME else before[2]
-        narrower, slower = before[:2] != (lower[leader], upper[leader]), before[2] != velocity[leader]
         farthest = max(abs(item.multiplier * end[leader] + item.offset) for end in (lower, upper))
         if not lower[leader] < upper[leader] or farthest > _MOST:
             raise RobotError(
                 f"joint '{item.joint}' mimics '{item.leader}' and cannot follow it within its own limits: mend its "
                 "<mimic> or the limits in the URDF."
             )
-        if narrower or slower or item.leader in continuous - endless:
-            speed = f" and to a velocity of {velocity[leader]:.6g}" if slower else ""
+        if before != (lower[leader], upper[leader], velocity[leader]) or item.leader in continuous - endless:
             text = f"joint '{item.joint}' follows '{item.leader}', which is kept to [{lower[leader]:.6g}, "
-            notes.append(Note(f"{text}{upper[leader]:.6g}]{speed}, so that both keep their limits.", grave=False))
+            text += f"{upper[leader]:.6g}] and to a velocity of {velocity[leader]:.6g}, so that both keep their limits."
+            notes.append(Note(text, grave=False))
     return endless, notes
 
 

@@ -24,16 +24,6 @@ _HARMLESS = {  # no path depends on these: one note names those that hold a valu
     "reference_trajectories", "pipeline_id", "planner_id", "num_planning_attempts", "allowed_planning_time",
     "cartesian_speed_limited_link", "cartesian_speed_end_effector_link",
 }  # fmt: skip
-_REMEDIES = {
-    "octomap": "give boxes or meshes in its place",
-    "planes": "give a box in its place",
-    "link_padding": "keep a distance from everything with --margin in its place",
-    "link_scale": "keep a distance from everything with --margin in its place",
-    "operation": "export the whole scene",
-    "multi_dof_joint_state": "place the robot's base with --base",
-    "velocity": "plan from where the arm comes to rest",
-    "max_cartesian_speed": "lower max_velocity_scaling_factor in its place",
-}
 _AS_LISTS = ("xyz", "xyzw", ("enabled",), ("vertex_indices",))  # keys of messages that some exporters write as lists
 
 Kind = TypeVar("Kind", bound="Message")
@@ -53,8 +43,7 @@ def read_message(kind: type[Kind], data: Any, where: str) -> tuple[Kind, tuple[N
     data, harmless = _as_lists(data), list[str]()
     for place, key, meant in _unknown(data, kind) if isinstance(data, dict) else ():
         if key not in _HARMLESS:
-            remedy = _REMEDIES.get(key, "take it out")
-            raise SceneError(f"{where}: '{place[:200]}' is not followed by this planner{meant}; {remedy}.")
+            raise SceneError(f"{where}: '{place[:200]}' is not followed by this planner{meant}; take it out.")
         harmless.append(place)
     text = f"{where}: passed over, as no path depends on it: {choices(harmless)}."
     return validate(kind, data, where, SceneError), ((Note(text, grave=False),) if harmless else ())
@@ -131,6 +120,9 @@ class Transform(Message):
     translation: Triple = (0.0, 0.0, 0.0)
     rotation: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
+    def matrix(self) -> Floats:
+        return pose(self.translation, quaternion=self.rotation)
+
 
 class TransformStamped(Message):
     header: Header = Header()
@@ -203,9 +195,8 @@ class AllowedCollisionMatrix(Message):
     @pydantic.model_validator(mode="after")
     def _square(self) -> AllowedCollisionMatrix:
         names, rows = self.entry_names, self.entry_values
-        _require_fit(names, rows, "entry_values", "entry_names")
-        for name, row in zip(names, rows, strict=True):
-            _require_fit(names, row, f"values in the row of '{name}'", "names")
+        if any(len(part) != len(names) for part in (rows, *rows)):
+            raise ValueError(f"there are {len(names)} entry_names; give as many entry_values, each of as many values")
         values = np.array(rows, dtype=bool).reshape(2 * (len(names),))
         for first, second in np.argwhere(values != values.T):
             raise ValueError(f"it allows '{names[first]}' and '{names[second]}' in one order only; make it symmetric")

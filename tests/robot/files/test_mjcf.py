@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,7 +11,6 @@ import pinocchio as pin
 import pytest
 
 from planner.base.arrays import Floats
-from planner.base.errors import InstallationError
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.robot.files import urdf
@@ -171,30 +169,6 @@ def test_bodies_joints_and_sites(tmp_path: Path) -> None:
     assert "assumed: the URDF gives none" in MotionLimits.of(robot).source["velocity"]
 
 
-PAINTED = """<default><default class="arm"><material specular="0.5"/><joint range="-2 2"/>
- <default class="seen"><geom type="mesh" contype="0" conaffinity="0" group="2" material="dark"/></default>
- <default class="hit"><geom group="3"/></default></default></default>
-<asset><material class="arm" name="dark" rgba="0.1 0 0 1"/>
- <mesh name="m" vertex="0 0 0 .2 0 0 0 .03 0 0 0 .03"/></asset>
-<worldbody><body name="base" childclass="arm"><geom class="seen" mesh="m"/>"""
-
-
-def test_what_only_paints_or_weighs_stops_nothing(tmp_path: Path) -> None:
-    """As in published models: a material that names a class, shellinertia, groups of geoms; MuJoCo 4 refuses some."""
-    shell = '<geom class="seen" mesh="m" shellinertia="true"/><geom class="hit" size="0.02"/>'
-    path = arm(tmp_path, shell, replaced=('<worldbody>\n<geom name="floor" type="plane" size="1 1 .1"/>\n', PAINTED))
-    text = Path(path).read_text().replace("</worldbody>", "</body></worldbody>")
-    Path(path).write_text(text.replace('<body name="base" pos', '<body name="stand" pos'))
-    robot = Robot.load(path)
-    assert robot.upper.tolist() == [2.0, 2.0]
-    assert [body.link for body in robot.bodies] == ["stand", "upper", "fore", "fore"]
-    drawn = load_visuals(robot)
-    assert [body.link for body in drawn] == ["base", "stand", "upper", "fore", "fore"]
-    assert [isinstance(body.shape, Mesh) for body in drawn] == [True, False, False, False, True]
-    np.testing.assert_allclose([drawn[0].color, drawn[1].color], [(0.1, 0, 0, 1), (0.5, 0.5, 0.5, 1)])
-    assert robot.source.bare == {"base"}
-
-
 def test_included_files_and_folders_of_meshes_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "part.obj").write_text(
@@ -274,9 +248,3 @@ def test_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, extra: str, a
     monkeypatch.chdir(tmp_path)
     assert words in refusal_of(lambda: Robot.load(arm(tmp_path, extra, after)))
     assert [path.name for path in tmp_path.iterdir()] == ["arm.xml"]  # MuJoCo writes no file of warnings
-
-
-def test_mujoco_is_an_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(InstallationError, match=r"run pip install 'gabf-planner\[mjcf\]'"):
-        Robot.load(arm(tmp_path))

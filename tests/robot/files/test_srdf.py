@@ -182,24 +182,3 @@ def test_a_robot_file_by_path_or_by_its_folder(arm: Path) -> None:
     assert (robot.name, robot.joints, robot.fixed_joints) == ("arm", ("shoulder", "elbow"), {"lift": 0.7})
     assert Robot.load(str(arm)).identity == robot.identity
     assert Robot.load(written(arm, "name: mine")).name == "mine"
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ("home: [1, 2]", "home has 2 values, the robot 3 joints, lift, shoulder, elbow"),
-        ("disabled_pairs: [[base, nose]]", "disabled_pairs names link 'nose', which the URDF has not"),
-        ("fixed_joints: {nose: 1}", "joint 'nose' not found"),
-        ("fixed_joints: {lift: 0, shoulder: 0, elbow: 0}", "no joint that moves frame 'hand' is planned"),
-        ("colour: red", "unknown key 'colour'"),
-    ],
-)
-def test_a_robot_file_that_is_wrong(arm: Path, more: str, said: str) -> None:
-    with pytest.raises(RobotError, match=said):
-        Robot.load(written(arm, more))
-
-
-def test_a_joint_is_not_both_named_and_held(arm: Path) -> None:
-    path = written(arm, "fixed_joints: {lift: 0.7}")
-    with pytest.raises(RobotError, match="'lift' is planned and held fixed as well: leave it out of --joints"):
-        Robot.load(path, choice=JointChoice(joints=("lift", "elbow")))

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import coal
 import numpy as np
 import pytest
 
-from planner.base.errors import RobotError
 from planner.robot.files import meshes, urdf, urdf_geometry
 from planner.robot.robot import Robot
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Sphere
-from tests.coal_judge import coal_geometry
+from planner.robot.shapes import Mesh, Sphere
 from tests.random_shapes import box_mesh
 from tests.robot.files.test_meshes import mesh_file
 from tests.robot.files.test_thinned import ball
@@ -68,10 +65,3 @@ def test_a_mesh_is_read_once_however_it_is_named(
     shape = first.bodies[0].shape
     assert isinstance(shape, Mesh)
     np.testing.assert_allclose(np.ptp(shape.vertices, axis=0), [0.1, 0.2, 0.3], atol=1e-7)
-
-
-def test_geometries_of_coal_are_our_shapes() -> None:
-    for shape in (Box((0.1, 0.2, 0.3)), Sphere(0.1), Capsule(0.1, 0.4), Cylinder(0.2, 0.3)):
-        assert urdf_geometry.shape_of(coal_geometry(shape)) == shape
-    with pytest.raises(RobotError, match="Cone is not supported"):
-        urdf_geometry.shape_of(coal.Cone(0.1, 0.2))

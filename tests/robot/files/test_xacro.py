@@ -47,13 +47,6 @@ def test_xacro_that_nobody_expands_is_refused(arm: Path) -> None:
         Robot.load(str(arm.rename(arm.with_suffix(""))))
 
 
-def test_a_xacro_file_that_cannot_be_expanded(arm: Path) -> None:
-    pytest.importorskip("xacro")
-    arm.write_text(arm.read_text().replace("$(arg size)", "$(arg nothing)"))
-    with pytest.raises(RobotError, match=r"cannot be expanded .*nothing.*args"):
-        Robot.load(str(arm))
-
-
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="arm">'
 CELL = {  # by file; each include is relative to the file that names it, as is load_yaml
     "arm.urdf.xacro": HEAD
@@ -100,21 +93,3 @@ def test_a_xacro_becomes_the_urdf_that_the_program_xacro_makes(tmp_path: Path) -
     made = subprocess.run(program, capture_output=True, text=True, check=True, cwd="/").stdout
     ours = ET.tostring(read_root(path, "URDF", {"tip": "0.7"}), encoding="unicode")
     assert ET.canonicalize(made, strip_text=True) == ET.canonicalize(ours, strip_text=True)
-
-
-def test_a_package_that_is_not_found_is_named(arm: Path) -> None:
-    pytest.importorskip("xacro")
-    arm.write_text(arm.read_text().replace("</robot>", '<xacro:include filename="$(find acme_arm)/a.xacro"/></robot>'))
-    with pytest.raises(RobotError, match=r"package 'acme_arm' not found: name its folder in ROS_PACKAGE_PATH"):
-        Robot.load(str(arm))
-
-
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "iso-8859-1", "windows-1252"])
-def test_files_are_read_in_the_encoding_that_they_declare(tmp_path: Path, encoding: str) -> None:
-    inside = link_xml("a") + link_xml("Größe", '<sphere radius="0.1"/>') + joint_xml("j", "a", "Größe")
-    group = '<group name="g"><link name="Größe"/></group>'
-    for file, text in (("arm.urdf", inside), ("arm.srdf", group)):
-        head = f'<?xml version="1.0" encoding="{encoding.removesuffix("-sig")}"?>'
-        (tmp_path / file).write_bytes((head + HEAD + text + "</robot>").encode(encoding))
-    robot = Robot.load(tmp_path / "arm.urdf", srdf=tmp_path / "arm.srdf", tool="Größe")
-    assert robot.bodies[0].link == "Größe"

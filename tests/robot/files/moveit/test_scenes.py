@@ -73,11 +73,6 @@ def test_a_permission_for_what_is_attached_is_for_all_its_shapes(tmp_path: Path)
     assert note.text.endswith("as the SRDF says otherwise: pair and panda_link5.")
 
 
-def test_what_is_attached_does_not_stand_in_the_world_too(tmp_path: Path) -> None:
-    held = {"attached_collision_objects": [{"link_name": "panda_hand", "object": {**TWO, "id": "crate"}}]}
-    assert "object 'crate' is given twice" in refusal_of(lambda: _written(tmp_path, robot_state=held))
-
-
 def test_a_carried_box_collides_in_the_arms_stead(tmp_path: Path) -> None:
     robot = Robot.load("iiwa14")
     held = with_carried(robot, [Carried("flange", "parcel", Box((0.1, 0.1, 0.1)), np.eye(4), ("iiwa14_link_6",))])
