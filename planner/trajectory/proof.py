@@ -13,8 +13,7 @@ from planner.base.errors import OptionError
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.kinematics.manipulability import manipulability
-from planner.kinematics.manipulability_proof import prove_floor
+from planner.kinematics.manipulability import manipulability, prove_floor
 from planner.robot.robot import Robot
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.moving_obstacles import TimeProof, prove_in_time

@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.path_moves import Ramp, next_ramp
-from planner.kinematics.manipulability_proof import prove_floor
+from planner.kinematics.manipulability import prove_floor
 from planner.native.compiled import curve_chords
 from planner.query.resolve import position_bounds
 from planner.trajectory.curve import Curve, duration_of, quickest, spliced
