@@ -1,4 +1,4 @@
-"""``planner plan`` and ``planner follow``."""
+"""The commands that plan: ``planner plan``, ``follow``, ``sweep``, ``task`` and ``batch``."""
 
 from __future__ import annotations
 
@@ -9,10 +9,23 @@ from typing import TYPE_CHECKING
 import tyro
 
 from planner.base.files import json_text
-from planner.cli.common import Debug, Flag, Motion, Out, timing_of, written
-from planner.cli.terminal import complain, facts, open_in_browser, say, show
+from planner.cli.common import Debug, Flag, Motion, Out, Problem, timing_of, written
+from planner.cli.terminal import complain, facts, open_in_browser, report_table, run_into, say, show
 from planner.problem.outcome import Outcome
-from planner.problem.request import FollowedRequest, FollowRequest, PlanQuality, PlanRequest, TimingRequest
+from planner.problem.request import (
+    SERIAL,
+    FollowedRequest,
+    FollowRequest,
+    PlanQuality,
+    PlanRequest,
+    SweepQuality,
+    SweepRequest,
+    TaskQuality,
+    TaskRequest,
+    TaskWorldRequest,
+    TimingRequest,
+    WorkersRequest,
+)
 
 if TYPE_CHECKING:
     from planner.base.progress import Progress
@@ -109,6 +122,115 @@ def follow(
         return with_alternatives(find_plan(path, FollowRequest(what, quality), progress, motion), progress)
 
     return _told(find, out, view, json)
+
+
+def sweep(
+    what: Problem = Problem(),  # noqa: B008 (frozen)
+    quality: SweepQuality = SweepQuality(),  # noqa: B008
+    out: Out = Path("sweep"),
+    debug: Debug = False,
+) -> int:
+    """The whole trade-off between manipulability and distance: every path that some beta makes optimal.
+
+    Finds all values of beta at which the best path changes, exactly and without a grid, on one roadmap. Starts,
+    goals and all other options are those of 'planner plan'. Examples:
+
+    planner sweep --seed 3
+
+    planner sweep --roadmap out/roadmap.npz
+
+    Writes sweep.json, sweep.csv, sweep.html (open it in a browser) and roadmap.npz. Exit codes are those of
+    'planner plan'; Ctrl-C saves the intervals that are proven so far, without the page; where --out holds a sweep
+    already, in a new folder 'interrupted' inside it.
+    """
+    from planner.tradeoff.sweep import sweep as find_tradeoff
+
+    result, record, files, code = written(lambda progress: find_tradeoff(SweepRequest(what, quality), progress), out)
+    ending, count = result.outcome.value, len(result.intervals)
+    if result.outcome is Outcome.SOLVED:
+        ending = f"{count} path{'s are' if count != 1 else ' is'} optimal, each in its interval of beta."
+    if record.intervals:
+        show(report_table(record.table))
+    for line in record.lines:
+        say(line)
+    say("Seconds: " + ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items()) + ".")
+    say(f"{ending} {files}")
+    return code
+
+
+def task(
+    file: tyro.conf.Positional[Path],
+    what: TaskWorldRequest = TaskWorldRequest(),  # noqa: B008 (frozen)
+    quality: TaskQuality = TaskQuality(),  # noqa: B008
+    limits: TimingRequest = TimingRequest(),  # noqa: B008
+    no_timing: Flag = False,
+    out: Out = Path("out"),
+    json: Flag = False,
+    debug: Debug = False,
+) -> int:
+    """Plan a task: objects picked and placed, with grasps, arm configurations, paths and placements chosen together.
+
+    The task file says robot, scene and steps, the scene's obstacles being what is picked. One roadmap serves every
+    mode (the empty hand, each object in each grasp), one field over all of them finds the cheapest way by beta, and
+    its motions are proven with the object in the hand. Example:
+
+    planner task scenes/examples/tidy.yaml --beta 0.2 --nodes 1000 --out tidy
+
+    Writes plan.json with segments and events, plan.html, roadmap.npz, and trajectory.json: one motion of all segments,
+    at rest where the gripper moves. Exit code 0: solved; 2: a wrong option; 3: an unusable robot, scene, task or file;
+    4: a step cannot be done, and plan.json says which and why; 130: interrupted.
+
+    Args:
+        file: The task file (YAML).
+        no_timing: Leave the segments without times: no trajectory.json.
+        json: Print plan.json on standard output, and nothing else there.
+    """
+    motion = timing_of(limits, no_timing)
+    from planner.tasks.plan import task as plan_task
+
+    request = TaskRequest(what, quality)
+    found, record, files, code = written(lambda progress: plan_task(file, progress, motion, request), out)
+    if json:
+        say(json_text(record.to_dict()))
+    else:
+        show(facts(f"{found.task.name}: {record.robot} in {record.scene}", record.rows))
+    (complain if json else say)(f"{found.message} {files}")
+    return code
+
+
+def batch(
+    source: tyro.conf.Positional[Path],
+    what: Motion = Motion(),  # noqa: B008 (frozen)
+    quality: PlanQuality = PlanQuality(),  # noqa: B008
+    out: Out = Path("batch"),
+    workers: WorkersRequest = SERIAL,
+    pages: Flag = False,
+    time_limit: float = 600.0,
+    debug: Debug = False,
+) -> int:
+    """Plan many times: one row and one folder for each start, goal, scene or robot that SOURCE asks for.
+
+    SOURCE is a YAML file, plans: [{name: left, scene: shelf, goal: "xyz:0.5,0.3,0.6"}, ...], a CSV file with a line of
+    option names and a line per plan, or a folder of MoveIt's requests with their scenes. Options have the names of
+    'planner plan'; a plan that leaves one out takes it from the options given here.
+
+    Writes batch.csv, and for each plan NAME/plan.json, NAME/roadmap.npz and NAME/row.json. Run again, the same command
+    plans what is missing, has crashed or ran out of time. Exit code 0: all solved; 4: some are not; 130: interrupted.
+
+    Args:
+        source: The plans: a .yaml or .csv file, or a folder.
+        pages: Write the page of each plan too.
+        time_limit: Seconds after which a plan stops and is recorded as timed out; the budget is in nodes.
+    """
+    from planner.batch.run import SOLVED, run_batch
+
+    result = run_into(
+        out, lambda progress: run_batch(source, out, PlanRequest(what, quality), workers, pages, time_limit, progress)
+    )
+    say(result.report)
+    if not result.complete:
+        return 130
+    return 0 if all(row["outcome"] == SOLVED for row in result.rows) else 4
 
 
 def _told(find: Callable[[Progress], Plan], out: Path, view: bool, json: bool, certificate: bool = False) -> int:
