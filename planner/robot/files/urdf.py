@@ -131,7 +131,8 @@ _WORDS = {  # what readers of a URDF know; they skip any other word in silence, 
     "collision": "name origin geometry",
     "geometry": "box sphere cylinder capsule mesh",
     "origin": "xyz rpy quat_xyzw",
-    "limit": "lower upper effort velocity",
+    "axis": "xyz",
+    "limit": "lower upper effort velocity gear_velocity",
     "mimic": "joint multiplier offset",
 }
 
