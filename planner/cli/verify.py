@@ -17,8 +17,8 @@ def verify(out: tyro.conf.Positional[Path] = Path("out"), debug: Debug = False) 
 
     OUT is the folder that 'planner plan --certificate' wrote into. Robot and scene are loaded as plan.json names them
     and have to be, to the last bit, those that the certificate speaks of; then each of its witnesses is checked. That
-    is done by one file, tools/verify_proof.py, which needs Python and numpy and no planner: run that where you would
-    rather not believe this package. It says what is proven, and what is not. Examples:
+    is done by tools/verify_proof.py and proof_inequalities.py, which need Python and numpy and no planner: run these
+    where you would rather not believe this package. It says what is proven, and what is not. Examples:
 
     planner plan --certificate && planner verify out
 
@@ -30,7 +30,7 @@ def verify(out: tyro.conf.Positional[Path] = Path("out"), debug: Debug = False) 
         out: The folder with plan.json, roadmap.npz and proof.npz, or one of these files.
     """
     from planner.certificate import verify as verified
-    from planner.certificate.verification import require_certificate
+    from planner.certificate.certificate import require_certificate
     from planner.certificate.verify_proof import Refused
 
     out = out.parent if os.path.isfile(out) else out

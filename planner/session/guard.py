@@ -21,7 +21,7 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle
 from planner.trajectory.limits import KINDS, MotionLimits
-from planner.trajectory.violations import ROUNDING
+from planner.trajectory.proof import ROUNDING
 
 RUNGS = frozen(np.round(2e7 * 1.2 ** np.arange(32)) / 1e9)  # s that a stop may take, to the nanosecond: up to 5.7
 POSITION = "position"
