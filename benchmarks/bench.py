@@ -16,12 +16,12 @@ import tyro
 
 from benchmarks.processes import run_case
 from benchmarks.results import ResultsFile, measure_missing
-from planner.base import versions
+from benchmarks.text import markdown_table, percentile
+from planner.base import resources
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
-from planner.base.tables import markdown_table, percentile
-from planner.batch.outcomes import CRASHED, TIMED_OUT
+from planner.batch.run import CRASHED, TIMED_OUT
 from planner.cli.common import Debug, Out
 from planner.cli.terminal import run_into, say
 from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest
@@ -267,7 +267,7 @@ def growth_exponent(points: Iterable[tuple[float, float | None]]) -> float | Non
 
 def software() -> str:
     """Which software measured a row: versions, the source of the planner and of the benchmarks, the kind of machine."""
-    return versions.software(_HERE)
+    return resources.software(_HERE)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner.base.errors import FileError
-from planner.batch.plans import Task, read_plans
+from planner.batch.run import Task, read_plans
 from planner.problem.request import PlanRequest
 
 
@@ -28,11 +28,11 @@ class Problem:
 
     def content(self, plain: PlanRequest) -> str:
         """Eight digits of a hash of the options and of all files that are read for them."""
-        return Task(self.name, self.asked(plain)).asked[:8]
+        return str(Task(self.name, self.asked(plain)).asked["asked"])[:8]
 
 
 def find_problems(folder: Path) -> list[Problem]:
-    """The problems in ``folder``, sorted by name; see :func:`planner.batch.plans.read_plans`."""
+    """The problems in ``folder``, sorted by name; see :func:`planner.batch.run.read_plans`."""
     if not folder.is_dir():
         raise FileError(f"{folder} holds no problems: give a folder with them.")
     tasks = read_plans(folder, PlanRequest())

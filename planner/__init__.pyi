@@ -2,7 +2,7 @@ from . import gabf as gabf
 from .base.errors import PlannerError as PlannerError
 from .base.errors import Reason as Reason
 from .base.progress import Progress as Progress
-from .base.versions import __version__ as __version__
+from .base.resources import __version__ as __version__
 from .collision import make_checker as make_checker
 from .collision.checker import CollisionChecker as CollisionChecker
 from .gabf.path import paths_from as paths_from
@@ -14,10 +14,10 @@ from .problem.conditions import KeepAxis as KeepAxis
 from .problem.conditions import KeepBox as KeepBox
 from .problem.conditions import KeepPlane as KeepPlane
 from .problem.conditions import KeepTurn as KeepTurn
-from .problem.objective import Objective as Objective
 from .problem.outcome import Outcome as Outcome
 from .problem.request import FollowRequest as FollowRequest
 from .problem.request import LimitsRequest as LimitsRequest
+from .problem.request import Objective as Objective
 from .problem.request import PlanRequest as PlanRequest
 from .problem.request import SweepRequest as SweepRequest
 from .problem.request import TaskRequest as TaskRequest

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from importlib import import_module
 
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C during the imports ends the program without a traceback
-from planner.base.interrupts import end_like_interrupt, leave_on_interrupt  # noqa: E402
+from planner.base.interrupts import leave_on_interrupt  # noqa: E402
 
 
 def main() -> None:
@@ -18,7 +18,7 @@ def main() -> None:
 def run(command_line: Callable[[], None]) -> None:
     """Run a command line; Ctrl-C and SIGTERM are handled before the other modules load."""
     leave_on_interrupt()
-    end_like_interrupt()
+    signal.signal(signal.SIGTERM, lambda number, frame: signal.raise_signal(signal.SIGINT))  # batch systems send it
     _open_streams()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the compiled code has threads of its own
     command_line()

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from planner.base.printable import printable
+from planner.base.errors import printable
 from planner.base.progress import Progress
 from planner.cli.common import Debug, Out
 from planner.cli.terminal import report_table, run_into, say

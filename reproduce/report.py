@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_json, write_whole
 from planner.base.progress import Progress
-from planner.base.versions import versions
+from planner.base.resources import versions
 from reproduce.figures import Figure
 from reproduce.verdict import Verdict, tally
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import planner
-from planner.base.versions import versions
+from planner.base.resources import versions
 
 FILE = Path(__file__).with_name("golden.json")
 SCENES = Path(__file__).parent.parent / "scenes"

@@ -10,10 +10,9 @@ ORDER = """
 import sys
 import planner.__main__ as program
 early = {name for name in sys.modules if name.startswith("planner.")}
-assert early <= {"planner.__main__", "planner.base", "planner.base.interrupts", "planner.base.printable"}, early
+assert early <= {"planner.__main__", "planner.base", "planner.base.interrupts", "planner.base.errors"}, early
 order = []
 program.leave_on_interrupt = lambda: order.append("interrupts")
-program.end_like_interrupt = lambda: order.append("ends")
 import planner.cli
 planner.cli.main = lambda: order.append("commands")
 program.main()
@@ -34,7 +33,7 @@ import planner.__main__
 
 def test_interrupts_come_first() -> None:
     done = subprocess.run([sys.executable, "-c", ORDER], capture_output=True, text=True, check=False)
-    assert (done.stdout, done.stderr) == ("['interrupts', 'ends', 'commands']\n", "")
+    assert (done.stdout, done.stderr) == ("['interrupts', 'commands']\n", "")
 
 
 def test_while_the_first_modules_are_loaded_an_interrupt_ends_in_no_traceback() -> None:

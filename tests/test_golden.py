@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from planner.base.versions import versions
+from planner.base.resources import versions
 from tests.golden import CASES, FILE
 
 KEPT = json.loads(FILE.read_text())

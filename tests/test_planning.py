@@ -23,8 +23,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.planning.record import PlanRecord
-from planner.problem.outcome import Outcome
-from planner.problem.reasons import BlockedInTime, FloorTooHigh, Separated
+from planner.problem.outcome import BlockedInTime, FloorTooHigh, Outcome, Separated
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import path_waypoints

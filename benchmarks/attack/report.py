@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from benchmarks import bench
 from benchmarks.attack.claims import ROUNDING
-from planner.base.tables import markdown_table
+from benchmarks.text import markdown_table
 from planner.collision import BACKENDS
 
 

@@ -24,7 +24,7 @@ from benchmarks.roadmap.case import plain_check
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.progress import Progress
-from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
+from planner.batch.run import NO_PATH, REFUSED, SOLVED
 from planner.planning.plan import plan
 from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.problem.targets import joints_text

@@ -8,8 +8,8 @@ from statistics import fmean
 
 from benchmarks import bench
 from benchmarks.others.elsewhere import ROBOPLAN
-from planner.base.tables import median, percentile
-from planner.batch.outcomes import CRASHED, SOLVED
+from benchmarks.text import median, percentile
+from planner.batch.run import CRASHED, SOLVED
 
 OURS, WHOLE, OMPL = "planner", "planner, whole roadmap", "OMPL RRTConnect, plain coal"
 _GOALS = (("ready_s", 0.006, "ready"), ("path_s", 0.015, "a path"), ("motion_s", 0.012, "a motion along it"))

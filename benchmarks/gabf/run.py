@@ -20,9 +20,9 @@ import numpy as np
 
 from benchmarks import bench
 from benchmarks.gabf.case import geometric_network, write_network
+from benchmarks.text import markdown_table
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import Progress
-from planner.base.tables import markdown_table
 from planner.problem.request import RoadmapQuality
 
 _NEIGHBOURS, _RK45_UP_TO = 8, 10_000

@@ -14,8 +14,7 @@ import math
 import numpy as np
 
 from benchmarks.optimum.arms import PlanarArm
-from planner.base.arrays import Floats, Ints
-from planner.base.polylines import lengths_along
+from planner.base.arrays import Floats, Ints, lengths_along
 from planner.cost.scale import CostScale
 
 _COARSE = {2: 0.015, 3: 0.1}  # rad: the first grid's step, by the number of joints

@@ -17,7 +17,7 @@ from benchmarks.processes import plan_request
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.progress import Progress
-from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
+from planner.batch.run import NO_PATH, REFUSED, SOLVED
 from planner.collision.edge_prover import EdgeProver
 from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan

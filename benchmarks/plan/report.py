@@ -11,8 +11,8 @@ from typing import Any
 from benchmarks import bench
 from benchmarks.plan.agreement import band
 from benchmarks.plan.case import OURS
-from planner.base.tables import markdown_table, median
-from planner.batch.outcomes import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT
+from benchmarks.text import markdown_table, median
+from planner.batch.run import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT
 
 GOAL_SECONDS = 10.0
 BASE = "RRTConnect"

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks import bench
-from planner.base.tables import markdown_table
-from planner.batch.outcomes import CRASHED
+from benchmarks.text import markdown_table
+from planner.batch.run import CRASHED
 
 OURS = "gabf-planner"
 OMPL, OMPL_PLAIN, PYROBOPLAN = "OMPL PRM, our checker", "OMPL PRM, plain coal", "pyroboplan PRM"

@@ -13,7 +13,7 @@ from benchmarks.processes import plan_request
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
-from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
+from planner.batch.run import NO_PATH, REFUSED, SOLVED
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest
 from planner.query.query import Query, make_query

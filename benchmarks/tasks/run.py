@@ -22,7 +22,7 @@ from benchmarks.tasks.scenes import KINDS, seeded_task
 from planner import gabf
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.batch.outcomes import SOLVED
+from planner.batch.run import SOLVED
 from planner.problem.request import RoadmapQuality, TimingRequest
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.search import LazySearch

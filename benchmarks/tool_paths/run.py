@@ -25,11 +25,11 @@ from benchmarks.others import roboplan_runner
 from benchmarks.others.elsewhere import answer_of, environments
 from benchmarks.others.roboplan_law import roboplan_motion, told
 from benchmarks.others.toppra_law import installed, toppra_duration
+from benchmarks.text import markdown_table, median
 from benchmarks.tool_paths.judge import deviations, states_every, tool_frames
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.base.tables import markdown_table, median
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability

@@ -1,12 +1,17 @@
-"""Array aliases, named by what they hold, index arithmetic, and what public functions ask of arrays.
+"""Array aliases, arithmetic on arrays and paths of rows, and what public functions ask of arrays.
 
 Shapes stand in the docstrings that use the aliases.
+
+:func:`product`, :func:`dot` and :func:`length` have the same last bits on every processor that a plan promises them
+for. NumPy leaves ``@`` and ``np.linalg`` to BLAS and LAPACK, which choose their code by the processor: of twenty kinds
+of products that planning asks for, eleven differed between OpenBLAS' code for AVX-512 and for AVX2, and one last bit
+can change the roadmap. Products that sum over three terms are left to ``@``: all code for FMA adds these up alike.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NoReturn, TypeAlias
+from typing import Any, NoReturn, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +21,18 @@ from planner.base.errors import ArrayError, PlannerError
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
+Shape: TypeAlias = tuple[int | str, ...]
+"""A text stands for any number of rows: ("n", 7)."""
+Cost = TypeVar("Cost", float, Floats)
+
+_ROUNDED = 1e-12  # of a rotation
 
 
 def frozen(array: Any, dtype: Any = np.float64) -> NDArray[Any]:
-    """A read-only, contiguous copy of ``array`` with the given dtype."""
+    """A read-only, contiguous array of the given dtype: a copy, except of an array that is one already."""
+    value = np.asarray(array)
+    if value.dtype == dtype and value.flags.c_contiguous and not value.flags.writeable:
+        return value
     result = np.array(array, dtype=dtype, order="C", copy=True)
     result.setflags(write=False)
     return result
@@ -38,40 +51,79 @@ def so_far(values: Any) -> Any:
 
 
 def distinct_rows(rows: NDArray[Any]) -> tuple[Ints, Ints]:
-    """Of equal rows (n, k) the first: their indices (m,), rows ascending, and which of these each row is (n,).
-
-    As ``np.unique(rows, axis=0, return_index=True, return_inverse=True)`` in a sixth of the time.
-    """
-    order = np.lexsort(rows.T[::-1])
-    ascending, fresh = rows[order], np.ones(len(rows), dtype=bool)
-    fresh[1:] = (ascending[1:] != ascending[:-1]).any(axis=1)
-    which = np.empty(len(rows), dtype=np.int64)
-    which[order] = np.cumsum(fresh) - 1
-    return order[fresh], which
+    """Of equal rows (n, k) the first: their indices (m,), rows ascending, and which of these each row is (n,)."""
+    _, first, which = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first, which.ravel()
 
 
 def row_bytes(rows: Floats) -> list[bytes]:
     """Every row (m, k) as its bytes: equal where all of its bits are."""
-    data, width = rows.tobytes(), rows.nbytes // max(len(rows), 1)
-    return [data[k * width : (k + 1) * width] for k in range(len(rows))]
+    return [row.tobytes() for row in rows]
 
 
-def quantile(values: Floats, share: float) -> float:
-    """What a ``share`` of the values (n,) lies below, as ``np.quantile`` says it, which loads NumPy's masked arrays."""
-    ascending, at = np.sort(values), share * (len(values) - 1)
-    below, above = ascending[[math.floor(at), math.ceil(at)]].tolist()
-    return below + (at - math.floor(at)) * (above - below)
+def product(a: Floats, b: Floats) -> Floats:
+    """``a @ b``, for b (k, n) or (k,) and a (..., k); several times slower where both are large."""
+    return np.einsum("...k,kn->...n", a, b) if b.ndim == 2 else np.einsum("...k,k->...", a, b)
 
 
-def as_frozen(array: Any, dtype: Any = np.float64) -> NDArray[Any]:
-    """``array`` itself where it is what :func:`frozen` would make of it, else that copy."""
-    value = np.asarray(array)
-    as_it_is = value.dtype == dtype and value.flags.c_contiguous and not value.flags.writeable
-    return value if as_it_is else frozen(value, dtype)
+def dot(a: Floats, b: Floats) -> float:
+    """The inner product of two short vectors (k,)."""
+    total = 0.0
+    for x, y in zip(a.tolist(), b.tolist(), strict=True):
+        total += x * y
+    return total
 
 
-Shape: TypeAlias = tuple[int | str, ...]
-"""A text stands for any number of rows: ("n", 7)."""
+def length(vector: Floats) -> float:
+    """The Euclidean norm of a short vector (k,)."""
+    return math.sqrt(dot(vector, vector))
+
+
+def traded_off(beta: float, omega: Cost, distance: Cost) -> Cost:
+    """(1 - beta) omega + beta distance, eq. (finew): the trade-off that all costs of this planner are made by."""
+    return (1.0 - beta) * omega + beta * distance
+
+
+def lengths_of(path: Floats) -> Floats:
+    """The lengths (k - 1,) of the segments of a ``path`` (k, n)."""
+    return np.linalg.norm(np.diff(path, axis=0), axis=1)
+
+
+def lengths_along(path: Floats) -> Floats:
+    """How far (k,) each row of a ``path`` (k, n) is from its beginning, along it."""
+    return so_far(lengths_of(path))
+
+
+def parts_of(lengths: Floats, longest: float) -> Ints:
+    """Into how many parts (m,) segments of ``lengths`` (m,) are cut so that none is longer than ``longest``."""
+    return np.maximum(1, np.ceil(lengths / longest)).astype(np.int64)
+
+
+def cut(path: Floats, parts: Ints, delta: Floats | None = None) -> Floats:
+    """``path`` (k, n) with segment i cut into ``parts[i]`` equal ones; its own rows stay as they are, to the bit.
+
+    Row ``parts[:i].sum()`` of the result is row i of ``path``. ``delta`` (k - 1, n): the motion along each segment,
+    where that is not the difference of its ends, as for joints that turn past pi.
+    """
+    delta = np.diff(path, axis=0) if delta is None else delta
+    segment = np.repeat(np.arange(len(parts)), parts)
+    first = so_far(parts)
+    number = np.arange(len(segment)) - first[segment]
+    rows = path[segment] + (number / parts[segment])[:, None] * delta[segment]
+    rows = np.concatenate([rows, path[-1:]])
+    rows[first] = path
+    return rows
+
+
+def plain_numbers(what: str, values: Any, error: type[PlannerError] = ArrayError) -> Floats:
+    """``values`` as float64, whatever their shape and size; ``error`` where they are no numbers."""
+    try:
+        given = np.asarray(values)
+        if given.dtype.kind in "fiu" or (given.dtype.kind == "O" and not any(map(_is_text, given.flat))):
+            return given.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise error(f"{what} is no array of numbers: give integers or floats.")
 
 
 def numbers(
@@ -81,32 +133,23 @@ def numbers(
 
     Otherwise ``error``, in one sentence that names ``what`` they are. For arrays that enter a public function.
     """
-    return _fitting(what, _read(what, values, shape, error), shape, error, most)
-
-
-def plain_numbers(what: str, values: Any, error: type[PlannerError] = ArrayError) -> Floats:
-    """``values`` as float64, whatever their shape and size; ``error`` where they are no numbers."""
-    return _read(what, values, ("...",), error)
-
-
-def rows(what: str, values: Any, width: int, error: type[PlannerError] = ArrayError, most: float = np.inf) -> Floats:
-    """As :func:`numbers`, of shape (n, width); one row alone (width,) becomes (1, width)."""
-    shape = ("n", width)
-    array = _read(what, values, shape, error)
-    return _fitting(what, array[None] if array.shape == (width,) else array, shape, error, most)
-
-
-def truths(what: str, values: Any, shape: Shape, error: type[PlannerError] = ArrayError) -> Bools:
-    """``values`` as truth values of a ``shape``; otherwise as :func:`numbers`."""
-    given = np.asarray(values)
-    if given.dtype.kind != "b" and given.size:
-        raise error(f"{what} is no array of truth values: give one of shape {_text(shape)}.")
-    return _shaped(what, given, shape, error)
+    array = plain_numbers(what, values, error)
+    alike = len(array.shape) == len(shape) and all(
+        isinstance(wanted, str) or size == wanted for size, wanted in zip(array.shape, shape, strict=True)
+    )
+    if not alike:
+        wanted = f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
+        raise error(f"{what} has shape {array.shape}: give an array of shape {wanted}.")
+    fits = np.isfinite(array) & (np.abs(array) <= most)
+    if not fits.all():
+        limit = "" if most == np.inf else f", no farther than {most:g} from 0"
+        _refuse(what, array, fits, f"every number has to be finite{limit}", error)
+    return array
 
 
 def indices(what: str, values: Any, shape: Shape, count: int, error: type[PlannerError] = ArrayError) -> Ints:
     """``values`` as int64 of a ``shape``, from 0 to ``count`` - 1; otherwise as :func:`numbers`."""
-    given = _shaped(what, _read(what, values, shape, error), shape, error)
+    given = numbers(what, values, shape, error)
     fits = (given >= 0) & (given < count) & (given == np.floor(given))
     if not fits.all():
         _refuse(what, given, fits, f"give whole numbers from 0 to {count - 1}", error)
@@ -129,58 +172,11 @@ def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, mo
     return array
 
 
-_ROUNDED = 1e-12
-_FLOAT = np.dtype(np.float64)
-_LONG = 5000  # numbers
-
-
-def _read(what: str, values: Any, shape: Shape, error: type[PlannerError]) -> Floats:
-    if type(values) is np.ndarray and values.dtype is _FLOAT:
-        return values
-    try:
-        given = np.asarray(values)
-        if given.dtype.kind in "fiu" or (given.dtype.kind == "O" and not any(map(_is_text, given.flat))):
-            return given.astype(np.float64, copy=False)
-    except (TypeError, ValueError, OverflowError):
-        pass
-    raise error(f"{what} is no array of numbers: give one of shape {_text(shape)}.")
-
-
 def _is_text(value: Any) -> bool:
     return isinstance(value, bool | str | bytes)  # NumPy makes numbers of true, and of "0_3"
 
 
-def _shaped(what: str, array: NDArray[Any], shape: Shape, error: type[PlannerError]) -> NDArray[Any]:
-    there = array.shape
-    alike = len(there) == len(shape)
-    for size, wanted in zip(there, shape, strict=False):
-        alike = alike and (size == wanted or type(wanted) is str)
-    if not alike:
-        raise error(f"{what} has shape {there}: give an array of shape {_text(shape)}.")
-    return array
-
-
-def _fitting(what: str, array: Floats, shape: Shape, error: type[PlannerError], most: float) -> Floats:
-    _shaped(what, array, shape, error)
-    if not _square(array) < min(most, 1e150) ** 2:  # a look at all of them at once takes a third of the time
-        fits = np.abs(array) <= most if most < np.inf else np.isfinite(array)
-        if not fits.all():
-            limit = "" if most == np.inf else f", no farther than {most:g} from 0"
-            _refuse(what, array, fits, f"every number has to be finite{limit}", error)
-    return array
-
-
-def _square(array: Floats) -> float:
-    """The sum of all squares. BLAS shares out long ones to threads, which wait for each other longer than it takes."""
-    flat = array.ravel()
-    return float(np.vdot(flat, flat) if array.size < _LONG else np.einsum("i,i->", flat, flat))
-
-
-def _text(shape: Shape) -> str:
-    return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
-
-
-def _refuse(what: str, array: Floats, fits: NDArray[np.bool_], remedy: str, error: type[PlannerError]) -> NoReturn:
+def _refuse(what: str, array: Floats, fits: Bools, remedy: str, error: type[PlannerError]) -> NoReturn:
     at = tuple(int(k) for k in np.argwhere(~fits)[0])
     where = f"[{', '.join(map(str, at))}]" if at else ""
     raise error(f"{what}{where} is {array[at]:g}: {remedy}.")

@@ -1,12 +1,13 @@
-"""Arrays that took time to compute, kept in the user's cache folder, each under a hash of its inputs.
+"""Content hashes, and arrays that took time to compute, kept under such a hash in the user's cache folder.
 
-A file that cannot be read counts as missing: the arrays are computed again. A cache that cannot be written changes
-nothing but the time that is taken.
+A file that cannot be read counts as missing: the arrays are computed again. A cache that cannot be written costs only
+time.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 import os
 from collections.abc import Callable, Iterable, Mapping
@@ -16,22 +17,38 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from planner.base.errors import PlannerError
-from planner.base.files import DAMAGE, write_whole
-from planner.base.hashing import content_hash
+from planner.base.files import DAMAGE, make_folder, write_whole
 
 Arrays: TypeAlias = Mapping[str, np.ndarray]
 
 _VERSION = 3  # of the files
-_MOST = 1 << 29  # bytes of all files of one kind: the oldest go first
+
+
+def content_hash(values: Iterable[Any]) -> str:
+    """SHA-256 (hex) over arrays (dtype, shape and bytes) and plain values (their repr): the same on every machine."""
+    digest = hashlib.sha256()
+    for value in values:
+        data = b""
+        if isinstance(value, np.ndarray):
+            little = np.ascontiguousarray(value, dtype=value.dtype.newbyteorder("<"))
+            value, data = (little.dtype.str, little.shape), little.tobytes()
+        text = repr(value).encode()
+        digest.update((len(text) + len(data)).to_bytes(8, "little") + text + data)
+    return digest.hexdigest()
 
 
 def cached(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
     """The read-only arrays that ``make`` returns, from the cache where it ran before on the same ``made_of``."""
     path = cache_folder() / kind / f"{content_hash([_VERSION, *made_of])}.npz"
-    arrays = _read(path)
+    arrays = None
+    with contextlib.suppress(*DAMAGE), np.load(path, allow_pickle=False) as archive:  # zip checks the content (CRC)
+        arrays = dict(archive)
     if arrays is None:
-        arrays = dict(make())
-        _write(path, arrays)
+        arrays, content = dict(make()), io.BytesIO()
+        np.savez(content, allow_pickle=False, **arrays)
+        with contextlib.suppress(PlannerError):  # no home, full disk
+            make_folder(path.parent)
+            write_whole(path, content.getvalue())
     for array in arrays.values():
         array.flags.writeable = False
     return arrays
@@ -45,28 +62,3 @@ def cache_folder() -> Path:
     named = os.environ.get("XDG_CACHE_HOME", "")
     folder = Path(named if os.path.isabs(named) else os.path.expanduser("~/.cache"))
     return (folder if folder.is_absolute() else Path(os.devnull)) / "planner"
-
-
-def _read(path: Path) -> dict[str, np.ndarray] | None:
-    with contextlib.suppress(*DAMAGE), np.load(path, allow_pickle=False) as archive:  # zip checks the content (CRC)
-        return dict(archive)
-    return None
-
-
-def _write(path: Path, arrays: Arrays) -> None:
-    content = io.BytesIO()
-    np.savez(content, allow_pickle=False, **arrays)
-    with contextlib.suppress(OSError, PlannerError):  # no home, full disk
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, content.getvalue())
-        _remove_oldest(path.parent)
-
-
-def _remove_oldest(folder: Path) -> None:
-    """Remove the oldest files beyond the bytes that one kind may take."""
-    files = sorted((stat.st_mtime_ns, stat.st_size, path) for path in folder.iterdir() if (stat := path.stat()))
-    left = _MOST
-    for _, size, path in reversed(files):
-        left -= size
-        if left < 0:
-            path.unlink(missing_ok=True)

@@ -1,14 +1,16 @@
-"""One base for every error this package raises, and the exit code each kind ends a command with.
+"""One base for every error this package raises, notes on input, and text for messages.
 
 A message is one sentence built from the data: what is wrong, where, and the remedy.
 """
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
-from numbers import Real
 from typing import Any, ClassVar
 
+LOGGER = "planner.notes"  # the command line prints what it logs
 _LONGEST_NAME, _MOST_NAMES = 200, 50  # characters, names: a sentence stays one
 
 
@@ -86,11 +88,18 @@ class InstallationError(PlannerError):
     """A part of the planner itself that is missing or of another version."""
 
 
-def require_number(name: str, value: object, kind: type = Real) -> None:
-    """Raise :class:`OptionError` for what is no number, or with the ``kind`` Integral no whole one."""
-    if not isinstance(value, kind):
-        what = "a number" if kind is Real else "a whole number"
-        raise OptionError(f"{name} is a {type(value).__name__}: give {what}.")
+@dataclass(frozen=True)
+class Note:
+    """A sentence about a model or a file; ``grave`` where a plan may well be wrong because of it."""
+
+    text: str
+    grave: bool = True
+
+
+def tell(*notes: str) -> None:
+    """Log notes that a result holds too: at DEBUG, as a library's caller reads them there."""
+    for note in notes:
+        logging.getLogger(LOGGER).debug("%s", note)
 
 
 def metric(value: float, unit: str) -> str:
@@ -101,8 +110,15 @@ def metric(value: float, unit: str) -> str:
     return f"{value:.1g} {unit}"
 
 
-def choices(names) -> str:
+def choices(names: Iterable[object]) -> str:
     """The valid choices as they stand in an error message: "a, b, c"; of very long names and lists their beginning."""
     listed = [str(name)[:_LONGEST_NAME] for name in names]
     more = f" and {len(listed) - _MOST_NAMES} more" if len(listed) > _MOST_NAMES else ""
     return ", ".join(listed[:_MOST_NAMES]) + more or "none"
+
+
+def printable(text: str, keep: str = "") -> str:
+    """``text`` with what is not printable escaped, so that no name steers a terminal; ``keep`` stays as it is."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode() for c in text)

@@ -23,14 +23,22 @@ DAMAGE = (
     *(RuntimeError, zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError),
 )
 _UNFINISHED = ".unfinished"
-_ENCODE = json.JSONEncoder(allow_nan=False).encode
-_NESTED = frozenset((dict, list, tuple))
+
+
+@contextlib.contextmanager
+def _writing(what: object, *more: type[Exception]) -> Iterator[None]:
+    """An error of the system, or one of ``more``, becomes a :class:`FileError`."""
+    try:
+        yield
+    except (OSError, *more) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(f"{what} cannot be written: {reason}; choose another place.") from None
 
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write ``content`` under a temporary name, then rename; on a :class:`FileError` an old file is untouched."""
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}{_UNFINISHED}")
-    try:
+    with _writing(path, ValueError):
         try:
             with temporary.open("xb") as file:
                 file.write(content)
@@ -39,12 +47,6 @@ def write_whole(path: Path, content: bytes) -> None:
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
-    except (OSError, ValueError) as error:
-        raise FileError(f"{path} cannot be written: {_reason(error)}; choose another place.") from None
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return getattr(error, "strerror", None) or str(error)
 
 
 def write_json(path: Path, record: dict[str, Any]) -> None:
@@ -59,15 +61,11 @@ def json_text(value: Any, begin: str = "\n") -> str:
     """
     inner = begin + " "
     if isinstance(value, dict) and value:
-        lines = [f"{_key(key)}: {json_text(item, inner)}" for key, item in value.items()]
+        lines = [f"{json.dumps(str(key))}: {json_text(item, inner)}" for key, item in value.items()]
         return f"{{{inner}{(',' + inner).join(lines)}{begin}}}"
-    if isinstance(value, list | tuple) and not _NESTED.isdisjoint(map(type, value)):
+    if isinstance(value, list | tuple) and any(isinstance(item, dict | list | tuple) for item in value):
         return f"[{inner}{(',' + inner).join([json_text(item, inner) for item in value])}{begin}]"
-    return _ENCODE(value)
-
-
-def _key(key: Any) -> str:
-    return _ENCODE(key) if isinstance(key, str) else _ENCODE({key: 0})[1 : -len(": 0}")]
+    return json.dumps(value, allow_nan=False)
 
 
 @contextlib.contextmanager
@@ -81,33 +79,29 @@ def staged(folder: Path, names: Sequence[str]) -> Iterator[Path]:
     taken = next((folder / name for name in names if os.path.isdir(folder / name)), None)
     if taken is not None:
         raise FileError(f"{taken} is a folder, and a file is to be written there: move it, or choose another place.")
-    try:
-        with tempfile.TemporaryDirectory(prefix=".", suffix=_UNFINISHED, dir=folder) as inner:
-            try:
-                yield Path(inner)
-            except FileError as error:
-                raise FileError(str(error).replace(inner, str(folder))) from None
-            for name in names:
-                if os.path.isfile(Path(inner) / name):
-                    os.replace(Path(inner) / name, folder / name)
-                else:
-                    (folder / name).unlink(missing_ok=True)
-    except OSError as error:
-        raise FileError(f"{folder} cannot be written: {_reason(error)}; choose another place.") from None
+    with _writing(folder), tempfile.TemporaryDirectory(prefix=".", suffix=_UNFINISHED, dir=folder) as inner:
+        try:
+            yield Path(inner)
+        except FileError as error:
+            raise FileError(str(error).replace(inner, str(folder))) from None
+        for name in names:
+            if os.path.isfile(Path(inner) / name):
+                os.replace(Path(inner) / name, folder / name)
+            else:
+                (folder / name).unlink(missing_ok=True)
 
 
 def require_writable_folder(folder: Path, longest_name: str = "roadmap.npz") -> None:
     """Check that a file can be written in ``folder``, and leave nothing behind; :class:`FileError` if not."""
     made: list[Path] = []
     try:
-        for part in reversed((folder.absolute(), *folder.absolute().parents)):
-            if not os.path.lexists(part):
-                part.mkdir()
-                made.append(part)
-        with tempfile.NamedTemporaryFile(prefix=f".{longest_name}.", suffix=_UNFINISHED, dir=folder) as file:
-            file.write(b"\0")
-    except (OSError, ValueError) as error:
-        raise FileError(f"folder {folder} cannot be written: {_reason(error)}; choose another place.") from None
+        with _writing(f"folder {folder}", ValueError):
+            for part in reversed((folder.absolute(), *folder.absolute().parents)):
+                if not os.path.lexists(part):
+                    part.mkdir()
+                    made.append(part)
+            with tempfile.NamedTemporaryFile(prefix=f".{longest_name}.", suffix=_UNFINISHED, dir=folder) as file:
+                file.write(b"\0")
     finally:
         for part in reversed(made):
             with contextlib.suppress(OSError):  # another run may write there already
@@ -116,16 +110,12 @@ def require_writable_folder(folder: Path, longest_name: str = "roadmap.npz") -> 
 
 def require_writable_file(path: Path) -> None:
     """Check that ``path`` can be written, before any work is done; :class:`FileError` if not."""
-    if os.path.isdir(path):
-        raise FileError(f"{path} is a folder: give the name of a file.")
     if os.path.exists(path) and not os.path.isfile(path):  # a rename would replace a device: /dev/full, a pipe
-        raise FileError(f"{path} is a device, not a file: give the name of a file.")
+        raise FileError(f"{path} is a {'folder' if os.path.isdir(path) else 'device'}: give the name of a file.")
     require_writable_folder(path.parent, path.name)
 
 
 def make_folder(folder: Path) -> None:
     """Make ``folder`` and its parents; :class:`FileError` if that cannot be done."""
-    try:
+    with _writing(f"folder {folder}", ValueError):
         folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        raise FileError(f"folder {folder} cannot be made: {_reason(error)}; choose another place.") from None

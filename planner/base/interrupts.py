@@ -1,4 +1,4 @@
-"""Ctrl-C where nothing is to be saved: one sentence, and out; and SIGTERM. Imports next to nothing: it comes first."""
+"""Ctrl-C and SIGTERM: as a request to stop and save, or as the end of the process where nothing is to be saved."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
 
-from planner.base.printable import printable
+from planner.base.errors import printable
 
 INTERRUPTED = 130  # the exit code, as shells have it
 NOTHING_TO_SAVE = "stopping; there is nothing to save."
@@ -18,6 +17,10 @@ stop_requests: list[Callable[[], bool]] = []
 """Who can tell whether SIGINT has asked for a stop: those that take it for a request at the moment."""
 standard_error = [2]
 """File descriptors of standard error, the last one the user's: number 2 leads elsewhere while it is longer than one."""
+_SAVING = (
+    "stopping, saving what there is (Ctrl-C twice more: leave without saving).",
+    "still saving (Ctrl-C once more: leave without saving).",
+)
 
 
 def tell_at_once(sentence: str, lines: int = 1) -> None:
@@ -29,7 +32,7 @@ def tell_at_once(sentence: str, lines: int = 1) -> None:
     number = standard_error[-1]
     on_terminal, sentence = os.isatty(number), printable(sentence)
     text = f"\r\x1b[2Kplanner: {sentence}" + "\n" * max(lines, 1) if on_terminal else f"planner: {sentence}\n"
-    with contextlib.suppress(OSError):  # closed, or a full disk behind it: there is nobody left to tell
+    with contextlib.suppress(OSError):  # closed, or a full disk
         os.write(number, text.encode())
 
 
@@ -43,24 +46,12 @@ def leave(sentence: str = NOTHING_TO_SAVE) -> None:
 
 def leave_on_interrupt(sentence: str = NOTHING_TO_SAVE) -> None:
     """From now on SIGINT ends the process with ``sentence``."""
-
-    def handle(signum: int, frame: FrameType | None) -> None:
-        leave(sentence)
-
-    signal.signal(signal.SIGINT, handle)
-
-
-def end_like_interrupt() -> None:
-    """From now on SIGTERM, by which batch systems and containers end a process, does what SIGINT does: it saves."""
-    signal.signal(signal.SIGTERM, lambda signum, frame: signal.raise_signal(signal.SIGINT))
+    signal.signal(signal.SIGINT, lambda number, frame: leave(sentence))
 
 
 @contextmanager
 def leaving_on_interrupt(sentence: str) -> Iterator[None]:
-    """While entered SIGINT ends the process with ``sentence``: for work that nobody misses, after all is saved."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
+    """While entered SIGINT ends the process with ``sentence``: for work after all is saved. In the main thread."""
     before = signal.getsignal(signal.SIGINT)
     leave_on_interrupt(sentence)
     try:
@@ -73,7 +64,7 @@ def leaving_on_interrupt(sentence: str) -> Iterator[None]:
 def until_signal(asked: threading.Event, sentence: str) -> Iterator[None]:
     """SIGINT and SIGTERM set ``asked``; where it is set already they end the process, with a ``sentence``."""
 
-    def handle(number: int, frame: FrameType | None) -> None:
+    def handle(number: int, frame: object) -> None:
         if asked.is_set():
             leave(sentence)
         asked.set()
@@ -84,3 +75,38 @@ def until_signal(asked: threading.Event, sentence: str) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+class StopRequest:
+    """While entered, SIGINT only sets a flag and says so; calling the object tells whether the flag is set.
+
+    As long as the flag was never read there is nothing to save, and SIGINT does what it did before. The second one
+    says to wait, the third ends the process. ``drawn`` tells how many lines of progress are on the terminal.
+    """
+
+    def __init__(self, drawn: Callable[[], int] = lambda: 1) -> None:
+        self._presses, self._called, self._drawn = 0, False, drawn
+
+    def __call__(self) -> bool:
+        self._called = True
+        return self._pressed()
+
+    def __enter__(self) -> StopRequest:
+        self._previous = signal.signal(signal.SIGINT, self._handle)
+        stop_requests.append(self._pressed)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._previous)
+        stop_requests.remove(self._pressed)
+
+    def _pressed(self) -> bool:
+        return self._presses > 0
+
+    def _handle(self, number: int, frame: object) -> None:
+        if not self._called and callable(self._previous):
+            self._previous(number, frame)  # type: ignore[arg-type]
+        self._presses += 1
+        if self._presses > 2:
+            leave("left without saving.")
+        tell_at_once(_SAVING[self._presses - 1], self._drawn())

@@ -1,15 +1,11 @@
-"""Progress of long work: what it reports, whether it is asked to stop, Ctrl-C as such a request, seconds per stage."""
+"""Progress of long work: what it reports, whether it is asked to stop, and seconds per stage."""
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from types import FrameType, MappingProxyType, TracebackType
-
-from planner.base.interrupts import leave, stop_requests, tell_at_once
+from types import MappingProxyType
 
 Report = Callable[[str, int, int], None]
 
@@ -19,10 +15,9 @@ class Progress:
 
         progress = Progress(report=print, stop=stop_request)
         progress("links", 3, 10)          # called with (stage, done, total)
-        if progress.stopped: ...          # end as soon as possible and hand back what there is
+        if progress.stopped: ...          # end as soon as possible and hand back the partial result
 
-    ``report`` is called with (stage, done, total), ``stop`` tells whether somebody has asked to stop. Stopping is
-    asked for, never raised: an exception must not fly through OMPL's C++.
+    Stopping is asked for, never raised: an exception must not fly through OMPL's C++.
     """
 
     def __init__(self, report: Report | None = None, stop: Callable[[], bool] | None = None) -> None:
@@ -42,52 +37,6 @@ class Progress:
 
 
 QUIET = Progress()
-
-
-_SAVING = (
-    "stopping, saving what there is (Ctrl-C twice more: leave without saving).",
-    "still saving (Ctrl-C once more: leave without saving).",
-)
-
-
-class StopRequest:
-    """While entered, SIGINT only sets a flag and says so; calling the object tells whether the flag is set.
-
-    As long as nobody has called it there is nothing to save, and SIGINT does what it did before. The second one is told
-    to wait, the third ends the process. ``drawn`` tells how many lines of progress are on the terminal.
-    """
-
-    def __init__(self, drawn: Callable[[], int] = lambda: 1) -> None:
-        self._presses, self._called, self._drawn = 0, False, drawn
-        self._previous = None
-
-    def __call__(self) -> bool:
-        self._called = True
-        return self._presses > 0
-
-    def __enter__(self) -> StopRequest:
-        if threading.current_thread() is threading.main_thread():
-            self._previous = signal.signal(signal.SIGINT, self._handle)
-            stop_requests.append(self._pressed)
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._previous is not None:
-            signal.signal(signal.SIGINT, self._previous)
-            stop_requests.remove(self._pressed)
-
-    def _pressed(self) -> bool:
-        return self._presses > 0
-
-    def _handle(self, signum: int, frame: FrameType | None) -> None:
-        if not self._called and callable(self._previous):
-            self._previous(signum, frame)
-        self._presses += 1
-        if self._presses > 2:
-            leave("left without saving.")
-        tell_at_once(_SAVING[self._presses - 1], self._drawn())
 
 
 class Stopwatch:

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from planner.base.errors import FileError, InstallationError
 from planner.base.progress import Progress
-from planner.base.versions import software
+from planner.base.resources import software
 from planner.problem.request import WorkersRequest
 
 C = TypeVar("C")
@@ -33,9 +33,9 @@ def measured_cases(
 ) -> Iterator[tuple[int, T | None]]:
     """Yield (index, ``measure(case, progress)``) as cases end, and (index, None) for a case that kills its worker.
 
-    One job is a loop in this process; for other workers ``measure`` and the cases must be fit for pickling. After the
-    death of a worker the cases that ran are measured again, one at a time: the case whose worker dies again is to
-    blame. Once ``progress`` is stopped no case begins, and the workers of this machine end at once.
+    One job is a loop in this process; else all must be fit for pickling. After the death of a worker the cases that ran
+    are measured again, one at a time: the case whose worker dies again is to blame. Once ``progress`` is stopped no
+    case begins, and the workers of this machine end.
     """
     waiting = deque(enumerate(cases))
     if workers.serial:
@@ -118,11 +118,11 @@ def _cluster(address: str) -> Iterator[Executor]:
             client.wait_for_workers(1, timeout=_WORKERS)
         except TimeoutError:
             raise missing from None
-        there = list(client.run(_software_and_folder, on_error="return").values())
-        if other := next((each for each in there if each != _software_and_folder()), None):
+        there = list(client.run(_here, on_error="return").values())
+        if other := next((each for each in there if each != _here()), None):
             raise InstallationError(
-                f"workers of {address} must have {_software_and_folder()}, got {other!r}: install the same planner "
-                f"there, and give 'dask worker {address}' in the same, shared folder."
+                f"workers of {address} must have {_here()}, got {other!r}: install the same planner there, and give "
+                f"'dask worker {address}' in the same, shared folder."
             )
         try:
             yield client.get_executor(pure=False), len(there), KilledWorker
@@ -132,5 +132,5 @@ def _cluster(address: str) -> Iterator[Executor]:
             ) from None
 
 
-def _software_and_folder() -> str:
+def _here() -> str:
     return f"{software()} in {os.getcwd()}"

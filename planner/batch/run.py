@@ -1,35 +1,67 @@
-"""``planner batch``: a row and a folder for each plan; a command that is repeated keeps the rows."""
+"""``planner batch``: a row and a folder for each plan; a command that is repeated keeps the rows.
+
+The plans come out of a YAML or CSV file, or out of a folder of MoveIt's scenes and motion plan requests.
+"""
 
 from __future__ import annotations
 
 import csv
+import glob
+import hashlib
 import io
 import json
+import os
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from planner.base.errors import OptionError, PlannerError
+import pydantic
+
+from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.files import make_folder, write_json, write_whole
 from planner.base.interrupts import stop_requests
 from planner.base.progress import QUIET, Progress
-from planner.base.versions import software
-from planner.batch.outcomes import CRASHED, REFUSED, SOLVED, TIMED_OUT
+from planner.base.resources import software
+from planner.base.yamlfile import Strict, parse_yaml, read_text, repeated, validate
 from planner.batch.parallel import measured_cases
-from planner.batch.plans import Task, read_plans
 from planner.planning.plan import plan
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
+from planner.query.robots import sources_hash
 from planner.tradeoff.alternatives import with_alternatives
 
+SOLVED, NO_PATH, REFUSED, TIMED_OUT, CRASHED = "solved", "no_path", "refused", "timed out", "crashed"
 CSV_NAME, ROW_NAME = "batch.csv", "row.json"
 Row: TypeAlias = dict[str, Any]
 _ASKED = ("robot", "scene", "start", "goal", "beta", "seed")
 _RESULTS = ("goal_reached", "waypoints", "cost", "w_min", "w_mean", "length_rad", "length_m")
 _RESULTS += ("nodes", "edges", "edges_certified", "roadmap_sha256")
 _SHOWN = 20  # plans without a path that the report names
+_FILES = ("robot", "scene", "srdf", "motion_plan_request", "roadmap")  # options that may be the path of a file
+
+
+@dataclass(frozen=True)
+class Task:
+    """One plan of a batch."""
+
+    name: str
+    request: PlanRequest
+
+    @property
+    def asked(self) -> Row:
+        """The first columns of its row, with a hash of the options and of all files that are read for them."""
+        config = self.request.config()
+        read = json.dumps([config, sources_hash(self.request)], sort_keys=True)
+        known = {"name": self.name, "asked": hashlib.sha256(read.encode()).hexdigest()[:16], "software": software()}
+        return known | {name: value for name, value in config.items() if name in _ASKED}
+
+
+class BatchFile(Strict):
+    """A batch file: the options of each plan, and its name."""
+
+    plans: list[dict[str, Any]] = pydantic.Field(min_length=1)
 
 
 @dataclass(frozen=True)
@@ -54,7 +86,7 @@ def run_batch(
     time_limit: float = 600.0,
     progress: Progress = QUIET,
 ) -> BatchResult:
-    """Plan all that ``source`` asks for (:func:`planner.batch.plans.read_plans`).
+    """Plan all that ``source`` asks for (:func:`read_plans`).
 
     Each plan has the folder ``out``/NAME, with ``plan.json``, ``roadmap.npz``, ``plan.html`` if ``pages``, and
     ``row.json``; ``batch.csv`` holds all rows. A row of the same options, files and software is kept, unless its plan
@@ -80,11 +112,10 @@ def run_batch(
     table.writerows(found)
     make_folder(out)
     write_whole(out / CSV_NAME, text.getvalue().encode())
-    return BatchResult(found, report_of(found, len(tasks), out), len(found) == len(tasks))
+    return BatchResult(found, _report(found, len(tasks), out), len(found) == len(tasks))
 
 
-def report_of(rows: Sequence[Row], asked: int, out: Path) -> str:
-    """How many were solved, and which were not."""
+def _report(rows: Sequence[Row], asked: int, out: Path) -> str:
     others = [f"{row['name']}: {row['outcome']}. {row['message']}" for row in rows if row["outcome"] != SOLVED]
     lines = [f"{len(rows) - len(others)} of {asked} solved. Rows: {out / CSV_NAME}, folders: {out}/NAME."]
     if len(rows) < asked:
@@ -93,16 +124,11 @@ def report_of(rows: Sequence[Row], asked: int, out: Path) -> str:
     return "\n".join([*lines, *others[:_SHOWN], *more, ""])
 
 
-def _asked_columns(task: Task) -> Row:
-    asked = {name: value for name, value in task.request.config().items() if name in _ASKED}
-    return {"name": task.name, "asked": task.asked, "software": software(), **asked}
-
-
 def _kept_row(task: Task, out: Path) -> Row | None:
     """The row in the plan's folder, if planning would give it again."""
     try:
         row = json.loads((out / task.name / ROW_NAME).read_text())
-        same = row.items() >= _asked_columns(task).items()
+        same = row.items() >= task.asked.items()
     except (OSError, ValueError, AttributeError):  # missing, or damaged
         return None
     return row if same and row["outcome"] not in (CRASHED, TIMED_OUT) else None
@@ -110,7 +136,7 @@ def _kept_row(task: Task, out: Path) -> Row | None:
 
 def _write_row(task: Task, out: Path, results: Row) -> Row:
     blank = {"outcome": CRASHED, "message": "", **dict.fromkeys((*_RESULTS, "seconds"))}
-    row = _asked_columns(task) | blank | results
+    row = task.asked | blank | results
     make_folder(out / task.name)
     write_json(out / task.name / ROW_NAME, row)
     return row
@@ -166,3 +192,73 @@ def _plan(request: PlanRequest, progress: Progress, folder: Path, pages: bool) -
     roadmap = record.roadmap
     values |= {"nodes": roadmap.nodes, "edges": roadmap.edges, "edges_certified": roadmap.edges_certified}
     return {"outcome": record.outcome, "message": record.message, **values, "roadmap_sha256": roadmap.sha256}
+
+
+def read_plans(source: Path, plain: PlanRequest) -> list[Task]:
+    """The plans of ``source``; an option that a plan leaves out is that of ``plain``.
+
+    A folder, or folders in it, hold MoveIt's problems as MotionBenchMaker lays them out: ``request<X>.yaml`` with
+    ``scene<X>.yaml`` (``.yml``, ``.scene``). A :class:`FileError` names the plan and the option.
+    """
+    where, beside = f"batch file {source}", source.parent
+    if os.path.isdir(source):
+        where, beside = f"folder {source}", source
+        entries = _problems(source)
+    elif source.suffix.lower() in (".yaml", ".yml"):
+        entries = validate(BatchFile, parse_yaml(read_text(source, "batch file"), where), where).plans
+    elif source.suffix.lower() == ".csv":
+        entries = _csv_entries(read_text(source, "batch file"), where)
+    else:
+        raise FileError(f"{where} must be a .yaml or .csv file, or a folder.")
+    tasks = [_task(entry, k, plain, where, beside) for k, entry in enumerate(entries, start=1)]
+    if twice := repeated(task.name for task in tasks):
+        raise FileError(f"{where} has two plans called '{twice[0]}': rename one.")
+    return tasks
+
+
+def _problems(folder: Path) -> list[dict[str, Any]]:
+    """Paths are relative to the folder. The planner refuses a request without a scene, and names the scene."""
+    entries = []
+    for path in sorted(map(Path, glob.glob("**/request*.y*ml", root_dir=folder, recursive=True))):
+        number = path.stem.removeprefix("request")
+        scenes = [path.with_name(f"scene{number}{suffix}") for suffix in (".yaml", ".yml", ".scene")]
+        scene = next((scene for scene in scenes if os.path.isfile(folder / scene)), scenes[0])
+        kind = path.parent.as_posix() if path.parent.parts else folder.resolve().name
+        entries.append({"name": f"{kind}/{number}", "scene": str(scene), "request": str(path)})
+    if not entries:
+        raise FileError(
+            f"{folder} holds no problems: give a folder with request0001.yaml and scene0001.yaml and so on."
+        )
+    return entries
+
+
+def _csv_entries(text: str, where: str) -> list[dict[str, Any]]:
+    """An empty cell leaves its option out."""
+    try:
+        names, *rows = csv.reader(io.StringIO(text.removeprefix("\ufeff"), newline=""))  # Excel writes this mark
+    except (csv.Error, ValueError):  # ValueError: the file is empty
+        names, rows = [], []
+    names, rows = [name.strip() for name in names], [row for row in rows if row]
+    if not rows or repeated(names) or any(len(row) != len(names) for row in rows):
+        raise FileError(
+            f"{where} must be a line of different option names and a line of as many cells for each plan: "
+            "quote cells that hold a comma."
+        )
+    return [{name: cell.strip() for name, cell in zip(names, row, strict=True) if cell.strip()} for row in rows]
+
+
+def _task(entry: Mapping[str, Any], number: int, plain: PlanRequest, where: str, beside: Path) -> Task:
+    given = {key.replace("-", "_"): value for key, value in entry.items()}
+    if "request" in given:  # as the command line spells it
+        given["motion_plan_request"] = given.pop("request")
+    name = str(given.pop("name", f"{number:04d}"))
+    where = f"{where}, plan '{name:.100}'"
+    if not Path(name).parts or Path(name).is_absolute() or ".." in Path(name).parts:
+        raise FileError(f"{where}: its name must be that of a folder below --out.")
+    for key, value in given.items():
+        if key in _FILES and isinstance(value, str) and os.path.isfile(beside / value):
+            given[key] = str(beside / value)
+    try:
+        return Task(name, plain.with_options(**given))
+    except PlannerError as error:
+        raise FileError(f"{where}: {error}") from None

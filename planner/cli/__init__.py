@@ -1,7 +1,4 @@
-"""The command line: typed functions are the commands, their docstrings the help; one file per command.
-
-Importing it loads nothing heavy, so that ``planner --help`` is quick.
-"""
+"""The command line: typed functions are the commands, their docstrings the help; one file per subject."""
 
 from __future__ import annotations
 
@@ -11,17 +8,14 @@ import time
 from collections.abc import Callable
 from typing import NoReturn
 
-from planner.base.errors import PlannerError
-from planner.base.notes import LOGGER
-from planner.base.printable import printable
-from planner.cli.arguments import prepared
-from planner.cli.terminal import complain, let_go_of_output, say
+from planner.base.errors import LOGGER, PlannerError, printable
+from planner.cli.terminal import complain, let_go_of_output
 
 STARTED = time.perf_counter()
 
 
 class _Printable(logging.Formatter):
-    """What names and files bring into a message steers no terminal."""
+    """Escapes the control characters that names and files bring into a message."""
 
     def format(self, record: logging.LogRecord) -> str:
         return printable(super().format(record), "\n")
@@ -29,7 +23,9 @@ class _Printable(logging.Formatter):
 
 def main() -> None:
     """Run the command line of the planner."""
-    run_and_exit(_run)
+    from planner.cli import app
+
+    run_and_exit(app.run)
 
 
 def run_and_exit(run: Callable[[list[str]], int]) -> NoReturn:
@@ -38,49 +34,30 @@ def run_and_exit(run: Callable[[list[str]], int]) -> NoReturn:
     lines.setFormatter(_Printable("planner: %(message)s"))
     logging.basicConfig(level=logging.WARNING, handlers=[lines])
     logging.getLogger(LOGGER).setLevel(logging.DEBUG)
-    debug = "--debug" in sys.argv[1:]
     try:
-        code = run(prepared(sys.argv[1:]))
-    except BrokenPipeError:
-        # the reader of our output has gone, as `planner robots | head` does
+        code = run(sys.argv[1:])
+    except BrokenPipeError:  # the reader of our output has gone, as `planner robots | head` does
         let_go_of_output()
-        sys.exit(0)
+        code = 0
     except (PlannerError, MemoryError, ImportError, OSError, RuntimeError) as error:
         sentence = _sentence(error)
-        if debug or sentence is None:
+        if "--debug" in sys.argv or sentence is None:
             raise
         complain(f"error: {sentence}")
         let_go_of_output()
-        sys.exit(error.exit_code if isinstance(error, PlannerError) else PlannerError.exit_code)
-    except KeyboardInterrupt:
-        complain("interrupted before there was anything to save.")
-        sys.exit(130)
+        code = error.exit_code if isinstance(error, PlannerError) else PlannerError.exit_code
     sys.exit(code)
-
-
-def _run(arguments: list[str]) -> int:
-    if arguments == ["--version"]:
-        from planner.base.versions import __version__
-
-        say(f"gabf-planner {__version__}")
-        return 0
-    from planner.cli import app
-
-    return app.run(arguments)
 
 
 def _sentence(error: Exception) -> str | None:
     """What to say of an error; of the system's own (no memory, a full disk) what to do about it; None for a bug."""
-    match error:
-        case PlannerError():
-            return str(error)
-        case ImportError():
-            return (
-                f"a library cannot be loaded ({error}): give this process more memory (ulimit -v), or install it again."
-            )
-        case OSError():
-            place = "" if error.filename is None else f" at {error.filename}"
-            return f"the system refused{place}: {error.strerror or error}; make room or choose another place."
+    if isinstance(error, PlannerError):
+        return str(error)
+    if isinstance(error, ImportError):
+        return f"a library cannot be loaded ({error}): give this process more memory (ulimit -v), or install it again."
+    if isinstance(error, OSError):
+        place = "" if error.filename is None else f" at {error.filename}"
+        return f"the system refused{place}: {error.strerror or error}; make room or choose another place."
     if isinstance(error, MemoryError) or "can't start new thread" in str(error):  # a thread wants 8 MiB
         return "the memory does not suffice: ask for less, or give this process more (ulimit -v)."
     return None

@@ -1,4 +1,4 @@
-"""All commands of the command line, each imported when it is called, and the texts that options are read from."""
+"""All commands, the words that they are given, and the texts that options are read from."""
 
 from __future__ import annotations
 
@@ -8,27 +8,30 @@ from typing import Any
 
 import tyro
 
+from planner.base.errors import OptionError
+from planner.cli.terminal import say
 from planner.problem import options as of
 from planner.problem.conditions import AND, conditions_of
 from planner.problem.targets import Target, goals_of, parse_base, target_of
 
-COMMANDS = {  # each is what has its name in this module; in the order of the help
-    "plan": "planner.cli.plan",
-    "follow": "planner.cli.follow",
-    "sweep": "planner.cli.sweep",
-    "task": "planner.cli.task",
-    "batch": "planner.cli.batch",
-    "view": "planner.cli.view",
-    "check": "planner.cli.check",
-    "serve": "planner.cli.serve",
-    "verify": "planner.cli.verify",
-    "schema": "planner.cli.schema",
-    "export": "planner.cli.export",
-    "robots": "planner.cli.catalogue",
-    "scenes": "planner.cli.catalogue",
-    "robot-yaml": "planner.cli.robot_yaml",
-    "roadmap": "planner.cli.roadmap",
+COMMANDS = {  # each is the function of its name in this module of planner.cli; in the order of the help
+    "plan": "plan",
+    "follow": "plan",
+    "sweep": "sweep",
+    "task": "task",
+    "batch": "batch",
+    "view": "view",
+    "check": "check",
+    "serve": "serve",
+    "verify": "check",
+    "schema": "catalogue",
+    "export": "export",
+    "robots": "catalogue",
+    "scenes": "catalogue",
+    "robot-yaml": "robot_yaml",
+    "roadmap": "roadmap",
 }
+_SEVERAL = ("--goal", "--keep")
 # a type of option: its word in the help, its value out of text, the text of a value
 _TEXTS: tuple[tuple[Any, str, Callable[[str], Any], Callable[[Any], str]], ...] = (
     (of.RobotLike, "NAME|FILE", str, str),
@@ -60,31 +63,61 @@ def _from_text(info: tyro.constructors.PrimitiveTypeInfo) -> tyro.constructors.P
     )
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Run the command that ``arguments`` name and return its exit code; help and wrong options end the process."""
-    command: Any = _command(arguments[0]) if arguments and arguments[0] in COMMANDS else None
+def run(words: Sequence[str]) -> int:
+    """Run the command that ``words`` name and return its exit code; help and wrong options end the process."""
+    if list(words) == ["--version"]:
+        from planner.base.resources import __version__
+
+        say(f"gabf-planner {__version__}")
+        return 0
+    words = prepared(words)
+    command: Any = _command(words[0]) if words and words[0] in COMMANDS else None
+    config = (tyro.conf.OmitArgPrefixes,)
     with registry:
         if command is not None and not isinstance(command, tyro.extras.SubcommandApp):
-            return tyro.cli(
-                command, prog=f"planner {arguments[0]}", args=arguments[1:], config=(tyro.conf.OmitArgPrefixes,)
-            )
-        return _all(summaries=arguments[:1] in (["-h"], ["--help"])).cli(
+            return tyro.cli(command, prog=f"planner {words[0]}", args=words[1:], config=config)
+        every = tyro.extras.SubcommandApp()
+        for name in COMMANDS:
+            command = _command(name)
+            summary = command.__doc__.strip().splitlines()[0] if words[:1] in (["-h"], ["--help"]) else None
+            every.command(name=name, help=summary)(command)
+        return every.cli(
             prog="planner",
             description="Singularity-averse path planning for robot arms: proven edges, certified cost-to-go. "
             "'planner --version' says which this is, 'planner COMMAND --help' what a command does.",
-            args=arguments,
-            config=(tyro.conf.OmitArgPrefixes,),
+            args=words,
+            config=config,
         )
 
 
 def _command(name: str) -> Any:
-    return getattr(import_module(COMMANDS[name]), name.replace("-", "_"))
+    return getattr(import_module(f"planner.cli.{COMMANDS[name]}"), name.replace("-", "_"))
 
 
-def _all(summaries: bool) -> tyro.extras.SubcommandApp:
-    """All commands, each with its whole help or with the first sentence of it."""
-    app = tyro.extras.SubcommandApp()
-    for name in COMMANDS:
-        command = _command(name)
-        app.command(name=name, help=command.__doc__.strip().splitlines()[0] if summaries else None)(command)
-    return app
+def prepared(words: Sequence[str]) -> list[str]:
+    """The words with all ``--goal`` made one, which stands where the first stood, and all ``--keep``.
+
+    Raises :class:`OptionError` for another option that is given twice, of which the parser would take the last, and
+    for an empty word: an empty folder is the one that the shell stands in.
+    """
+    out: list[str] = []
+    at: dict[str, int] = {}  # where the value of an option stands in ``out``
+    waiting = iter(words)
+    for word in waiting:
+        option, equals, value = word.partition("=")
+        option = option.replace("_", "-")
+        if not option.startswith("--"):
+            option = ""
+        elif option in _SEVERAL and not equals:
+            value = next(waiting, None)
+        if not word or (option and equals and not value):
+            raise OptionError(f"{option or 'a word'} is empty: give a value, or leave it out.")
+        if option in at and option not in _SEVERAL:
+            raise OptionError(f"option {option} is given twice: give it once.")
+        if option in at and value:
+            out[at[option]] += AND + value
+            continue
+        if option:
+            at[option] = len(out) + 1
+        out += [option, value] if option in _SEVERAL and value is not None else [word]
+    return out

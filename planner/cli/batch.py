@@ -24,23 +24,18 @@ def batch(
     """Plan many times: one row and one folder for each start, goal, scene or robot that SOURCE asks for.
 
     SOURCE is a YAML file, plans: [{name: left, scene: shelf, goal: "xyz:0.5,0.3,0.6"}, ...], a CSV file with a line of
-    option names and a line for each plan, or a folder of MoveIt's requests with their scenes. The names of options are
-    those of 'planner plan'; what a plan does not say is taken from the options given here.
+    option names and a line per plan, or a folder of MoveIt's requests with their scenes. Options have the names of
+    'planner plan'; a plan that leaves one out takes it from the options given here.
 
-    Run again, the same command plans what is missing, has crashed or ran out of time. Rows and folders are the same for
-    any --jobs and --workers, but for the seconds. With --jobs 2 or more, or --workers, a plan that kills its process is
-    a row like any other.
-
-    Writes batch.csv, and for each plan NAME/plan.json, NAME/roadmap.npz and NAME/row.json. Exit code 0: all solved; 4:
-    some are not; 130: interrupted, what there is is kept.
+    Writes batch.csv, and for each plan NAME/plan.json, NAME/roadmap.npz and NAME/row.json. Run again, the same command
+    plans what is missing, has crashed or ran out of time. Exit code 0: all solved; 4: some are not; 130: interrupted.
 
     Args:
         source: The plans: a .yaml or .csv file, or a folder.
         pages: Write the page of each plan too.
         time_limit: Seconds after which a plan stops and is recorded as timed out; the budget is in nodes.
     """
-    from planner.batch.outcomes import SOLVED
-    from planner.batch.run import run_batch
+    from planner.batch.run import SOLVED, run_batch
 
     result = run_into(
         out, lambda progress: run_batch(source, out, PlanRequest(what, quality), workers, pages, time_limit, progress)

@@ -1,19 +1,18 @@
-"""``planner robots`` and ``planner scenes``: what is there."""
+"""``planner robots``, ``planner scenes`` and ``planner schema``: what is there, and what files may hold."""
 
 from __future__ import annotations
 
 import json as json_text
 import textwrap
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any, Literal
+
+import tyro
 
 from planner.cli.common import Debug, Flag
 from planner.cli.terminal import say
 
-if TYPE_CHECKING:
-    from planner.robot.robot import Robot
-    from planner.robot.scene import Scene
-
-WIDTH = 79  # columns
+Format = Literal["plan", "sweep", "scene", "robot", "serve"]
 
 
 def robots(json: Flag = False, debug: Debug = False) -> int:
@@ -23,10 +22,8 @@ def robots(json: Flag = False, debug: Debug = False) -> int:
         json: Print the list as JSON.
     """
     from planner.base.resources import robot_names
-    from planner.robot.robot import Robot
 
-    records = [robot_record(Robot.load(name)) for name in robot_names()]
-    say(json_text.dumps(records, indent=1, ensure_ascii=False) if json else "\n\n".join(map(_robot_text, records)))
+    _list([_robot_record(name) for name in robot_names()], _robot_lines, json)
     return 0
 
 
@@ -37,68 +34,92 @@ def scenes(json: Flag = False, debug: Debug = False) -> int:
         json: Print the list as JSON, states as they are written in the scene file.
     """
     from planner.base.resources import published_scene_names, scene_names
-    from planner.robot.scene import Scene
 
-    records = [scene_record(Scene.load(name)) for name in (*scene_names(), *published_scene_names())]
-    say(json_text.dumps(records, indent=1, ensure_ascii=False) if json else "\n\n".join(map(_scene_text, records)))
+    _list([_scene_record(name) for name in (*scene_names(), *published_scene_names())], _scene_lines, json)
     return 0
 
 
-def robot_record(robot: Robot) -> dict[str, Any]:
+def schema(file: tyro.conf.Positional[Format], debug: Debug = False) -> int:
+    """Print the JSON schema of a file, as in: planner schema scene > scene.schema.json
+
+    A plan.json is of 'planner plan' and 'follow', or of 'planner task'. A scene or robot file is YAML, which editors
+    check by such a schema. 'serve' is no file: a client may ask so much of 'planner serve'.
+
+    Args:
+        file: The file.
+    """
+    say(json_text.dumps(_schema(file), indent=2, ensure_ascii=False))
+    return 0
+
+
+def _list(records: list[dict[str, Any]], lines: Callable[[dict[str, Any]], list[str]], json: bool) -> None:
+    if json:
+        say(json_text.dumps(records, indent=1, ensure_ascii=False))
+        return
+    for record in records:
+        for line in (f"{record['name']}: {record['description']}", *(f"  {line}" for line in lines(record))):
+            say(textwrap.fill(line, 79, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False))
+        say("")
+
+
+def _robot_record(name: str) -> dict[str, Any]:
     """A robot as plain data; units are rad, or m where a joint slides. Joints that turn freely have no limits."""
-    return {
-        "name": robot.name,
-        "description": robot.description,
-        "tool": robot.tool,
-        "home": robot.home.tolist(),
-        "joints": [
-            {
-                "name": joint,
-                "lower": None if robot.continuous[k] else float(robot.lower[k]),
-                "upper": None if robot.continuous[k] else float(robot.upper[k]),
-                "unit": "m" if robot.prismatic[k] else "rad",
-            }
-            for k, joint in enumerate(robot.joints)
-        ],
-    }
+    from planner.robot.robot import Robot
+
+    robot = Robot.load(name)
+    joints = [
+        {
+            "name": joint,
+            "lower": None if robot.continuous[k] else float(robot.lower[k]),
+            "upper": None if robot.continuous[k] else float(robot.upper[k]),
+            "unit": "m" if robot.prismatic[k] else "rad",
+        }
+        for k, joint in enumerate(robot.joints)
+    ]
+    record = {"name": robot.name, "description": robot.description, "tool": robot.tool}
+    return record | {"home": robot.home.tolist(), "joints": joints}
 
 
-def scene_record(scene: Scene) -> dict[str, Any]:
-    """A scene as plain data; states by robot, each as --start and --goal take it."""
-    return {
-        "name": scene.name,
-        "description": scene.description,
-        "obstacles": [obstacle.name for obstacle in scene.obstacles],
-        "states": {robot: dict(states) for robot, states in scene.states.items()},
-    }
-
-
-def _robot_text(record: dict[str, Any]) -> str:
-    home = ",".join(f"{value:.6g}" for value in record["home"])
-    lines = [_wrapped(f"{record['name']}: {record['description']}"), _wrapped(f"tool frame {record['tool']}", 2)]
-    lines.append(_wrapped(f"home q:{home}", 2))
+def _robot_lines(record: dict[str, Any]) -> list[str]:
+    lines = [f"tool frame {record['tool']}", "home q:" + ",".join(f"{value:.6g}" for value in record["home"])]
     for joint in record["joints"]:
         free = joint["lower"] is None
         limits = "turns freely" if free else f"{joint['lower']:9.4f} to {joint['upper']:8.4f} {joint['unit']}"
-        lines.append(f"    {joint['name']:<24} {limits}")
-    return "\n".join(lines)
+        lines.append(f"  {joint['name']:<24} {limits}")
+    return lines
 
 
-def _scene_text(record: dict[str, Any]) -> str:
-    lines = [_wrapped(f"{record['name']}: {record['description']}")]
-    lines.append(_wrapped(f"obstacles: {', '.join(record['obstacles']) or 'none'}", 2))
-    lines += [_wrapped(f"{robot}: {', '.join(states)}", 2) for robot, states in record["states"].items()]
-    return "\n".join(lines)
+def _scene_record(name: str) -> dict[str, Any]:
+    """A scene as plain data; states by robot, each as --start and --goal take it."""
+    from planner.robot.scene import Scene
+
+    scene = Scene.load(name)
+    states = {robot: dict(states) for robot, states in scene.states.items()}
+    obstacles = [obstacle.name for obstacle in scene.obstacles]
+    return {"name": scene.name, "description": scene.description, "obstacles": obstacles, "states": states}
 
 
-def _wrapped(text: str, indent: int = 0) -> str:
-    """The text in lines of at most ``WIDTH`` columns, cut between words only: what one has to type stays whole."""
-    before = " " * indent
-    return textwrap.fill(
-        text,
-        WIDTH,
-        initial_indent=before,
-        subsequent_indent=before + "  ",
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+def _scene_lines(record: dict[str, Any]) -> list[str]:
+    states = [f"{robot}: {', '.join(states)}" for robot, states in record["states"].items()]
+    return [f"obstacles: {', '.join(record['obstacles']) or 'none'}", *states]
+
+
+def _schema(file: Format) -> dict[str, Any]:
+    import pydantic
+
+    if file == "serve":
+        from planner.serve.messages import schema as requests
+
+        return requests()
+    if file == "plan":
+        from planner.planning.record import PlanRecord
+        from planner.tasks.result import TaskPlanRecord
+
+        model: Any = PlanRecord | TaskPlanRecord
+    elif file == "sweep":
+        from planner.tradeoff.result import SweepRecord as model
+    elif file == "scene":
+        from planner.robot.scene import SceneFile as model
+    else:
+        from planner.robot.files.robot_files import RobotFile as model
+    return pydantic.TypeAdapter(model).json_schema(mode="validation")

@@ -1,14 +1,15 @@
-"""``planner check``."""
+"""``planner check`` and ``planner verify``: what is there already, judged again."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import tyro
 
 from planner.base.files import json_text
-from planner.cli.common import Debug, Flag
-from planner.cli.terminal import facts, say, show, watching
+from planner.cli.common import Debug, Flag, world_of_plan
+from planner.cli.terminal import complain, facts, say, show, watching
 from planner.problem.request import LimitsRequest, PartialWorld
 
 EXIT_NOT_USABLE = 4
@@ -26,22 +27,15 @@ def check(
 
     PATH is a file, or the folder of a plan or a task: plan.json, trajectory.json, a JSON list of rows,
     {"joints": [...], "path": [...]}, a JointTrajectory, RobotTrajectory or FollowJointTrajectory goal as JSON or YAML,
-    a CSV, or a bag of ROS 2 in MCAP. Robot and scene are those of the plan.json next to it, where they are not given.
-    Columns with names are put in order, those of joints that are not planned are left out with a note, and an unknown
-    column is refused. Values are rad (m where a joint slides), the motion between two rows is straight in joint space.
-
-    Rows with times are checked as a ROS 2 joint trajectory controller runs them (lines, with velocities cubics, with
-    accelerations quintics), also against the limits on velocity, acceleration and jerk: those of the options, else of
-    the trajectory.json, else the robot's own. A jump of the velocity is an infinite acceleration, beyond every limit
-    that is given; a limit that is merely assumed does not judge it. A task is checked segment by segment, with what is
-    held and what stands where by its events, the commands of its gripper, and the support of each object that it
-    releases. Examples:
+    a CSV, or a bag of ROS 2 in MCAP. Robot and scene are those of the plan.json next to it where not given. Values are
+    rad (m where a joint slides); the motion between two rows is straight in joint space, or with times that of a ROS 2
+    joint trajectory controller (lines, cubics with velocities, quintics with accelerations), which is also judged by
+    limits: those of the options, else of the trajectory.json, else the robot's own. A task is checked segment by
+    segment, with what is held, the commands of its gripper and the support of each object. Examples:
 
     planner check out
 
-    planner check trajectory.csv --robot panda --scene shelf --margin 0.01 --collision coal
-
-    planner check moveit.yaml --robot panda --scene shelf --acceleration-scale 0.5
+    planner check trajectory.csv --robot panda --scene shelf --margin 0.01 --acceleration-scale 0.5
 
     Exit code 0: free and within limits; 4: not; 2: a wrong option; 3: an unusable robot, scene or file.
 
@@ -66,3 +60,33 @@ def check(
         show(facts(f"{path}: {against.robot.name} in {against.scene.name}", report.rows()))
         say(report.sentence)
     return 0 if report.ok else EXIT_NOT_USABLE
+
+
+def verify(out: tyro.conf.Positional[Path] = Path("out"), debug: Debug = False) -> int:
+    """Check the certificate of a plan, proof.npz: that its path and its motion touch nothing and keep their limits.
+
+    OUT is the folder that 'planner plan --certificate' wrote into. Robot and scene have to be, to the last bit, those
+    of the certificate; then each of its witnesses is checked by tools/verify_proof.py, which needs numpy and no
+    planner: run that where you would rather not believe this package. Examples:
+
+    planner plan --certificate && planner verify out
+
+    python tools/verify_proof.py out --urdf robot.urdf
+
+    Exit code 0: proven; 4: not, and why; 2: a wrong option; 3: an unusable robot, scene or file.
+
+    Args:
+        out: The folder with plan.json, roadmap.npz and proof.npz, or one of these files.
+    """
+    from planner.certificate import verify as verified
+    from planner.certificate.certificate import require_certificate
+    from planner.certificate.verify_proof import Refused
+
+    out = out.parent if os.path.isfile(out) else out
+    require_certificate(out)
+    try:
+        say(verified(out, world_of_plan(out).world))
+    except Refused as why:
+        complain(f"NOT proven: {why}")
+        return EXIT_NOT_USABLE
+    return 0

@@ -1,8 +1,11 @@
-"""Shared by the commands: the time when the process began, flags, and the option --request."""
+"""Shared by the commands: flags, the option --request, plans on disk, and where an interrupted result goes."""
 
 from __future__ import annotations
 
+import itertools
+import os
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +15,7 @@ from planner.base.errors import FileError, OptionError
 from planner.base.progress import Stopwatch
 from planner.cli import STARTED
 from planner.problem import options as of
+from planner.problem.checked import options
 from planner.problem.request import MotionRequest, ProblemRequest, TimingRequest
 
 if TYPE_CHECKING:
@@ -23,14 +27,14 @@ Out = Annotated[Path, tyro.conf.arg(help="Folder to write into.")]
 _Named = Annotated[of.MotionPlanRequest, tyro.conf.arg(name="request")]
 
 
-@of.options
+@options
 class Problem(ProblemRequest):
     """A start and a goal in the world of a robot and a scene."""
 
     motion_plan_request: _Named = None
 
 
-@of.options
+@options
 class Motion(MotionRequest):
     """A start and a goal, and straight lines of the tool at both."""
 
@@ -38,14 +42,10 @@ class Motion(MotionRequest):
 
 
 def timing_of(timing: TimingRequest, no_timing: bool) -> TimingRequest | None:
-    """How a path becomes a motion, None for ``no_timing``; :class:`OptionError` where that is said all the same."""
-    if not no_timing:
-        return timing
-    if timing != TimingRequest():
-        raise OptionError(
-            "with --no-timing there is no motion: leave it out, or all that says how the motion is to be."
-        )
-    return None
+    """How a path becomes a motion, None for ``no_timing``; :class:`OptionError` for both."""
+    if no_timing and timing != TimingRequest():
+        raise OptionError("with --no-timing there is no motion: leave it out, or all options of the motion.")
+    return None if no_timing else timing
 
 
 def command_clock() -> Stopwatch:
@@ -72,3 +72,23 @@ def world_of_plan(folder: Path) -> CollisionChecker:
     from planner.roadmap.storage import reopen_plan
 
     return reopen_plan(record_of_plan(folder)["config"], folder / ROADMAP_NAME)
+
+
+def folder_for_interrupted(folder: Path, names: tuple[str, ...]) -> Path:
+    """``folder`` if it has none of the files ``names``; else a new one inside it: no earlier result is lost."""
+    return _first_free(folder, lambda name: folder / name, lambda place: any(os.path.isfile(place / n) for n in names))
+
+
+def file_for_interrupted(file: Path) -> Path:
+    """``file`` if there is none yet; else a new one next to it."""
+    return _first_free(file, lambda name: file.with_name(f"{file.stem}.{name}{file.suffix}"), os.path.isfile)
+
+
+def _first_free(place: Path, named: Callable[[str], Path], taken: Callable[[Path], bool]) -> Path:
+    names = itertools.chain(["interrupted"], (f"interrupted-{k}" for k in itertools.count(2)))
+    return next(found for found in itertools.chain([place], map(named, names)) if not taken(found))
+
+
+def kept(place: Path, instead: Path) -> str:
+    """The sentence for the user; empty where the result went into its own place."""
+    return "" if place == instead else f". What was in {place} is kept; this is in {instead}"

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import tyro
 
 from planner.base.errors import FileError, PlannerError, choices
-from planner.cli.common import Debug, Flag
+from planner.base.files import require_writable_file, write_whole
+from planner.cli.common import Debug, Flag, world_of_plan
 from planner.cli.terminal import complain, say
 
 if TYPE_CHECKING:
@@ -33,19 +34,13 @@ def export(
     TRAJECTORY is a trajectory.json, or the folder of a plan or a task. ros-json is a trajectory_msgs/JointTrajectory,
     which YAML reads too, with send_trajectory.py next to it, which sends it as a FollowJointTrajectory goal; csv holds
     t, q, qd and qdd; mcap is a bag of ROS 2 with one JointTrajectory (it needs the Python package mcap). The points are
-    the knots of the polynomials that were proven: a ROS 2 joint trajectory controller runs these same polynomials
-    between them. A message names the events of a task, which stand in trajectory.json only. Examples:
-
-    planner export out
-
-    planner export out --format csv --rate 1000 --out motion.csv
+    the knots of the polynomials that were proven, which a ROS 2 joint trajectory controller runs between them. With
+    --rate they are rows on an exact grid: the motion is averaged over two periods, so that it keeps the same limits,
+    its end is held to a row, and it is proven in the world of the plan.json next to it. Examples:
 
     planner export out --skip-first-point
 
-    With --rate the points are rows on an exact grid, for a controller that takes one a cycle. The motion is averaged
-    over two periods for that, so that it keeps the same limits, and its end is held to a row. The command prints how
-    much longer it takes and how far it leaves the planned curve, and proves it in the world of the plan.json next to
-    it.
+    planner export out --format csv --rate 1000 --out motion.csv
 
     Exit code 0: written; 2: a wrong option; 3: an unusable file, or a grid too coarse for its motion to be proven.
 
@@ -55,7 +50,6 @@ def export(
         skip_first_point: Leave out the point at time 0, where the robot stands already.
         out: File to write; next to the trajectory where left out.
     """
-    from planner.base.files import require_writable_file, write_whole
     from planner.trajectory import export as formats
     from planner.trajectory.file import load_trajectory
 
@@ -117,7 +111,6 @@ def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, 
 
 def _world(folder: Path, motion: Trajectory) -> CollisionChecker:
     """The world of the plan in ``folder``; :class:`PlannerError` where there is none, or it is another robot's."""
-    from planner.cli.common import world_of_plan
     from planner.trajectory.limits import require_of_robot
     from planner.trajectory.proof import require_joints
 

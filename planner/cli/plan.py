@@ -1,4 +1,4 @@
-"""``planner plan``."""
+"""``planner plan`` and ``planner follow``."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import tyro
+
+from planner.base.files import require_writable_folder
 from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import Debug, Flag, Motion, Out, command_clock, timing_of
+from planner.cli.common import Debug, Flag, Motion, Out, command_clock, folder_for_interrupted, kept, timing_of
 from planner.cli.terminal import complain, facts, open_in_browser, say, show, working
-from planner.problem.request import PlanQuality, PlanRequest, TimingRequest
+from planner.problem.outcome import Outcome
+from planner.problem.request import FollowedRequest, FollowRequest, PlanQuality, PlanRequest, TimingRequest
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from planner.base.progress import Progress
-    from planner.planning.record import PlanRecord
     from planner.planning.result import Plan
 
 
@@ -36,52 +37,75 @@ def plan(
     position, m), pose:x,y,z,qx,qy,qz,qw, or with tolerance conditions as --keep has them, with & between. With no
     options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles. Examples:
 
-    planner plan --beta 0 --seed 3
+    planner plan --robot panda --scene shelf --beta 0 --seed 3 --out shelf
 
-    planner plan --robot panda --scene shelf --out shelf
-
-    planner plan --start home --goal xyz:0.5,0.3,0.6 --roadmap out/roadmap.npz
-
-    planner plan --goal goal --goal xyz:0.5,-0.4,0.9
-
-    planner plan --path-only
+    planner plan --start home --goal goal --goal xyz:0.5,0.3,0.6 --roadmap out/roadmap.npz
 
     planner plan --robot panda --scene empty --start home --goal "xyz:0.4,0.4,0.5 & axis:z,0,0,-1" --keep turn:0.1
 
-    The same command and seed give the same path and roadmap, on any load and on every x86-64 processor with FMA (made
-    since 2013), as long as the versions in plan.json are the same.
+    The path becomes the quickest motion within the limits that is proven as a curve in time, corners rounded. Where
+    obstacles move along known motions (motion: in the scene file) the plan is the earliest motion through the roadmap
+    that keeps clear of them, waiting included. Of obstacles with a speed_limit plan.json says until when they cannot
+    touch. The same command, seed and versions give the same path and roadmap on every x86-64 processor with FMA.
 
-    A path becomes a motion: corners are rounded as far as that is proven free, and the quickest motion within the
-    limits on velocity, acceleration and jerk is proven as a curve in time.
-
-    Where obstacles move along known motions (motion: in the scene file) the plan is the earliest motion through the
-    roadmap that keeps clear of them, waiting included; beta then shapes the roadmap only. Of obstacles with a
-    speed_limit plan.json says until when they cannot touch.
-
-    Writes plan.json, plan.html (open it in a browser), roadmap.npz and trajectory.json, which 'planner export' turns
-    into what a controller takes. They take the places of an earlier run's, also where no path is found. Exit code 0:
-    solved; 2: a wrong option; 3: an unusable robot, scene, state or file (with both nothing is written); 4: no path
-    within the budget; 130: interrupted.
-
-    Ctrl-C saves what there is, without the page; where --out holds a plan already that is kept, and the interrupted
-    one goes into the folder 'interrupted' inside it ('interrupted-2' and so on where that is taken).
+    Writes plan.json, plan.html (open it in a browser), roadmap.npz and trajectory.json in place of an earlier run's,
+    also where no path is found. Exit code 0: solved; 2: a wrong option; 3: an unusable robot, scene, state or file
+    (both write nothing); 4: no path within the budget; 130: interrupted. Ctrl-C saves the partial plan, without the
+    page; where --out holds a plan already, in a new folder 'interrupted' inside it.
 
     Args:
         no_timing: Leave the path without times: no trajectory.json.
-        certificate: Write proof.npz too, which anyone can check without believing the planner: see 'planner verify'.
+        certificate: Write proof.npz too, which can be checked without the planner: see 'planner verify'.
         view: Open the page in the browser when it is written; where there is none, print its place.
         json: Print plan.json on standard output, and nothing else there.
     """
-    from planner.base.files import require_writable_folder
-
     motion = timing_of(limits, no_timing)
     require_writable_folder(out)
     from planner.planning.plan import plan as find_plan
 
-    def find(progress: Progress) -> Plan:
-        return find_plan(PlanRequest(what, quality), progress, motion)
+    request = PlanRequest(what, quality)
+    return written_and_told(lambda progress: find_plan(request, progress, motion), out, view, json, certificate)
 
-    return written_and_told(find, out, view, json, certificate)
+
+def follow(
+    path: tyro.conf.Positional[Path],
+    what: FollowedRequest = FollowedRequest(),  # noqa: B008 (frozen)
+    quality: PlanQuality = PlanQuality(),  # noqa: B008
+    limits: TimingRequest = TimingRequest(),  # noqa: B008
+    no_timing: Flag = False,
+    out: Out = Path("out"),
+    view: Flag = False,
+    json: Flag = False,
+    debug: Debug = False,
+) -> int:
+    """Follow a tool path: a joint motion that keeps the tool within a tube around lines and arcs, proven throughout.
+
+    PATH is a YAML file with tube (position in m, angle in rad) and points, each with a position and a quaternion
+    (x, y, z, w), an axis that the tool's z axis points along while it may turn about it, or a cone about an axis; via:
+    arc makes a point the middle of an arc; approach and retreat are straight legs (m) along the tool's z axis before
+    and behind. Or a CSV with columns x, y, z and qx, qy, qz, qw or ax, ay, az. Positions are of the tool frame in the
+    world. Without --start the plan begins at the first point; with it a free motion leads there. Every motion is proven
+    to stay in the tube and free. Where not all can be followed, the reason names the point. Examples:
+
+    planner follow seam.yaml --robot panda --scene table
+
+    planner follow seam.yaml --robot panda --scene table --start home --tool-speed 0.05 --beta 0.2
+
+    Writes what 'planner plan' writes, and tool_path in plan.json. Exit code 0: all is followed and proven; 2: a wrong
+    option; 3: an unusable robot, scene, state or file; 4: less than all; 130: interrupted.
+
+    Args:
+        path: A .yaml or .csv file of a tool path.
+        no_timing: Leave the path without times: no trajectory.json.
+        view: Open the page in the browser when it is written; where there is none, print its place.
+        json: Print plan.json on standard output, and nothing else there.
+    """
+    motion = timing_of(limits, no_timing)
+    require_writable_folder(out)
+    from planner.planning.follow import follow as find_plan
+
+    request = FollowRequest(what, quality)
+    return written_and_told(lambda progress: find_plan(path, request, progress, motion), out, view, json)
 
 
 def written_and_told(
@@ -89,9 +113,7 @@ def written_and_told(
 ) -> int:
     """Write what is found into the folder ``out``, tell of it, show it where that is asked; the exit code."""
     from planner.certificate.certificate import PROOF_NAME
-    from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME
-    from planner.problem.outcome import Outcome
     from planner.tradeoff.alternatives import with_alternatives
     from planner.trajectory.file import TRAJECTORY_NAME
 
@@ -111,7 +133,8 @@ def written_and_told(
     if json:
         say((place / JSON_NAME).read_text().rstrip())
     else:
-        show(_plan_table(record))
+        seconds = ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items())
+        show(facts(f"{record.robot} in {record.scene}", [*record.rows, ("seconds", seconds)]))
     tell(f"{result.message} {written}{kept(out, place)}")
     if progress.stopped:
         return Outcome.INTERRUPTED.exit_code
@@ -120,8 +143,3 @@ def written_and_told(
     if result.tool_path is not None and not result.tool_path.record.proven:
         return Outcome.PARTLY_FOLLOWED.exit_code
     return result.outcome.exit_code
-
-
-def _plan_table(record: PlanRecord) -> Table:
-    seconds = ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items())
-    return facts(f"{record.robot} in {record.scene}", [*record.rows, ("seconds", seconds)])

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import tyro
 
-from planner.cli.common import Debug, Flag, Problem
+from planner.base.files import json_text, make_folder, require_writable_file
+from planner.cli.common import Debug, Flag, Problem, file_for_interrupted, kept
 from planner.cli.terminal import facts, say, show, working
+from planner.problem.outcome import Outcome
 from planner.problem.request import RoadmapQuality
-
-if TYPE_CHECKING:
-    from planner.roadmap.roadmap import Roadmap
 
 File = Annotated[Path, tyro.conf.Positional]
 
@@ -32,28 +31,28 @@ def build(
 ) -> int:
     """Grow a roadmap around a start and a goal and keep it; every edge is proven free.
 
-    Exit code 0: start and goal are joined; 4: they are not, the roadmap is kept all the same; 130: interrupted, what
-    there is is kept, beside the file (as NAME.interrupted.npz) where there was one.
+    Exit code 0: start and goal are joined; 4: they are not, and the roadmap is written; 130: interrupted, the partial
+    roadmap is written, as NAME.interrupted.npz where FILE was there before.
 
     Args:
-        file: The file to write; what is there is replaced by a whole roadmap only.
+        file: The file to write.
     """
-    from planner.base.files import require_writable_file
-
     require_writable_file(file)
-    from planner.cli.interrupted import file_for_interrupted, kept
-    from planner.problem.outcome import Outcome
     from planner.query.query import make_query
     from planner.roadmap.obtain import obtain_roadmap
+    from planner.roadmap.storage import save_roadmap
 
     with working() as progress:
         query = make_query(what, in_time=True)  # of the world that stands
         result = obtain_roadmap(quality, query, progress)
         outcome = Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.connected else Outcome.NO_PATH
         place = file_for_interrupted(file) if outcome is Outcome.INTERRUPTED else file
-        _save(result, place)
+        make_folder(place.parent)
+        save_roadmap(result, place)
     ending = "Start and goal are joined." if outcome is Outcome.SOLVED else outcome.value
-    say(f"{_size(result)}. {ending} Written: {place}{kept(file, place)}")
+    components = "1 component" if result.component_count == 1 else f"{result.component_count} components"
+    size = f"{len(result.nodes)} nodes, {len(result.edges)} edges, {components}"
+    say(f"{size}. {ending} Written: {place}{kept(file, place)}")
     return outcome.exit_code
 
 
@@ -65,7 +64,6 @@ def info(file: File, json: Flag = False, debug: Debug = False) -> int:
         file: A roadmap.npz.
         json: Print it as JSON.
     """
-    from planner.base.files import json_text
     from planner.roadmap.storage import load_roadmap, summary
 
     found = summary(load_roadmap(file))
@@ -74,19 +72,6 @@ def info(file: File, json: Flag = False, debug: Debug = False) -> int:
     else:
         show(facts(str(file), _info_rows(found)))
     return 0
-
-
-def _save(result: Roadmap, file: Path) -> None:
-    from planner.base.files import make_folder
-    from planner.roadmap.storage import save_roadmap
-
-    make_folder(file.parent)
-    save_roadmap(result, file)
-
-
-def _size(result: Roadmap) -> str:
-    count = result.component_count
-    return f"{len(result.nodes)} nodes, {len(result.edges)} edges, {count} component{'' if count == 1 else 's'}"
 
 
 def _info_rows(found: dict[str, Any]) -> list[tuple[str, str]]:

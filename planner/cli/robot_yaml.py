@@ -7,6 +7,7 @@ from pathlib import Path
 import tyro
 
 from planner.base.errors import FileError
+from planner.base.files import make_folder, require_writable_file, write_whole
 from planner.cli.common import Debug
 from planner.cli.terminal import say
 from planner.problem.request import WorldRequest
@@ -24,9 +25,9 @@ def robot_yaml(
     """Write a robot.yaml for a URDF, with the link pairs that need no collision check.
 
     These are pairs of links that one joint joins, or that touch in nearly every random configuration. Pairs that only
-    never touched stay checked: a sample is no proof, and checks of links that are far apart cost next to nothing. Then
-    the robot is tried: its home, random configurations and targets; pairs of links that stand in the way are named.
-    Where no file says where home is, and links touch with all joints at zero, a home is chosen where none do. Examples:
+    never touched stay checked: a sample is no proof. Then the robot is tried: its home, random configurations and
+    targets; pairs of links that stand in the way are named. Where no file says where home is, and links touch with all
+    joints at zero, a home is chosen where none do. Examples:
 
     planner robot-yaml robots/examples/arm.urdf --tool tip --out mine/robot.yaml
 
@@ -43,7 +44,6 @@ def robot_yaml(
         out: The file to write; an existing file is not overwritten.
     """
     choice = WorldRequest(group=group, joints=joints)  # type: ignore[arg-type]
-    from planner.base.files import make_folder, require_writable_file, write_whole
 
     if out.exists():
         raise FileError(f"{out} is there already and is not overwritten: choose another --out, or remove it.")

@@ -19,9 +19,7 @@ def serve(
     """Serve the gate and the planner to programs in other languages, over a websocket, until Ctrl-C.
 
     Messages are JSON: load a robot and a scene, check chunks of joint targets, change the world, plan with progress
-    and cancel. 'planner schema serve' describes them; docs/howto/serve.md has clients. Examples:
-
-    planner serve --port 8765
+    and cancel. 'planner schema serve' describes them; docs/howto/serve.md has clients. Example:
 
     planner serve --host 0.0.0.0 --port 8765 --token-file token
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from planner.base.files import require_writable_folder
 from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import Debug, Out, Problem, command_clock
+from planner.cli.common import Debug, Out, Problem, command_clock, folder_for_interrupted, kept
 from planner.cli.terminal import report_table, say, show, working
+from planner.problem.outcome import Outcome
 from planner.problem.request import SweepQuality, SweepRequest
-
-if TYPE_CHECKING:
-    from planner.tradeoff.result import SweepRecord, Tradeoff
 
 
 def sweep(
@@ -30,15 +28,10 @@ def sweep(
     planner sweep --roadmap out/roadmap.npz
 
     Writes sweep.json, sweep.csv, sweep.html (open it in a browser) and roadmap.npz. Exit codes are those of
-    'planner plan'; Ctrl-C saves the intervals that are proven so far, without the page. Where --out holds another sweep
-    already that is kept, and the interrupted one goes into the folder 'interrupted' inside it ('interrupted-2' and so
-    on where that is taken).
+    'planner plan'; Ctrl-C saves the intervals that are proven so far, without the page; where --out holds a sweep
+    already, in a new folder 'interrupted' inside it.
     """
-    from planner.base.files import require_writable_folder
-
     require_writable_folder(out)
-    from planner.cli.interrupted import folder_for_interrupted, kept
-    from planner.problem.outcome import Outcome
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
     clock = command_clock()
@@ -47,31 +40,18 @@ def sweep(
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, result.FILES) if interrupted else out
         record = result.save_without_page(place, clock)
-        written = [str(place / name) for name in result.FILES if name != result.PAGE]
-        said = f"{_ending(result)} Written: {', '.join(written)}"
-        with leaving_on_interrupt(f"stopping without the page. {said}"):
+        files, ending = [str(place / name) for name in result.FILES if name != result.PAGE], result.outcome.value
+        if result.outcome is Outcome.SOLVED:
+            count = len(result.intervals)
+            ending = f"{count} path{'s are' if count != 1 else ' is'} optimal, each in its interval of beta."
+        with leaving_on_interrupt(f"stopping without the page. {ending} Written: {', '.join(files)}"):
             if not progress.stopped:
                 record = result.save_page(place, record, clock)
-                said = f"{_ending(result)} Written: {', '.join(str(place / name) for name in result.FILES)}"
-    _tell(record, said + kept(out, place))
-    return Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code
-
-
-def _tell(record: SweepRecord, said: str) -> None:
+                files = [str(place / name) for name in result.FILES]
     if record.intervals:
         show(report_table(record.table))
     for line in record.lines:
         say(line)
     say("Seconds: " + ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items()) + ".")
-    say(said)
-
-
-def _ending(result: Tradeoff) -> str:
-    from planner.problem.outcome import Outcome
-
-    match result.outcome:
-        case Outcome.SOLVED:
-            count = len(result.intervals)
-            return f"{count} path{'s are' if count != 1 else ' is'} optimal, each in its interval of beta."
-        case _:
-            return result.outcome.value
+    say(f"{ending} Written: {', '.join(files)}{kept(out, place)}")
+    return Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code

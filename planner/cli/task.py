@@ -6,8 +6,10 @@ from pathlib import Path
 
 import tyro
 
-from planner.cli.common import Debug, Flag, Out, command_clock, timing_of
+from planner.base.files import require_writable_folder
+from planner.cli.common import Debug, Flag, Out, command_clock, folder_for_interrupted, kept, timing_of
 from planner.cli.terminal import complain, facts, say, show, working
+from planner.problem.outcome import Outcome
 from planner.problem.request import TaskQuality, TaskRequest, TaskWorldRequest, TimingRequest
 
 
@@ -25,29 +27,22 @@ def task(
 
     The task file says robot, scene and steps, the scene's obstacles being what is picked. One roadmap serves every
     mode (the empty hand, each object in each grasp), one field over all of them finds the cheapest way by beta, and
-    what it uses is proven with the object in the hand. Examples:
+    its motions are proven with the object in the hand. Example:
 
-    planner task scenes/examples/tidy.yaml --out tidy
+    planner task scenes/examples/tidy.yaml --beta 0.2 --nodes 1000 --out tidy
 
-    planner task scenes/examples/tidy.yaml --beta 0.2 --nodes 1000
-
-    Writes plan.json with segments and events, plan.html, on which the objects go along, roadmap.npz, and
-    trajectory.json: one motion of all segments, at rest where the gripper moves. Exit code 0: solved; 2: a wrong
-    option; 3: an unusable robot, scene, task or file; 4: a step cannot be done, and plan.json says which and why; 130:
-    interrupted.
+    Writes plan.json with segments and events, plan.html, roadmap.npz, and trajectory.json: one motion of all segments,
+    at rest where the gripper moves. Exit code 0: solved; 2: a wrong option; 3: an unusable robot, scene, task or file;
+    4: a step cannot be done, and plan.json says which and why; 130: interrupted.
 
     Args:
         file: The task file (YAML).
         no_timing: Leave the segments without times: no trajectory.json.
         json: Print plan.json on standard output, and nothing else there.
     """
-    from planner.base.files import require_writable_folder
-
     motion = timing_of(limits, no_timing)
     require_writable_folder(out)
-    from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME
-    from planner.problem.outcome import Outcome
     from planner.tasks.plan import task as plan_task
 
     clock = command_clock()

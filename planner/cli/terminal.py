@@ -9,14 +9,18 @@ import webbrowser
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import Any, Self, TypeVar
 
-from planner.base.printable import printable
-from planner.base.progress import Progress, StopRequest
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bars
+from rich.table import Table
 
-if TYPE_CHECKING:
-    from rich.progress import Progress as Bars
-    from rich.table import Table
+from planner.base.errors import printable
+from planner.base.files import require_writable_folder
+from planner.base.interrupts import StopRequest
+from planner.base.progress import Progress
 
 T = TypeVar("T")
 _OF_TEXT = "\n\t\x7f"  # the last one does nothing, and JSON that is printed may hold it
@@ -24,14 +28,12 @@ _OF_TEXT = "\n\t\x7f"  # the last one does nothing, and JSON that is printed may
 
 def say(text: str) -> None:
     """Text on standard output; what names and files bring in that would steer a terminal is escaped."""
-    print(
-        printable(text, _OF_TEXT), flush=True
-    )  # whoever reads the address of a served page through a pipe gets it at once
+    print(printable(text, _OF_TEXT), flush=True)  # through a pipe, too, the address of a page arrives at once
 
 
 def complain(text: str) -> None:
     """One line on standard error; what names and files bring in that would break it or steer a terminal is escaped."""
-    with contextlib.suppress(OSError):  # a full disk behind it: there is nobody left to tell
+    with contextlib.suppress(OSError):  # a full disk
         print(f"planner: {printable(text)}", file=sys.stderr, flush=True)
 
 
@@ -43,7 +45,7 @@ def open_in_browser(address: str, tell: Callable[[str], None]) -> None:
 
 
 def let_go_of_output() -> None:
-    """Send what Python would still write to standard output when it ends nowhere, if it cannot be written."""
+    """Lead standard output nowhere if it cannot be written, or Python would fail once more when it ends."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -54,8 +56,6 @@ def let_go_of_output() -> None:
 
 def facts(title: str, rows: Iterable[tuple[str, str]]) -> Table:
     """Names and what is to be said of them, under a title."""
-    from rich.table import Table
-
     table = Table("", "", title=_cell(title), show_header=False)
     for name, value in rows:
         table.add_row(_cell(name), _cell(value))
@@ -64,14 +64,10 @@ def facts(title: str, rows: Iterable[tuple[str, str]]) -> Table:
 
 def _cell(text: str) -> str:
     """Text as rich shows it as it is."""
-    from rich.markup import escape
-
     return escape(printable(text, _OF_TEXT))
 
 
 def show(renderable: Any) -> None:
-    from rich.console import Console
-
     Console(soft_wrap=not sys.stdout.isatty()).print(renderable)
 
 
@@ -86,20 +82,18 @@ def working() -> Iterator[Progress]:
         yield Progress(stages.report, stop)
 
 
-def run_into(folder: Path, run: Callable[[Progress], T]) -> T:
-    """The result of long work that is to be written into ``folder``, which is refused before the work begins."""
-    from planner.base.files import require_writable_folder
-
-    require_writable_folder(folder)
-    with working() as progress:
-        return run(progress)
-
-
 @contextmanager
 def watching() -> Iterator[Progress]:
     """Work that has nothing to save: progress bars only, Ctrl-C ends it at once."""
     with _Stages() as stages:
         yield Progress(stages.report)
+
+
+def run_into(folder: Path, run: Callable[[Progress], T]) -> T:
+    """The result of long work that is to be written into ``folder``, which is refused before the work begins."""
+    require_writable_folder(folder)
+    with working() as progress:
+        return run(progress)
 
 
 class _Stages:
@@ -119,31 +113,24 @@ class _Stages:
     def report(self, stage: str, done: int, total: int) -> None:
         """Draw the bar of a stage; see :class:`planner.base.progress.Progress`."""
         if self._bars is None:
-            self._bars = _bars()
+            words = TextColumn("{task.description:10}"), BarColumn(), MofNCompleteColumn()
+            times = TimeElapsedColumn(), TextColumn("left about"), TimeRemainingColumn()
+            self._bars = Bars(*words, *times, console=Console(stderr=True))
             self._bars.start()
         if stage not in self.drawn:
             self.drawn[stage] = self._bars.add_task(stage, total=total)
         self._bars.update(self.drawn[stage], completed=min(done, total), total=total)
 
 
-def _bars() -> Bars:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bars
-
-    words = TextColumn("{task.description:10}"), BarColumn(), MofNCompleteColumn()
-    times = TimeElapsedColumn(), TextColumn("left about"), TimeRemainingColumn()
-    return Bars(*words, *times, console=Console(stderr=True))
-
-
 def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
     """A report's table as the terminal shows it."""
-    from rich.table import Table
-
-    from planner.base.tables import text_table
-
-    columns, lines = text_table(tuple(rows))
-    table = Table(*map(_cell, columns))
-    for line in lines:
-        table.add_row(*map(_cell, line))
+    table = Table(*map(_cell, rows[0]))
+    for row in rows:
+        table.add_row(*(_cell(_text_of(value)) for value in row.values()))
     return table
+
+
+def _text_of(value: Any) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.5g}" if isinstance(value, float) else str(value)

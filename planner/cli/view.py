@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from planner.base.errors import FileError, InstallationError, OptionError
-from planner.cli.common import Debug, Flag
+from planner.base.files import make_folder, require_writable_file, write_whole
+from planner.base.interrupts import until_signal
+from planner.cli.common import Debug, Flag, record_of_plan
 from planner.cli.terminal import open_in_browser, say
 from planner.problem.request import LiveRequest, WorldRequest
-from planner.problem.targets import AND, HOME, parse_target
+from planner.problem.targets import AND, HOME, joints_text, parse_target
 
 if TYPE_CHECKING:
     from planner.session.session import Session
@@ -37,31 +39,24 @@ def view(
 
     planner view out
 
-    planner view --robot panda --scene shelf --state home
-
     planner view --robot ur5 --scene table --state q:0,-1.2,1,-1,-1.5,0 --out state.html
 
     planner view --live --robot panda --scene shelf --out shelf-moved.yaml
 
-    planner view out --live
-
     Without RESULT it shows the robot at --state: which pairs touch, how near the rest is, manipulability and limits;
-    the state may be in collision or out of limits.
-
-    With --live obstacles and the goal are moved with the mouse, and each change is planned, on the same roadmap.
-    The page is served on this machine only, until Ctrl-C; it needs pip install 'gabf-planner[live]'.
+    the state may be in collision or out of limits. With --live obstacles and the goal are moved with the mouse, and
+    each change is planned on the same roadmap, on a page that is served on this machine only, until Ctrl-C; it needs
+    pip install 'gabf-planner[live]'.
 
     Args:
-        result: plan.json, sweep.json, their page, or their folder.
+        result: plan.json, sweep.json, their page, or their folder; with --live the folder of a plan.
         state: A name from the scene, q:..., xyz:... or pose:... as 'planner plan' takes them; the scene's start where
             left out, or the robot's home.
         live: A page on which the scene can be changed; --start, --goal, --beta, --nodes, --seed and --roadmap are for
-            it. Of a RESULT it takes world, start, goal, beta and roadmap.
+            it.
         out: Write the state's page to this file instead of opening it; with --live the file that Save writes the scene
             to, <scene>-moved.yaml where left out.
     """
-    from planner.base.files import make_folder, require_writable_file, write_whole
-
     if result is not None and request != WorldRequest():
         raise OptionError("a result has its own robot and scene: give RESULT or options for a world, not both.")
     if state is not None and (live or result is not None):
@@ -70,29 +65,19 @@ def view(
         raise OptionError(
             "--start, --goal, --beta, --nodes, --seed and --roadmap are for --live: add it, and no RESULT."
         )
+    if result is not None and out is not None and not live:
+        raise OptionError("a result has its own page: leave out --out.")
     if live:
         _serve(_live_page(result, request, question, out))
     elif result is not None:
-        if out is not None:
-            raise OptionError("a result has its own page: leave out --out.")
         open_in_browser(_page_of(result).resolve().as_uri(), say)
     else:
-        if out is not None:
-            require_writable_file(out)
-        page = _state_page(request, state)
-        file = Path(mkdtemp(prefix="planner-")) / "state.html" if out is None else out
-        make_folder(file.parent)
-        write_whole(file, page.encode())
-        say(f"Written: {file}")
-        if out is None:
-            open_in_browser(file.as_uri(), say)
+        _show_state(request, state, out)
     return 0
 
 
 def _serve(page: LivePage) -> None:
     """Wait for Ctrl-C, then end the page."""
-    from planner.base.interrupts import until_signal
-
     asked = threading.Event()
     say(page.outcome.value)
     with until_signal(asked, "stopped during planning."):
@@ -113,7 +98,6 @@ def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest
         raise InstallationError(
             f"the live page needs the Python package {error.name}: run pip install 'gabf-planner[live]'."
         ) from None
-    from planner.base.files import require_writable_file
     from planner.session.session import Session
 
     if result is not None:
@@ -131,9 +115,7 @@ def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest
 
 def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     """A session on the roadmap of the plan in ``folder``, in the plan's world, and the question of the plan."""
-    from planner.cli.common import record_of_plan
     from planner.planning.run import ROADMAP_NAME
-    from planner.problem.targets import joints_text
     from planner.roadmap.storage import reopen_plan
     from planner.session.session import OPTIONS, Session
     from planner.view.live.page import Question
@@ -142,8 +124,7 @@ def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     config = record["config"]
     checker = reopen_plan(config, folder / ROADMAP_NAME)
     in_robot = ("tool", "srdf", "group", "joints", "base", "effort")  # the last one refines, which takes seconds
-    names = [name for name in OPTIONS if name in config and name not in in_robot]
-    options = {name: config[name] for name in names}
+    options = {name: config[name] for name in OPTIONS if name in config and name not in in_robot}
     session = Session(checker.robot, checker.world.scene, folder / ROADMAP_NAME, **options)
     start, goal = config["start"], config["goal"]
     if config["request"] is not None and record["path"]:  # the message says where, not the options
@@ -157,15 +138,17 @@ def _page_of(result: Path) -> Path:
         pages = [result / name for name in ("plan.html", "sweep.html") if os.path.isfile(result / name)]
         if len(pages) != 1:
             raise FileError(f"folder {result} must hold a plan.html or a sweep.html, got {len(pages)}: name the file.")
-        page = pages[0]
-    else:
-        page = result.with_suffix(".html") if result.suffix.lower() == ".json" else result
-        if not os.path.isfile(page):
-            raise FileError(f"page {page} not found: check the path, or plan again.")
+        return pages[0]
+    page = result.with_suffix(".html") if result.suffix.lower() == ".json" else result
+    if not os.path.isfile(page):
+        raise FileError(f"page {page} not found: check the path, or plan again.")
     return page
 
 
-def _state_page(request: WorldRequest, state: str | None) -> str:
+def _show_state(request: WorldRequest, state: str | None, out: Path | None) -> None:
+    """Write the page of a robot at rest, and open it where no file was named."""
+    if out is not None:
+        require_writable_file(out)
     target = None if state is None else parse_target(state)
     from planner.query.query import open_world, states_of
     from planner.query.resolve import resolve_as_is
@@ -177,4 +160,9 @@ def _state_page(request: WorldRequest, state: str | None) -> str:
         target = parse_target("start" if "start" in states else HOME)
     report = inspect_state(checker, resolve_as_is(target, checker, states, "state"))
     say(report.sentence)
-    return state_page(report)
+    file = Path(mkdtemp(prefix="planner-")) / "state.html" if out is None else out
+    make_folder(file.parent)
+    write_whole(file, state_page(report).encode())
+    say(f"Written: {file}")
+    if out is None:
+        open_in_browser(file.as_uri(), say)

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, distinct_rows, frozen
-from planner.base.products import product
+from planner.base.arrays import Floats, distinct_rows, frozen, product
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.robot.solids import points_used, solid_of
 

@@ -15,9 +15,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.arrays import Bools, Floats, Ints, frozen, product
 from planner.base.cache import cached
-from planner.base.products import product
 from planner.collision.bounding_volumes import Spheres, box_cover, hull_of, sphere_cover
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, travel

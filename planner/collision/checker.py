@@ -8,7 +8,7 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, rows
+from planner.base.arrays import Floats, Ints, numbers, plain_numbers
 from planner.base.errors import StateError
 from planner.base.polynomials import evaluate
 from planner.base.yamlfile import FARTHEST
@@ -164,7 +164,8 @@ def with_conditions(checker: CollisionChecker, conditions: tuple[Condition, ...]
 
 def configurations(checker: CollisionChecker, what: str, values: Floats) -> Floats:
     """``values`` as configurations (n, dof) of the checker's robot; one alone (dof,) becomes a row."""
-    return rows(what, values, checker.robot.dof, StateError, FARTHEST)
+    rows = np.atleast_2d(plain_numbers(what, values, StateError))
+    return numbers(what, rows, ("n", checker.robot.dof), StateError, FARTHEST)
 
 
 def contact_of(checker: CollisionChecker, q: Floats) -> Contact | None:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen
-from planner.base.products import length
+from planner.base.arrays import Floats, frozen, length
 from planner.robot.shapes import Mesh
 
 _THIN = 1e-7  # m: triangles thinner than this are widened

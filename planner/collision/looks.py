@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, so_far
-from planner.base.products import product
+from planner.base.arrays import Floats, Ints, product, so_far
 from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker, StatesOn

@@ -14,7 +14,7 @@ from planner.cost.scale import CostScale, cost_number, length_cost, manipulabili
 from planner.kinematics.forward import Chain
 from planner.kinematics.manipulability import measured_tool
 from planner.native.compiled import Charge
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.robot.robot import Robot
 
 LONGEST = 2.0  # rad: longer motions take no part in refinement

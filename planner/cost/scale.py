@@ -7,10 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen, quantile
+from planner.base.arrays import Floats, frozen
 from planner.base.errors import OptionError, choices
 from planner.native.compiled import manipulability_cost_sums, manipulability_costs
-from planner.problem.objective import DEFAULT_COST, ManipulabilityCost, Metric
+from planner.problem.options import ManipulabilityCost, Metric
+from planner.problem.request import DEFAULT_COST
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
@@ -50,7 +51,7 @@ def measure_scale(manipulability: Floats, joint_length: Floats, tool_length: Flo
 
     w is capped below its ``CAP_QUANTILE``; a length is measured in the longest edge.
     """
-    low = quantile(manipulability, CAP_QUANTILE)
+    low = float(np.quantile(manipulability, CAP_QUANTILE))
     high = float(manipulability.max())
     return CostScale(
         w_low=max(low, 1e-9 * high, 1e-300),

@@ -9,9 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, traded_off
 from planner.base.errors import AssumptionError, OptionError
-from planner.base.shares import require_share, traded_off
 from planner.gabf.arcmaps import AffineArcs, ArcMap, FunctionArcs, UserFunction
 
 
@@ -82,7 +81,8 @@ class TradeOff(Kernel):
     beta: float = 0.5
 
     def __post_init__(self) -> None:
-        require_share(self.beta)
+        if not 0.0 <= self.beta <= 1.0:
+            raise OptionError(f"beta must be from 0 (manipulability only) to 1 (distance only), got {self.beta:g}.")
 
     def bind(self, net: ArcData) -> AffineArcs:
         omega = _required(net.node_cost, "TradeOff", "node_cost")

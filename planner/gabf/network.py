@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, plain_numbers, ranges, so_far
+from planner.base.arrays import Floats, Ints, frozen, indices, plain_numbers, ranges, so_far
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
@@ -87,7 +87,7 @@ class Network:
     def _freeze(self, name: str, dtype: type) -> None:
         value = getattr(self, name)
         read = _integers(name, value) if dtype is np.int64 else plain_numbers(name, value, AssumptionError)
-        object.__setattr__(self, name, as_frozen(read, dtype))
+        object.__setattr__(self, name, frozen(read, dtype))
 
     @property
     def n_nodes(self) -> int:

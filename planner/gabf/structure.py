@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, as_frozen, indices
+from planner.base.arrays import Bools, Floats, Ints, frozen, indices
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce, states
@@ -35,7 +35,7 @@ class Structure:
     def __post_init__(self) -> None:
         for name, value in list(vars(self).items()):
             if isinstance(value, np.ndarray):
-                object.__setattr__(self, name, as_frozen(value, value.dtype))
+                object.__setattr__(self, name, frozen(value, value.dtype))
 
     @property
     def R(self) -> int:

@@ -8,8 +8,7 @@ from typing import TypeAlias
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Bools, Floats
-from planner.base.products import dot, length
+from planner.base.arrays import Bools, Floats, dot, length
 from planner.kinematics.forward import Chain, joint_placements, tool_joint, travel
 from planner.robot.robot import Robot
 

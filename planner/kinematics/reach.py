@@ -12,8 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen
-from planner.base.products import dot, length, product
+from planner.base.arrays import Floats, dot, frozen, length, product
 from planner.kinematics.forward import Chain, travel
 from planner.robot.robot import Robot
 from planner.robot.shapes import Body, farthest, farthest_from_axis

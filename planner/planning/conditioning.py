@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from planner.base.arrays import Floats, quantile
-from planner.base.polylines import lengths_along
+import numpy as np
+
+from planner.base.arrays import Floats, lengths_along
 from planner.base.resolutions import W_ALONG_PATH
 from planner.kinematics.manipulability import manipulability
 from planner.problem.outcome import Record
@@ -40,7 +41,7 @@ class Conditioning(Record):
 def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: PlanQuality) -> Conditioning:
     """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, of a plan of ``quality``."""
     q = dense_path(path, W_ALONG_PATH)
-    w, typical = manipulability(robot, q), quantile(roadmap.manipulability, 0.5)
+    w, typical = manipulability(robot, q), float(np.median(roadmap.manipulability))
     lowest = int(w.argmin())
     w_min, poor = float(w[lowest]), bool(w[lowest] < POOR * typical)
     along = lengths_along(q)

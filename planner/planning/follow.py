@@ -20,8 +20,7 @@ from planner.planning.motion import looked_at_again, timed
 from planner.planning.result import Plan
 from planner.planning.solve import solve_and_heal
 from planner.planning.why_no_path import why_no_path
-from planner.problem.outcome import Outcome
-from planner.problem.reasons import CannotFollow
+from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.query.query import Query, open_world, states_of
 from planner.query.resolve import other_turns, resolve

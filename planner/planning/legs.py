@@ -11,7 +11,7 @@ from planner.collision.checker import CollisionChecker
 from planner.kinematics.tool_bound import Frame
 from planner.planning.motion import timed
 from planner.planning.result import Plan
-from planner.problem.reasons import CannotFollow
+from planner.problem.outcome import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined

@@ -10,10 +10,8 @@ from planner.planning.improvement import improve_plan
 from planner.planning.legs import legs_of
 from planner.planning.result import Plan
 from planner.planning.solve import require_earliest, solve
-from planner.problem.objective import Objective
-from planner.problem.outcome import Outcome
-from planner.problem.reasons import CannotFollow
-from planner.problem.request import PlanRequest, TimingRequest, with_objective
+from planner.problem.outcome import CannotFollow, Outcome
+from planner.problem.request import Objective, PlanRequest, TimingRequest, with_objective
 from planner.query.query import make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.tool_paths.ladder_roadmap import roadmap_of

@@ -17,10 +17,9 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.conditioning import Conditioning
 from planner.planning.run import FieldRecord, MotionRecord, RunRecord, cost_text, outward
-from planner.problem.objective import Metric, Objective
-from planner.problem.outcome import Nodes, Record, Rows
-from planner.problem.reasons import NoPath
-from planner.problem.request import PlanQuality
+from planner.problem.options import Metric
+from planner.problem.outcome import Nodes, NoPath, Record, Rows
+from planner.problem.request import Objective, PlanQuality
 from planner.roadmap.roadmap import Roadmap, RoadmapRecord
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene

@@ -25,7 +25,7 @@ from planner.planning.record import (
     QualityRecord,
 )
 from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME, FieldRecord, MotionRecord, Result
-from planner.problem.reasons import NoPath
+from planner.problem.outcome import NoPath
 from planner.problem.request import FollowRequest, PlanRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap

@@ -14,12 +14,10 @@ from pydantic import Field
 from planner import gabf
 from planner.base.errors import Reason
 from planner.base.files import StrPath, staged, write_json, write_whole
-from planner.base.formats import FORMAT_VERSION
-from planner.base.html import html_table
 from planner.base.progress import Stopwatch, rounded
-from planner.base.versions import versions
+from planner.base.resources import versions
 from planner.certificate.certificate import PROOF_NAME, Certificate
-from planner.problem.outcome import Outcome, Record, Rows
+from planner.problem.outcome import FORMAT_VERSION, Outcome, Record, Rows, html_table
 from planner.problem.request import Request, SweepQuality, TaskQuality
 from planner.robot.model_checks import notes
 from planner.robot.robot import Robot

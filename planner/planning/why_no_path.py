@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from planner.base.progress import QUIET, Progress
 from planner.planning.result import Plan
-from planner.problem.reasons import FloorTooHigh, NoPath
+from planner.problem.outcome import FloorTooHigh, NoPath
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.infeasibility import why_apart
 from planner.search.manipulability_floor import highest_floor

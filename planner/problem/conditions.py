@@ -8,71 +8,68 @@ start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``). `` of FRAME`` at the end n
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import field
+from typing import Annotated, Any, ClassVar, TypeAlias
 
-from planner.base.errors import OptionError, choices
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field
 
-_FARTHEST = 1e4  # rad (m): what is written beyond is no condition on an arm
+from planner.base.errors import OptionError
+from planner.problem.checked import options
+
 THINNEST = 1e-4  # rad (m): no straight joint motion of any length keeps to less
-_AXES = ("x", "y", "z")
-_TURNS = 2.0 * math.pi * (1.0 + 1e-4)  # rad: a tolerance of more is taken for degrees
-_UNIT = 1e-3  # by how much a quaternion's length may differ from 1
-_LENGTHS = {"quaternion": 4}  # of fields with several numbers; 3 of all others
-_OPTIONAL = ("quaternion", "angle")  # at the end
-_SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+at\s+(\S+))?")
 FORMS = "axis:, box:, plane: or turn:"
 AND = ";"  # between conditions
+_TURNS = 2.0 * math.pi * (1.0 + 1e-4)  # rad: a tolerance of more is taken for degrees
+_UNIT = 1e-3  # by how much a quaternion's length may differ from 1
+_SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+at\s+(\S+))?")
 
-Three = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
+
+def _angle(angle: float) -> float:
+    if not 0.0 <= angle <= _TURNS:
+        raise ValueError("must be from 0 to 6.2832 rad (5 degrees are 0.0873)")
+    return angle
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+def _direction(vector: tuple[float, ...]) -> tuple[float, ...]:
+    if math.hypot(*vector) <= 1e-9:
+        raise ValueError("must have a length, as 0,0,1 has")
+    return vector
+
+
+def _unit(quaternion: tuple[float, ...]) -> tuple[float, ...]:
+    if abs(math.hypot(*quaternion) - 1.0) > _UNIT:
+        raise ValueError("must be of length 1, as qx,qy,qz,qw")
+    return quaternion
+
+
+Number: TypeAlias = Annotated[float, Field(ge=-1e4, le=1e4)]  # rad (m)
+Three: TypeAlias = Annotated[tuple[Number, Number, Number], BeforeValidator(tuple)]
+Quaternion: TypeAlias = tuple[float, float, float, float]
+Angle: TypeAlias = Annotated[float, AfterValidator(_angle)]
+Direction: TypeAlias = Annotated[Three, AfterValidator(_direction)]
+
+
+@options
 class Condition:
     """On one ``frame`` of the robot, the tool where None.
 
     ``shape``: the fields of its numbers in the order of its text, and how many each takes.
     """
 
-    frame: str | None = None
+    frame: str | None = field(default=None, kw_only=True)
     kind: ClassVar[str]
     unit: ClassVar[str] = "rad"
     shape: ClassVar[Mapping[str, int]]
 
-    def __post_init__(self) -> None:
-        for name, value in list(vars(self).items()):
-            if value is None or isinstance(value, str | float | int):
-                continue
-            try:
-                numbers = tuple(float(number) for number in value)
-            except (TypeError, ValueError):
-                raise OptionError(f"a condition's {name} holds something that is no number: give numbers.") from None
-            if len(numbers) != (wanted := _LENGTHS.get(name, 3)):
-                raise OptionError(f"a condition's {name} has {len(numbers)} numbers: give {wanted}.")
-            object.__setattr__(self, name, numbers)
-        numbers = (*self.values, *getattr(self, "point", ()))
-        if not all(map(math.isfinite, numbers)):
-            raise self._unusable("it holds what is no finite number: give plain numbers")
-        if max(map(abs, numbers)) > _FARTHEST:
-            raise self._unusable(f"it holds a value beyond {_FARTHEST:g}: give rad and metres")
-        angle = getattr(self, "angle", 0.0)
-        if angle < 0:
-            raise self._unusable("its angle is negative: give 0 or more")
-        if angle > _TURNS:
-            raise self._unusable(f"{angle:g} rad is more than a turn: degrees? 5 degrees are 0.0873")
-        if any(not math.hypot(*getattr(self, name)) > 1e-9 for name in ("direction", "normal") if hasattr(self, name)):
-            raise self._unusable("its direction has no length: give one such as 0,0,1")
-
     @property
     def values(self) -> tuple[float, ...]:
         """Its numbers in the order of its text."""
-        said = (getattr(self, name) for name in self.shape)
-        return tuple(number for each in said if each is not None for number in _tuple(each))
+        values = [getattr(self, name) for name in self.shape]
+        return tuple(np.hstack([each for each in values if each is not None]).tolist())
 
     @property
     def thickness(self) -> float:
@@ -85,15 +82,12 @@ class Condition:
         axis = f"{self.axis}," if isinstance(self, KeepAxis) else ""
         return f"{self.kind}:{axis}{numbers_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
 
-    def _unusable(self, why: str) -> OptionError:
-        return OptionError(f"'{self.text[:100]}' is not usable: {why}.")
 
-
-@dataclass(frozen=True, kw_only=True, eq=False)
+@options
 class OfPoint(Condition):
     """On the ``point`` (m) of a frame, its origin where left out."""
 
-    point: Three = (0.0, 0.0, 0.0)
+    point: Three = field(default=(0.0, 0.0, 0.0), kw_only=True)
     unit: ClassVar[str] = "m"
 
     @property
@@ -101,73 +95,61 @@ class OfPoint(Condition):
         return super().text + (f" at {numbers_text(self.point)}" if any(self.point) else "")
 
 
-@dataclass(frozen=True)
+@options
 class KeepAxis(Condition):
     """A frame's ``axis``, x, y or z, within ``angle`` (rad) of a ``direction`` of the world; it may turn about it."""
 
-    axis: str
-    direction: Three
-    angle: float = 0.0
-    kind = "axis"
-    shape = {"direction": 3, "angle": 1}  # noqa: RUF012 (a ClassVar by its base)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.axis not in _AXES:
-            raise self._unusable(f"axis '{self.axis[:20]}' is none of {choices(_AXES)}")
-        if self.angle > math.pi:
-            raise self._unusable("no two directions are further apart than 3.1416 rad")
+    axis: Annotated[str, Field(pattern="^[xyz]$")]
+    direction: Direction
+    angle: Annotated[float, Field(ge=0, le=math.pi)] = 0.0
+    kind: ClassVar[str] = "axis"
+    shape: ClassVar[Mapping[str, int]] = {"direction": 3, "angle": 1}
 
 
-@dataclass(frozen=True)
+@options
 class KeepBox(OfPoint):
     """A frame's origin, or ``point``, between ``lower`` and ``upper`` (m)."""
 
     lower: Three
     upper: Three
-    kind = "box"
-    shape = {"lower": 3, "upper": 3}  # noqa: RUF012
+    kind: ClassVar[str] = "box"
+    shape: ClassVar[Mapping[str, int]] = {"lower": 3, "upper": 3}
 
     def __post_init__(self) -> None:
-        super().__post_init__()
         if self.thickness < 0:
-            raise self._unusable("a lower corner lies above an upper one: give x0,y0,z0,x1,y1,z1")
+            raise OptionError("a box's lower corner must lie below its upper one: give x0,y0,z0,x1,y1,z1.")
 
     @property
     def thickness(self) -> float:
         return min(high - low for low, high in zip(self.lower, self.upper, strict=True))
 
 
-@dataclass(frozen=True)
+@options
 class KeepPlane(OfPoint):
     """A frame's origin, or ``point``, p on one side of a plane: ``normal`` . p >= ``distance`` (m)."""
 
-    normal: Three
-    distance: float
-    kind = "plane"
-    shape = {"normal": 3, "distance": 1}  # noqa: RUF012
+    normal: Direction
+    distance: Number
+    kind: ClassVar[str] = "plane"
+    shape: ClassVar[Mapping[str, int]] = {"normal": 3, "distance": 1}
 
 
-@dataclass(frozen=True)
+@options
 class KeepTurn(Condition):
     """A frame's orientation within ``angle`` (rad) of ``quaternion`` (x, y, z, w), or of that at the start."""
 
-    angle: float
-    quaternion: Quaternion | None = None
-    kind = "turn"
-    shape = {"angle": 1, "quaternion": 4}  # noqa: RUF012
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.quaternion is not None and abs(math.hypot(*self.quaternion) - 1.0) > _UNIT:
-            raise self._unusable("its quaternion is not of length 1: give qx,qy,qz,qw")
+    angle: Angle
+    quaternion: Annotated[Quaternion, BeforeValidator(tuple), AfterValidator(_unit)] | None = None
+    kind: ClassVar[str] = "turn"
+    shape: ClassVar[Mapping[str, int]] = {"angle": 1, "quaternion": 4}
 
 
-_KINDS: dict[str, tuple[type[Condition], str]] = {
-    "axis": (KeepAxis, "x, y or z, then nx,ny,nz,angle"),
-    "box": (KeepBox, "x0,y0,z0,x1,y1,z1"),
-    "plane": (KeepPlane, "nx,ny,nz,d"),
-    "turn": (KeepTurn, "angle or angle,qx,qy,qz,qw"),
+# of each: its class, how many numbers it takes, and how they are written
+_KINDS: dict[str, tuple[type[Condition], tuple[int, ...], str]] = {
+    "axis": (KeepAxis, (3, 4), "x, y or z, then nx,ny,nz,angle"),
+    "box": (KeepBox, (6,), "x0,y0,z0,x1,y1,z1"),
+    "plane": (KeepPlane, (4,), "nx,ny,nz,d"),
+    "turn": (KeepTurn, (1, 5), "angle or angle,qx,qy,qz,qw"),
 }
 
 
@@ -178,26 +160,30 @@ def is_condition(text: str) -> bool:
 
 def parse_condition(text: str) -> Condition:
     """A condition out of its text; :class:`OptionError` where the text has no meaning."""
-    found = _SYNTAX.fullmatch(text.strip())
+    found, where = _SYNTAX.fullmatch(text.strip()), f"condition '{text[:100]}'"
     if found is None or found[1] not in _KINDS:
-        raise OptionError(f"condition '{text[:100]}' is not usable: give {FORMS}.")
+        raise OptionError(f"{where} is not usable: give {FORMS}.")
     kind, rest, frame, at = found.groups()
-    made, form = _KINDS[kind]
+    made, counts, form = _KINDS[kind]
     words = rest.split(",")
     given: dict[str, Any] = {} if frame is None else {"frame": frame}
     if made is KeepAxis:
         given["axis"] = words.pop(0).strip()
-    if at is not None and not issubclass(made, OfPoint):
-        raise OptionError(f"condition '{text[:100]}' is not usable: ' at x,y,z' goes with box and plane.")
-    if at is not None:
-        given["point"] = _numbers(text, at.split(","))
-    values, ends = _numbers(text, words), list(itertools.accumulate(made.shape.values()))
-    if len(values) not in ends[-2 if [*made.shape][-1] in _OPTIONAL else -1 :]:
-        raise OptionError(f"condition '{text[:100]}' has {len(values)} numbers: give {kind}: {form}.")
-    for (name, count), end in zip(made.shape.items(), ends, strict=True):
-        if end <= len(values):
-            given[name] = values[end - 1] if count == 1 else values[end - count : end]
-    return made(**given)
+    try:
+        if at is not None:
+            given["point"] = tuple(map(float, at.split(",")))
+        numbers = tuple(map(float, words))
+    except ValueError:
+        raise OptionError(f"{where} holds a word that is no number: give numbers with commas between.") from None
+    if len(numbers) not in counts:
+        raise OptionError(f"{where} has {len(numbers)} numbers: give {kind}: {form}.")
+    for name, count in made.shape.items():
+        if numbers:
+            given[name], numbers = numbers[0] if count == 1 else numbers[:count], numbers[count:]
+    try:
+        return made(**given)
+    except OptionError as error:
+        raise OptionError(f"{where} is not usable: {error}") from None
 
 
 def parse_keeps(text: str) -> tuple[Condition, ...]:
@@ -221,7 +207,7 @@ def conditions_of(value: object) -> tuple[Condition, ...]:
     if isinstance(value, str):
         return parse_keeps(value)
     if isinstance(value, Condition):
-        return parse_keeps(value.text)
+        return require_thick((value,))
     if value is None:
         return ()
     if isinstance(value, Iterable):
@@ -232,16 +218,3 @@ def conditions_of(value: object) -> tuple[Condition, ...]:
 def numbers_text(values: Sequence[float]) -> str:
     """Numbers with commas between, exact to the last bit."""
     return ",".join(repr(float(value)).removesuffix(".0") for value in values)
-
-
-def _numbers(text: str, words: Sequence[str]) -> tuple[float, ...]:
-    try:
-        return tuple(float(word) for word in words)
-    except ValueError:
-        raise OptionError(
-            f"condition '{text[:100]}' holds something that is no number: give numbers with commas between."
-        ) from None
-
-
-def _tuple(value: float | tuple[float, ...]) -> tuple[float, ...]:
-    return value if isinstance(value, tuple) else (value,)

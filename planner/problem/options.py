@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol, TypeAlias, TypeVar, dataclass_transform, runtime_checkable
+from typing import Annotated, Literal, Protocol, TypeAlias, runtime_checkable
 
-import pydantic
 from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Doc
 
 from planner.base.errors import OptionError
+from planner.problem.checked import options as options
 from planner.problem.conditions import Condition, conditions_of
 from planner.problem.targets import Target, goals_of, parse_base, target_of
 
@@ -96,42 +94,29 @@ def _leg(length: float) -> float:
     return length
 
 
+_Like = Annotated[RobotLike, BeforeValidator(_name_or_object)]
+_RECORDED = "left out, that of the plan.json next to the file"
+_Margin = Annotated[Real, Field(ge=0, le=100)]
 Robot = Annotated[
-    RobotLike,
-    BeforeValidator(_name_or_object),
+    _Like,
     Doc(
         "Name of a built-in robot (see 'planner robots') or of one in the package robot_descriptions, or the path of a "
         "URDF, xacro, MJCF or robot.yaml ('planner robot-yaml' writes one)."
     ),
 ]
-Scene = Annotated[
-    RobotLike,
-    BeforeValidator(_name_or_object),
-    Doc("Name of a built-in scene (see 'planner scenes') or the path of a scene file."),
+Scene = Annotated[_Like, Doc("Name of a built-in scene (see 'planner scenes') or the path of a scene file.")]
+Margin = Annotated[_Margin, Doc("Distance in metres to keep from every obstacle, and between links.")]
+# of a check
+RecordedRobot = Annotated[_Like | None, Doc(f"Robot, as 'planner plan' takes it; {_RECORDED}, else iiwa14.")]
+RecordedScene = Annotated[_Like | None, Doc(f"Scene, as 'planner plan' takes it; {_RECORDED}, else paper.")]
+RecordedMargin = Annotated[
+    _Margin | None, Doc(f"Distance in metres to keep from every obstacle, and between links; {_RECORDED}, else 0.")
 ]
 Tool = Annotated[
     str | None,
     Doc(
-        "Frame of the robot that targets and manipulability speak of; where left out the scene's, else the robot's, "
-        "else the tip of --group, or of the group that --request names; of a kept roadmap its own."
-    ),
-]
-# of a check: a plan.json next to the file stands in for what is left out
-RecordedRobot = Annotated[
-    RobotLike | None,
-    BeforeValidator(_name_or_object),
-    Doc("Robot, as 'planner plan' takes it; left out, that of the plan.json next to the file, else iiwa14."),
-]
-RecordedScene = Annotated[
-    RobotLike | None,
-    BeforeValidator(_name_or_object),
-    Doc("Scene, as 'planner plan' takes it; left out, that of the plan.json next to the file, else paper."),
-]
-RecordedMargin = Annotated[
-    Annotated[Real, Field(ge=0, le=100)] | None,
-    Doc(
-        "Distance in metres to keep from every obstacle, and between links; left out, that of the plan.json next to "
-        "the file, else 0."
+        "Frame of the robot that targets and manipulability speak of; left out the scene's, the robot's, or the tip of "
+        "the group; of a kept roadmap its own."
     ),
 ]
 Srdf = Annotated[
@@ -141,19 +126,15 @@ Group = Annotated[str | None, Doc("Planning group of the SRDF: only its joints a
 Joints = Annotated[
     Names | None,
     BeforeValidator(lambda value: None if value is None else _names(value)),
-    Doc(
-        "Joints to plan, with commas between; all others are held: at fixed_joints of the scene or robot file, else "
-        "as the state home has them."
-    ),
+    Doc("Joints to plan, with commas between; others are held at fixed_joints of the scene or robot, else as at home."),
 ]
 Collision = Annotated[
     Backend,
     Doc(
-        "Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. "
-        "Own separating planes prove the edges, and coal looks at every answer too."
+        "Collision library that checks nodes, start, goal and answer: FCL, or coal, which is faster on meshes. Own "
+        "separating planes prove the edges, and coal looks at every answer too."
     ),
 ]
-Margin = Annotated[Real, Field(ge=0, le=100), Doc("Distance in metres to keep from every obstacle, and between links.")]
 Keep = Annotated[
     Conditions,
     BeforeValidator(conditions_of),
@@ -190,10 +171,7 @@ MotionPlanRequest = Annotated[
 IkSolutions = Annotated[
     Integer,
     Field(ge=1, le=100),
-    Doc(
-        "Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to "
-        "the start, in turn; the dynamics picks one."
-    ),
+    Doc("Configurations at most for a position or pose as goal: the best by manipulability and the nearest, in turn."),
 ]
 IkTolerance = Annotated[
     Tolerance,
@@ -238,8 +216,7 @@ MinManipulability = Annotated[
     Field(ge=0, le=1e9),
     Doc(
         "A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a "
-        "goal below it. Where start and goal lie below, a path may stay there, no lower than they are. Growth keeps "
-        "above too."
+        "goal below it; where start and goal lie below, a path may stay there, no lower than they are."
     ),
 ]
 Law = Annotated[LawName, Doc("Control law under which the dynamics runs.")]
@@ -325,35 +302,3 @@ Workers = Annotated[
         "dask:tcp://127.0.0.1:8786."
     ),
 ]
-
-T = TypeVar("T")
-
-
-@dataclass_transform(frozen_default=True)
-def options(cls: type[T]) -> type[T]:
-    """A frozen dataclass of options: pydantic checks their ranges, and the first error becomes one OptionError."""
-    config = pydantic.ConfigDict(arbitrary_types_allowed=True, allow_inf_nan=False, extra="forbid")
-    made: Any = pydantic.dataclasses.dataclass(frozen=True, config=config)(cls)
-    validated = made.__init__
-
-    @functools.wraps(validated)
-    def init(self: object, *args: object, **values: object) -> None:
-        try:
-            validated(self, *args, **values)
-        except pydantic.ValidationError as error:
-            names = [field.name for field in dataclasses.fields(made)]
-            raise OptionError(_sentence(error, names)) from None
-
-    made.__init__ = init
-    return made
-
-
-def _sentence(error: pydantic.ValidationError, names: Sequence[str]) -> str:
-    """The first error as one sentence: "nodes must be greater than or equal to 2, got 1."."""
-    first = error.errors(include_url=False, include_context=False)[0]
-    place = first["loc"][0] if first["loc"] else "options"  # a number where it was given by position
-    name = (names[place] if isinstance(place, int) else place).replace("_", " ")
-    if first["type"] == "unexpected_keyword_argument":
-        return f"there is no option '{name}': options are {', '.join(names)}."
-    wish = first["msg"].removeprefix("Value error, ").replace("Input should", "must")
-    return f"{name} {wish}, got {' '.join(repr(first['input']).split()):.100}."

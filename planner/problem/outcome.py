@@ -1,13 +1,19 @@
-"""How a run ended, and the base class of the records that are written of it."""
+"""How a run ended and why, each reason as data and as a sentence; and the base class of what is written of it."""
 
 from __future__ import annotations
 
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from enum import Enum
-from typing import Annotated, Any, ClassVar
+from html import escape
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from planner.base.errors import FileError, Reason, choices
+from planner.problem.conditions import parse_condition
+
+FORMAT_VERSION = 1  # of plan.json and sweep.json: one more where a key goes or changes its meaning
 Nodes = list[Annotated[int, Field(ge=0)]]
 Rows = list[tuple[str, str]]
 """The rows of a table: names and texts."""
@@ -68,3 +74,274 @@ class Outcome(Enum):
     def exit_code(self) -> int:
         """The exit code of a command that ends so."""
         return {Outcome.SOLVED: 0, Outcome.INTERRUPTED: 130}.get(self, 4)
+
+
+def require_readable_version(record: dict[str, Any], where: str) -> None:
+    """Refuse a record of a later format than this planner knows; one that names none is of version 1."""
+    version = record.get("format_version", 1)
+    if not (isinstance(version, int) and 1 <= version <= FORMAT_VERSION):
+        raise FileError(
+            f"{where} has format version {version!r:.40}, this planner reads up to {FORMAT_VERSION}: "
+            "update the planner, or make the file again with this one."
+        )
+
+
+def html_table(caption: str, rows: Sequence[Sequence[str]], head: Sequence[str] = ()) -> str:
+    """A table of a notebook; names out of files cannot become markup."""
+    top = f"<thead>{_html_row('th', head)}</thead>" if head else ""
+    body = "".join(_html_row("td", row) for row in rows)
+    return f"<p>{escape(caption)}</p><table>{top}<tbody>{body}</tbody></table>"
+
+
+def _html_row(tag: str, cells: Sequence[str]) -> str:
+    return "<tr>" + "".join(f'<{tag} style="text-align:left">{escape(cell)}</{tag}>' for cell in cells) + "</tr>"
+
+
+_Names = Annotated[tuple[str, ...], Field(min_length=1)]
+
+
+def _quoted(names: Iterable[str]) -> str:
+    return choices(f"'{name}'" for name in names)
+
+
+@dataclass(frozen=True)
+class Touching(Reason):
+    """Two things touch, or come closer than the margin, where ``role`` ("start", "goal", "world") puts the robot.
+
+    ``enclosed``: one lies wholly inside the other.
+    """
+
+    kind: Literal["touching"] = field(default="touching", kw_only=True)
+    role: str
+    first: str
+    second: str
+    enclosed: bool
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset((self.first, self.second))
+
+
+@dataclass(frozen=True)
+class BeyondLimit(Reason):
+    """``role`` puts a joint at ``value``, outside [``lower``, ``upper``]: rad, or m where it slides."""
+
+    kind: Literal["beyond_limit"] = field(default="beyond_limit", kw_only=True)
+    role: str
+    joint: str
+    value: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class BreaksKept(Reason):
+    """``role`` lies outside what is to be kept, the ``condition`` in its text, by so much: rad, or m."""
+
+    kind: Literal["breaks_kept"] = field(default="breaks_kept", kw_only=True)
+    role: str
+    condition: str
+    by: float
+
+
+@dataclass(frozen=True)
+class OutOfReach(Reason):
+    """No configuration brings the tool to ``role``: the nearest found stays ``distance`` (m) away."""
+
+    kind: Literal["out_of_reach"] = field(default="out_of_reach", kw_only=True)
+    role: str
+    distance: float
+
+
+@dataclass(frozen=True)
+class Gap(Record):
+    """The shortest straight motion between the part of a roadmap that holds the start and that of the goal."""
+
+    joint_distance: float
+    """rad"""
+    start_side: tuple[float, ...]
+    """its configuration on the start's side"""
+    goal_side: tuple[float, ...]
+    """its configuration on the goal's side"""
+    between: tuple[str, str] | None
+    """the two things that come too near along it; null where none was found"""
+
+    @property
+    def sentence(self) -> str:
+        stop = f", where '{self.between[0]}' and '{self.between[1]}' come too near" if self.between else ""
+        return f"their parts of the roadmap came within {self.joint_distance:.3g} rad of each other{stop}"
+
+
+@dataclass(frozen=True)
+class Separated(Reason):
+    """Obstacles without which start and goal are joined; no smaller set was found, which does not exclude one."""
+
+    kind: Literal["separated"] = field(default="separated", kw_only=True)
+    obstacles: _Names
+    gap: Gap
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.obstacles)
+
+    @property
+    def sentence(self) -> str:
+        named, one = _quoted(self.obstacles), len(self.obstacles) == 1
+        return (
+            f"Start and goal were not connected within the budget: the search found that {named} "
+            f"{'separates' if one else 'together separate'} them (without {'it' if one else 'them'} they are joined), "
+            f"and {self.gap.sentence}: move {'it' if one else 'one of them'}, raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
+class BudgetSpent(Reason):
+    """A bounded search did not join start and goal, and no obstacle was found that separates them."""
+
+    kind: Literal["budget_spent"] = field(default="budget_spent", kw_only=True)
+    nodes: int
+    """in the roadmap"""
+    gap: Gap
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.gap.between or ())
+
+    @property
+    def sentence(self) -> str:
+        return (
+            f"Start and goal were not connected within the budget of {self.nodes} nodes: {self.gap.sentence}; no "
+            "obstacle was found without which they are joined: raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
+class FloorTooHigh(Reason):
+    """No path keeps to the manipulability floor."""
+
+    kind: Literal["floor_too_high"] = field(default="floor_too_high", kw_only=True)
+    asked: float
+    reachable: float
+    """the highest floor found that a path keeps to; 0: all pass through w = 0 or near it"""
+
+    @property
+    def sentence(self) -> str:
+        head = f"No path above the manipulability floor of {self.asked:g} was found within the budget: "
+        if self.reachable <= 0:
+            return head + "all paths that were found pass through w = 0 or near it: leave --min-manipulability out."
+        return head + (
+            f"the highest floor found that a path keeps to is {self.reachable:g}: take "
+            f"--min-manipulability {self.reachable:g} or less, raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
+class KeptTooNarrow(Reason):
+    """Start and goal are joined, but not by a path that keeps the conditions."""
+
+    kind: Literal["kept_too_narrow"] = field(default="kept_too_narrow", kw_only=True)
+    conditions: _Names
+    """as --keep takes them"""
+    gap: Gap
+
+    @property
+    def sentence(self) -> str:
+        return (
+            f"No path that keeps {_quoted(self.conditions)} was found within the budget; without that start and goal "
+            f"are joined, and with it {self.gap.sentence}: leave more tolerance, raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
+class BlockedInTime(Reason):
+    """Start and goal are joined, but no motion in time keeps clear of obstacles that move along known motions."""
+
+    kind: Literal["blocked_in_time"] = field(default="blocked_in_time", kw_only=True)
+    place: Literal["start", "goal", "route"]
+    """start: not clear at time 0; goal: it cannot be stayed at; route: no motion leads past"""
+    obstacles: _Names
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.obstacles)
+
+    @property
+    def sentence(self) -> str:
+        named, head = _quoted(self.obstacles), "Start and goal are joined, but not in time: "
+        if self.place == "start":
+            return head + f"at time 0 {named} cannot be proven clear of the arm at the start: choose another start."
+        if self.place == "goal":
+            come = "comes" if len(self.obstacles) == 1 else "come"
+            return head + f"the arm cannot stay at the goal, where {named} {come} too near: choose another goal."
+        return head + (
+            f"no motion through the roadmap was found that keeps clear of {named}, waiting included: "
+            "raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
+class CannotFollow(Reason):
+    """A tool path cannot be followed to one of its points."""
+
+    kind: Literal["cannot_follow"] = field(default="cannot_follow", kw_only=True)
+    point: int
+    """of the file, from 1"""
+    followed: float
+    """share of the path's length"""
+    cause: Literal["out_of_reach", "turned", "beyond_limit", "touching", "strays", "below_floor", "jump"]
+    """jump: all solutions there are on other branches"""
+    distance: float = 0.0
+    """m by which the tool misses the point, for turned and jump rad, for strays as what is kept"""
+    between: tuple[str, ...] = ()
+    """the two things that touch, joints whose limits would have to be left, or the condition that would be broken"""
+    reachable: float = 0.0
+    """the highest floor found with which it goes on, where the floor is too high"""
+    leg: Literal["", "approach", "retreat"] = ""
+    """which leg of a plan it is, point 1 the plan's goal or start"""
+    cone: float | None = None
+    """rad: the narrowest about the tool's axis with which it was found to go on; 0: a free turn about it will do"""
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.between if self.cause == "touching" else ())
+
+    @property
+    def sentence(self) -> str:
+        head = f"The tool path can be followed over {100 * self.followed:.1f} %, not to point {self.point}: "
+        if self.leg:
+            head = f"The {self.leg} goes over {100 * self.followed:.1f} % of its length, seen from its end: "
+        return f"{head}{self._cause}."
+
+    @property
+    def _cause(self) -> str:
+        """The cause and a remedy."""
+        remedy = "move the path or the robot's base"
+        if self.cone is not None:
+            remedy = f"give a cone of {self.cone:g} rad about its axis" if self.cone else "let it turn about its axis"
+        if self.leg:
+            remedy = f"shorten it, or choose another {'goal' if self.leg == 'approach' else 'start'}"
+        match self.cause:
+            case "out_of_reach":
+                return f"the tool comes no nearer than {self.distance:.3g} m; {remedy}"
+            case "turned":
+                return f"the tool stays turned away by {self.distance:.3g} rad; {remedy}"
+            case "beyond_limit":
+                return f"the arm would have to leave the limits of {choices(self.between)}; {remedy}"
+            case "touching":
+                pair = " and ".join(f"'{name}'" for name in self.between)
+                return f"{pair} come too near in all solutions found; move the path or what is near"
+            case "strays":
+                broken = f"{self.distance:.3g} {parse_condition(self.between[0]).unit}"
+                return f"'{self.between[0]}' is kept, and would be broken by {broken}; move the path, or keep less"
+            case "below_floor":
+                return f"the floor is too high, the highest found that it keeps to is {self.reachable:g}; take that"
+            case "jump":
+                apart = f"{self.distance:.3g} rad apart, on other branches or with something between"
+                remedy = "free the tool's axis, widen the tube, or split the path there"
+                return f"what was reached and the solutions there are {apart}; {remedy}"
+
+
+NoWay = Separated | BudgetSpent | KeptTooNarrow
+"""Start and goal lie in different parts of the roadmap."""
+
+NoPath = NoWay | FloorTooHigh | BlockedInTime | CannotFollow

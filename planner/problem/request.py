@@ -14,17 +14,45 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Self
 
+from planner.base.arrays import Cost, traded_off
 from planner.base.errors import KeywordError, OptionError, choices
 from planner.base.yamlfile import nearest
 from planner.problem import options as of
+from planner.problem.checked import options
 from planner.problem.conditions import AND, Condition
-from planner.problem.objective import DEFAULT_BETA, DEFAULT_CHARGE, DEFAULT_COST, DEFAULT_METRIC, Objective
-from planner.problem.options import PAPER_NODES, options
+from planner.problem.options import PAPER_NODES
 from planner.problem.targets import Named, Target
 
+DEFAULT_BETA = 0.5
+DEFAULT_COST: of.ManipulabilityCost = "log"
+DEFAULT_METRIC: of.Metric = "joint"
+DEFAULT_CHARGE: of.Charge = "edges"
 DEFAULT_EFFORT = 12  # rounds
 DEFAULT_ROOM = 5e-3  # m
 _SPELT = {"motion_plan_request": "request"}  # in files and on the command line
+
+
+@options
+class Objective:
+    """Minimise (1 - beta) Omega + beta D of a path, eq. (finew), above a ``floor`` under w.
+
+    D is its length by ``metric``: joint motion, or the tool's path. Omega is its ``manipulability_cost``: with
+    ``charge`` "edges" integrated along its length, with "nodes" that of the nodes it leads to, as in the paper.
+    """
+
+    beta: of.Beta = DEFAULT_BETA
+    manipulability_cost: of.WCost = DEFAULT_COST
+    metric: of.Distance = DEFAULT_METRIC
+    charge: of.WhereCharged = DEFAULT_CHARGE
+    floor: of.MinManipulability = 0.0
+
+    def at(self, beta: float) -> Objective:
+        """The same at another ``beta``."""
+        return replace(self, beta=beta)
+
+    def total(self, omega: Cost, distance: Cost) -> Cost:
+        """The cost of a motion or a path with so much Omega and D, each normalised."""
+        return traded_off(self.beta, omega, distance)
 
 
 @options

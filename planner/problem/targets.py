@@ -21,23 +21,19 @@ import math
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass
 from numbers import Real
-from typing import TypeAlias
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from planner.base.errors import OptionError, StateError, choices
 from planner.problem.conditions import AND as AND  # between alternative goals too
 from planner.problem.conditions import FORMS as CONDITIONS
-from planner.problem.conditions import (
-    Condition,
-    KeepBox,
-    KeepTurn,
-    is_condition,
-    numbers_text,
-    parse_condition,
-)
+from planner.problem.conditions import Condition, KeepBox, KeepTurn, is_condition, numbers_text, parse_condition
 
 HOME = "home"
 BOTH = "&"  # between the conditions of one goal
 _MOST_NAMES = 100  # that a state may lead through, or to
+FARTHEST_BASE = 1e4  # m: as far as anything may stand in a scene file
 TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn, however it was rounded
 FORMS = "a name from the scene, q:..., xyz:x,y,z, pose:x,y,z,qx,qy,qz,qw or conditions such as axis:z,0,0,-1,0.1"
 
@@ -113,9 +109,6 @@ class Named:
 Target: TypeAlias = Joints | Position | Pose | ToolGoal | Named
 
 
-FARTHEST_BASE = 1e4  # m: as far as anything may stand in a scene file
-
-
 def parse_target(text: str) -> Target:
     """A target out of its text; :class:`OptionError` where the text has no meaning.
 
@@ -154,37 +147,29 @@ def _conditions(text: str) -> tuple[Condition, ...]:
 
 def _condition_text(condition: Condition) -> str:
     """The text of a condition in a goal: a box without extent is a position."""
-    if (
-        isinstance(condition, KeepBox)
-        and condition.lower == condition.upper
-        and condition == KeepBox(condition.lower, condition.upper)
-    ):
-        return Position(condition.lower).text
-    return condition.text
+    at = condition.lower if isinstance(condition, KeepBox) else ()
+    return Position(at).text if at and condition == KeepBox(at, at) else condition.text
 
 
-def joint_target(values: Iterable[float], role: str = "state") -> Joints:
-    """Joint values (dof,) rad as a target; :class:`OptionError` for anything else."""
-    try:
-        row = [] if isinstance(values, str | bytes | bytearray | Set | Mapping) else list(values)
-        if not row or any(isinstance(value, str) or type(value).__name__ in ("bool", "bool_") for value in row):
-            raise TypeError
-        return Joints(tuple(float(value) for value in row))
-    except (TypeError, ValueError):
-        given = " ".join(repr(values).split())[:100]
-        raise OptionError(f"{role} must be one row of joint values (rad), or {FORMS}, got {given}.") from None
-
-
-def joints_text(values: Iterable[float], role: str = "state") -> str:
-    """The text of joint values (dof,) rad, as :func:`joint_target` takes them."""
-    return joint_target(values, role).text
+def joints_text(values: Iterable[float]) -> str:
+    """The text of joint values (dof,) rad."""
+    return Joints(tuple(map(float, values))).text
 
 
 def target_of(state: object, role: str = "state") -> Target:
     """A target itself, out of its text, or out of joint values (dof,) rad; :class:`OptionError` for anything else."""
     if isinstance(state, Target):
         return state
-    return parse_target(state) if isinstance(state, str) else joint_target(state, role)  # type: ignore[arg-type]
+    if isinstance(state, str):
+        return parse_target(state)
+    try:
+        row: list[Any] = [] if isinstance(state, bytes | Set | Mapping) else list(state)  # type: ignore[call-overload]
+        if not row or any(isinstance(value, str | bool | np.bool_) for value in row):
+            raise TypeError
+        return Joints(tuple(map(float, row)))
+    except (TypeError, ValueError):
+        given = " ".join(repr(state).split())[:100]
+        raise OptionError(f"{role} must be one row of joint values (rad), or {FORMS}, got {given}.") from None
 
 
 def goals_of(goal: object) -> tuple[Target, ...]:
@@ -198,12 +183,10 @@ def goals_of(goal: object) -> tuple[Target, ...]:
 
 def parse_targets(text: str) -> tuple[Target, ...]:
     """Alternative goals out of their text, each name one of its own; :class:`OptionError` as :func:`parse_target`."""
-    targets = [parse_target(part.strip()) for part in text.split(AND)]
-    return tuple(
-        one
-        for target in targets
-        for one in (map(lambda name: Named((name,)), target.names) if isinstance(target, Named) else [target])
-    )
+    found: list[Target] = []
+    for target in (parse_target(part.strip()) for part in text.split(AND)):
+        found += [Named((name,)) for name in target.names] if isinstance(target, Named) else [target]
+    return tuple(found)
 
 
 def follow(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) -> list[str]:
@@ -231,24 +214,20 @@ def parse_base(base: str | Iterable[float]) -> tuple[float, ...]:
         values = tuple(float(part) for part in (base.split(",") if isinstance(base, str) else base))
     except (TypeError, ValueError):
         values = ()
-    if len(values) not in (3, 6) or not all(abs(value) <= FARTHEST_BASE for value in values):
+    far, turned = (max(map(abs, part), default=0.0) for part in (values[:3], values[3:]))
+    if len(values) not in (3, 6) or not (far <= FARTHEST_BASE and turned <= TURN):
         raise OptionError(
-            f"base must be x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad), got '{str(base)[:100]}': give numbers with "
-            "commas between."
+            "base must be x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad; 90 degrees are 1.5708), got "
+            f"'{str(base)[:100]}': give numbers with commas between."
         )
-    if max(map(abs, values[3:]), default=0.0) > TURN:
-        raise OptionError(f"base '{str(base)[:100]}' turns by more than a full turn: degrees? 90 degrees are 1.5708.")
     return values
 
 
 def _numbers(text: str, rest: str, count: int | None = None) -> tuple[float, ...]:
     try:
-        values = tuple(float(part) for part in rest.split(","))
+        values = tuple(map(float, rest.split(",")))
     except ValueError:
-        raise OptionError(
-            f"state '{text[:100]}' holds something that is no number: give numbers with commas between."
-        ) from None
+        raise OptionError(f"state '{text[:100]}' holds a word that is no number: give {FORMS}.") from None
     if count is not None and len(values) != count:
-        kind = text.partition(":")[0]
-        raise OptionError(f"state '{text[:100]}' has {len(values)} numbers, '{kind}:' takes {count}.")
+        raise OptionError(f"state '{text[:100]}' has {len(values)} numbers and must have {count}: give {FORMS}.")
     return values

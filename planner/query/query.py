@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import SceneError, choices
+from planner.base.errors import SceneError, choices, tell
 from planner.base.files import StrPath
-from planner.base.notes import tell
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.constraints.keeps import bound_to, unbound

@@ -9,8 +9,7 @@ from functools import cache
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
-from planner.base.errors import StateError, choices, metric
-from planner.base.notes import tell
+from planner.base.errors import StateError, choices, metric, tell
 from planner.base.yamlfile import FARTHEST, shown
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact
@@ -19,7 +18,7 @@ from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
 from planner.problem.conditions import Condition, KeepBox
 from planner.problem.options import IK_LARGEST, IK_LEAST
-from planner.problem.reasons import BeyondLimit, BreaksKept, OutOfReach, Touching
+from planner.problem.outcome import BeyondLimit, BreaksKept, OutOfReach, Touching
 from planner.problem.targets import (
     FORMS,
     HOME,

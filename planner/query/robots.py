@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from planner.base.errors import OptionError, PlannerError
+from planner.base.errors import Note, OptionError, PlannerError
 from planner.base.files import StrPath
-from planner.base.notes import Note
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest

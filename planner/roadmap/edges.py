@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.base.arrays import Bools, Floats, Ints, row_bytes
-from planner.base.products import length
+from planner.base.arrays import Bools, Floats, Ints, length, row_bytes
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_IN_GROWTH
 from planner.collision.checker import CollisionChecker

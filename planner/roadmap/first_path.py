@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats
-from planner.base.products import length
+from planner.base.arrays import Floats, length
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
 from planner.cost.motion_cost import MotionCost

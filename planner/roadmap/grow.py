@@ -20,7 +20,7 @@ from planner.robot.robot import Robot
 
 if TYPE_CHECKING:
     from planner.roadmap.ompl_planners import Tree
-from planner.base.products import length
+from planner.base.arrays import length
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.base import polylines
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, cut
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
@@ -162,7 +161,7 @@ class _Search:
         """The path without motions that have no cost: those that are too long, or that their ends do not tell."""
         cost = self.refiner.cost
         longest = cost.longest if cost.objective.beta < 1.0 else np.inf
-        return polylines.cut(path, parts_told_by_ends(cost.robot, np.diff(path, axis=0), longest))
+        return cut(path, parts_told_by_ends(cost.robot, np.diff(path, axis=0), longest))
 
 
 def improve(

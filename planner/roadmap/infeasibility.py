@@ -16,7 +16,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.collision.edge_prover import EdgeProver
-from planner.problem.reasons import BudgetSpent, Gap, KeptTooNarrow, NoWay, Separated
+from planner.problem.outcome import BudgetSpent, Gap, KeptTooNarrow, NoWay, Separated
 from planner.roadmap.connections import nearest_of
 from planner.roadmap.roadmap import Roadmap
 

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
-from planner.base.products import product
+from planner.base.arrays import Bools, Floats, Ints, product
 from planner.kinematics.manipulability import manipulability
 from planner.native.compiled import cheapest_path
 from planner.roadmap.connections import nearest_of

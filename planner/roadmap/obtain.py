@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner.base.arrays import Bools, Ints
-from planner.base.errors import FileError, choices
-from planner.base.notes import tell
+from planner.base.errors import FileError, choices, tell
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver

@@ -15,10 +15,9 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from planner.base.arrays import Bools, Floats, Ints
-from planner.base.process_lock import PROCESS
-from planner.base.products import length
+from planner.base.arrays import Bools, Floats, Ints, length
 from planner.base.progress import QUIET, Progress
+from planner.base.silenced import PROCESS
 from planner.constraints.keeps import Keeps
 from planner.roadmap.edges import MotionCheck
 from planner.roadmap.forest import Forest

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.base import polylines
+from planner.base import arrays
 from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_ALONG_PATH
@@ -195,10 +195,10 @@ def split_evenly(path: Floats, piece: float, most: int | None = None) -> Floats:
 
     With more than ``most`` points that would have, its pieces are longer.
     """
-    length = polylines.lengths_of(path)
+    length = arrays.lengths_of(path)
     if most is not None:
         piece = max(piece, float(length.sum()) / max(most - len(path), 1))
-    return polylines.cut(path, polylines.parts_of(length, piece))
+    return arrays.cut(path, arrays.parts_of(length, piece))
 
 
 TOLERANCE = 1e-3  # of the cost: what a path with fewer corners may cost more than the one it came from

@@ -10,18 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
+from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.cache import content_hash
 from planner.base.errors import StateError
-from planner.base.hashing import content_hash
-from planner.base.html import html_table
 from planner.base.resolutions import W_STATES_PER_EDGE
-from planner.base.versions import versions
+from planner.base.resources import versions
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import World
 from planner.constraints.keeps import Keeps
 from planner.cost.scale import COSTS, CostScale
 from planner.kinematics.forward import Chain
-from planner.problem.outcome import Record
+from planner.problem.outcome import Record, html_table
 from planner.robot.robot import Robot
 from planner.robot.shapes import Body
 
@@ -178,7 +177,7 @@ class Roadmap:
 
     def __post_init__(self) -> None:
         for name, dtype in DTYPES.items():
-            object.__setattr__(self, name, as_frozen(getattr(self, name), dtype))
+            object.__setattr__(self, name, frozen(getattr(self, name), dtype))
 
     @cached_property
     def components(self) -> Ints:

@@ -8,19 +8,16 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen, so_far
-from planner.base.polylines import cut, parts_of
-from planner.base.products import length
+from planner.base.arrays import Floats, Ints, cut, frozen, length, parts_of, so_far, traded_off
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE
-from planner.base.shares import traded_off
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.path_moves import cheapest_chain
 from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import measure_scale
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import cheapest_nodes
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.edges import Motions, RecordingProver
 from planner.roadmap.forest import Forest
 from planner.roadmap.refine import PathRefiner, split_evenly

@@ -19,9 +19,9 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats, frozen
+from planner.base.cache import content_hash
 from planner.base.errors import FileError, OptionError
 from planner.base.files import DAMAGE, StrPath, write_whole
-from planner.base.hashing import content_hash
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.cost.scale import CostScale

@@ -8,8 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.errors import RobotError, choices
-from planner.base.notes import Note
+from planner.base.errors import Note, RobotError, choices
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Mesh, Shape, extremes

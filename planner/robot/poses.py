@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats, frozen, numbers
+from planner.base.arrays import Floats, frozen, length, numbers
 from planner.base.errors import ArrayError
-from planner.base.products import length
 
 
 def pose(

@@ -12,10 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen, placement
-from planner.base.errors import ArrayError, FileError, RobotError, choices
+from planner.base.cache import content_hash
+from planner.base.errors import ArrayError, FileError, Note, RobotError, choices
 from planner.base.files import StrPath
-from planner.base.hashing import content_hash
-from planner.base.notes import Note
 from planner.base.yamlfile import FARTHEST
 from planner.problem.targets import TURN
 from planner.robot.files import urdf

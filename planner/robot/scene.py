@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_type_h
 import pydantic
 
 from planner.base.arrays import Floats
-from planner.base.errors import OptionError, SceneError, choices
+from planner.base.cache import content_hash
+from planner.base.errors import Note, OptionError, SceneError, choices
 from planner.base.files import StrPath, make_folder, write_whole
-from planner.base.hashing import content_hash
-from planner.base.notes import Note
 from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.yamlfile import (
     FARTHEST,

@@ -11,9 +11,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, numbers, placement
+from planner.base.arrays import Floats, Ints, frozen, indices, numbers, placement, product
 from planner.base.errors import SceneError
-from planner.base.products import product
 from planner.base.yamlfile import FARTHEST, Size
 
 
@@ -117,7 +116,7 @@ class _Placed:
     def __post_init__(self) -> None:
         what = f"{type(self).__name__.lower()} '{self.name}'"
         rigid = placement(f"{what}: placement", self.placement, SceneError, FARTHEST)
-        object.__setattr__(self, "placement", as_frozen(rigid))
+        object.__setattr__(self, "placement", frozen(rigid))
         if not numbers(f"{what}: speed_limit", self.speed_limit, (), SceneError, FARTHEST) >= 0:
             raise SceneError(f"{what}: speed_limit must be at least 0 m/s, got {self.speed_limit:g}.")
 

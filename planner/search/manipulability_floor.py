@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints, as_frozen
+from planner.base.arrays import Floats, Ints, frozen
 from planner.base.resolutions import W_AGAINST_FLOOR
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import cheapest_nodes
@@ -49,7 +49,7 @@ class LayeredNetwork:
 
     def __post_init__(self) -> None:
         for name in ("roadmap_node", "starts"):
-            object.__setattr__(self, name, as_frozen(getattr(self, name), np.int64))
+            object.__setattr__(self, name, frozen(getattr(self, name), np.int64))
 
     def on_roadmap(self, x: Floats) -> Floats:
         """The cost-to-go (n,) of the roadmap's own nodes: a node's least, where a floor has several stretches."""

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, traded_off
 from planner.base.errors import AssumptionError, KeywordError, OptionError
-from planner.base.shares import traded_off
 from planner.cost.scale import cost_number, length_cost, manipulability_cost
 from planner.native.graphs import cheapest_nodes
-from planner.problem.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective
+from planner.problem.options import ManipulabilityCost, Metric
+from planner.problem.request import DEFAULT_COST, DEFAULT_METRIC, Objective
 from planner.roadmap.roadmap import Roadmap
 
 _PLAIN = Objective()

@@ -20,8 +20,7 @@ import pydantic_core
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.connection import Connection as Socket
 
-from planner.base.errors import OptionError, PlannerError
-from planner.base.notes import Note
+from planner.base.errors import Note, OptionError, PlannerError
 from planner.base.progress import QUIET, Progress
 from planner.planning.motion import timed
 from planner.problem.conditions import conditions_of

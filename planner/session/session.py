@@ -22,9 +22,8 @@ from planner.planning.result import Change, Plan
 from planner.planning.solve import require_no_floor
 from planner.planning.why_no_path import why_no_path
 from planner.problem.conditions import AND
-from planner.problem.objective import Objective
 from planner.problem.options import RobotLike
-from planner.problem.request import PlanRequest, TaskRequest, TimingRequest, require_known, with_objective
+from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingRequest, require_known, with_objective
 from planner.problem.targets import joints_text, target_of
 from planner.query.query import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is

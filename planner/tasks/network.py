@@ -16,7 +16,7 @@ from planner.base.arrays import Floats, Ints
 from planner.cost.integral import costs_along
 from planner.cost.scale import cost_number, length_cost
 from planner.kinematics.forward import tool_path_lengths
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.tasks.candidates import NOTHING, Candidate, Candidates

@@ -17,9 +17,8 @@ from planner.base.yamlfile import Name, Number, Whole
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.planning.motion import looked_at_again
-from planner.problem.objective import Objective
 from planner.problem.outcome import Record
-from planner.problem.request import TimingRequest
+from planner.problem.request import Objective, TimingRequest
 from planner.robot.poses import quaternion_of
 from planner.tasks.candidates import Candidates
 from planner.tasks.modes import Mode

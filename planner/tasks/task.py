@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, GetPydanticSchema, Tag, model_validator
 from pydantic_core import core_schema
 
-from planner.base.arrays import Floats, as_frozen, numbers, placement
+from planner.base.arrays import Floats, frozen, numbers, placement
 from planner.base.errors import SceneError
 from planner.base.files import StrPath
 from planner.base.resources import scene_file
@@ -132,7 +132,7 @@ class Place:
     def __post_init__(self) -> None:
         if (self.on is None) != (self.at is None) or (self.on is None) != bool(len(self.pose)):
             raise TaskError("give 'on' and 'at', a box and two corners of a region, or a 'pose'")
-        poses = tuple(as_frozen(placement("pose", each, TaskError, FARTHEST)) for each in self.pose)
+        poses = tuple(frozen(placement("pose", each, TaskError, FARTHEST)) for each in self.pose)
         object.__setattr__(self, "pose", poses)
         object.__setattr__(self, "approach", self.approach.or_along((0.0, 0.0, -1.0), "world"))
         object.__setattr__(self, "retreat", self.retreat.or_along((0.0, 0.0, -1.0), "tool"))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen, numbers, so_far, truths
+from planner.base.arrays import Bools, Floats, Ints, frozen, numbers, so_far
 from planner.base.errors import ArrayError
 
 _TURN = 0.05  # rad: by more the orientation does not change along one line, so that chords of rotations are near it
@@ -63,9 +63,9 @@ class ToolPath:
         k = len(numbers("positions", self.positions, ("k", 3)))
         shapes = {"positions": (k, 3), "turns": (k, 3, 3), "free": (k,), "cones": (k,), "given": (k,)}
         for name, shape in shapes.items():
-            read = truths if name == "free" else numbers
+            values = np.asarray(getattr(self, name), dtype=float)
             dtype = {"free": bool, "given": int}.get(name, float)
-            object.__setattr__(self, name, frozen(read(name, getattr(self, name), shape), dtype))
+            object.__setattr__(self, name, frozen(numbers(name, values, shape), dtype))
         self._require_path()
 
     def _require_path(self) -> None:

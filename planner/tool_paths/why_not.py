@@ -11,7 +11,7 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.kinematics.inverse import POSITION_TOLERANCE
-from planner.problem.reasons import CannotFollow
+from planner.problem.outcome import CannotFollow
 from planner.robot.robot import Robot
 from planner.tool_paths.ladder import solutions_at
 from planner.tool_paths.ladder_roadmap import Reached

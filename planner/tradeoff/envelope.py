@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, traded_off
 from planner.base.progress import Stopwatch
-from planner.base.shares import traded_off
 from planner.search.network import at_beta, path_cost
 from planner.search.search import LazyNetwork
 

@@ -15,10 +15,9 @@ from pydantic import Field
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.files import write_whole
-from planner.base.html import html_table
 from planner.collision.checker import CollisionChecker
 from planner.planning.run import ROADMAP_NAME, Result, RunRecord
-from planner.problem.outcome import Nodes, Outcome, Record
+from planner.problem.outcome import Nodes, Outcome, Record, html_table
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.roadmap import Roadmap, RoadmapRecord
 from planner.roadmap.storage import save_roadmap

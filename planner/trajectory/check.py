@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, parts_of
 from planner.base.errors import FileError, OptionError
-from planner.base.polylines import parts_of
 from planner.base.polynomials import bernstein, derivative, evaluate
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, PROOF_OF_CHECK, RECHECK, W_ALONG_PATH

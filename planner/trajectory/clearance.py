@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, so_far
-from planner.base.polylines import lengths_along
+from planner.base.arrays import Floats, lengths_along, so_far
 from planner.base.polynomials import bernstein, derivative, evaluate
 from planner.base.resolutions import CLEARANCE_FIRST
 from planner.collision.checker import CollisionChecker

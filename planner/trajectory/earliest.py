@@ -14,7 +14,7 @@ from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.moving_prover import TimedProver
-from planner.problem.reasons import BlockedInTime
+from planner.problem.outcome import BlockedInTime
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.moving import MovingObstacle
 from planner.trajectory.limits import MotionLimits

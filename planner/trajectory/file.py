@@ -13,7 +13,7 @@ import pydantic
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.files import StrPath, write_json
-from planner.base.yamlfile import Number, Strict, object_of, read_text, validate
+from planner.base.yamlfile import Number, Strict, read_text, validate
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.trajectory import DEGREE, Interpolation, Trajectory
 
@@ -113,9 +113,9 @@ def load_trajectory(path: StrPath) -> Trajectory:
 
 
 def parse_json(text: str, where: str) -> Any:
-    """Plain data out of JSON text in which no key stands twice in one object."""
+    """Plain data out of JSON text."""
     try:
-        return json.loads(text, object_pairs_hook=object_of)
+        return json.loads(text)
     except (ValueError, RecursionError) as error:
         raise FileError(f"{where} is no JSON: {error}; mend the file.") from None
 

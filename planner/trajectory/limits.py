@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pydantic
 
-from planner.base.arrays import Floats, as_frozen, frozen, plain_numbers
+from planner.base.arrays import Floats, frozen, plain_numbers
 from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import Number, Strict, nearest, parse_yaml, read_text, validate
@@ -54,7 +54,7 @@ class MotionLimits:
         if missing := [kind for kind in KINDS if kind not in self.source]:
             raise LimitError(f"source does not say where limits come from: add {choices(missing)}.")
         for kind in KINDS:
-            values = as_frozen(plain_numbers(f"{kind} limits", getattr(self, kind), LimitError))
+            values = frozen(plain_numbers(f"{kind} limits", getattr(self, kind), LimitError))
             _require_usable(self.joints, values, kind, self.source[kind])
             object.__setattr__(self, kind, values)
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
-from planner.base.polylines import cut, parts_of
+from planner.base.arrays import Floats, Ints, cut, parts_of
 from planner.base.resolutions import CLEARANCE_ALONG_PATH, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
 from planner.collision.looks import Clearance, Seen, dense_states, first_seen, straight

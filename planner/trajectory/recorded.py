@@ -16,9 +16,8 @@ import pydantic
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.files import StrPath
-from planner.base.formats import require_readable_version
-from planner.base.words import number
-from planner.base.yamlfile import Number, Strict, nearest, parse_yaml, read_text, repeated, shown, validate
+from planner.base.yamlfile import Number, Strict, nearest, number, parse_yaml, read_text, repeated, shown, validate
+from planner.problem.outcome import require_readable_version
 from planner.robot.robot import HALF_TURN, Robot
 from planner.trajectory.file import (
     TRAJECTORY_NAME,

@@ -18,7 +18,7 @@ from planner.base.arrays import Bools, Floats
 from planner.base.cache import cached
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.kinematics.tool_bound import Frame
-from planner.problem.reasons import Gap
+from planner.problem.outcome import Gap
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.files.urdf_geometry import mesh_files
 from planner.robot.poses import pose, quaternion_of

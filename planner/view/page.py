@@ -13,8 +13,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import OptionError, Reason
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
-from planner.problem.outcome import Rows
-from planner.problem.reasons import NoWay
+from planner.problem.outcome import NoWay, Rows
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene

@@ -9,8 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints
-from planner.base.shares import traded_off
+from planner.base.arrays import Floats, Ints, traded_off
 from planner.problem.request import SweepRequest
 from planner.query.query import Query, make_query
 from planner.roadmap.build import build_roadmap

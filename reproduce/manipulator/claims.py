@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from planner.base.shares import traded_off
+from planner.base.arrays import traded_off
 from planner.problem.options import PAPER_EDGES, PAPER_NODES
 from planner.problem.request import SweepRequest
 from reproduce.manipulator.case import BETAS, BLUE, RED, RRT, SHORTENED, SeedStudy, SolveFacts

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.base.arrays import Floats
-from planner.base.polylines import lengths_along
+from planner.base.arrays import Floats, lengths_along
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
 from planner.robot.robot import Robot

@@ -1,4 +1,4 @@
-"""The cache of arrays: made once, made anew after any damage, and never in the way."""
+"""Hashes tell contents apart, and the cache makes arrays once, anew after any damage, and is never in the way."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base import cache as module
-from planner.base.cache import cache_folder, cached
+from planner.base.cache import cache_folder, cached, content_hash
 
 
 class Making:
@@ -19,7 +18,7 @@ class Making:
 
     def __call__(self) -> dict[str, np.ndarray]:
         self.times += 1
-        return {"a": np.arange(5.0), "b": np.array(["x", "y"])}
+        return {"a": np.arange(5.0), "b": np.array(["å", "y"]), "turned": np.ones((3, 4)).T, "none": np.zeros((0, 3))}
 
 
 @pytest.fixture(autouse=True)
@@ -28,36 +27,33 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache"
 
 
-def test_made_once_for_equal_values() -> None:
+def test_the_same_numbers_have_the_same_hash_however_they_lie_in_memory() -> None:
+    a = np.arange(12.0).reshape(3, 4)
+    same = (a.astype(">f8"), np.asfortranarray(a), np.arange(24.0)[::2].reshape(3, 4) / 2)
+    assert {content_hash([other]) for other in same} == {content_hash([a])}
+
+
+def test_what_differs_hashes_otherwise() -> None:
+    a = np.arange(12.0)
+    contents = ([a], [a.reshape(3, 4)], [a.astype(np.float32)], [a.astype(np.int64)], [a[:6], a[6:]], [a, ""], [a + 0j])
+    texts = (["ab", "c"], ["a", "bc"], ["abc"], [1], [1.0], ["1"], [1, 23], [12, 3])
+    hashes = [content_hash(values) for values in (*contents, *texts)]
+    assert len(set(hashes)) == len(hashes)
+    assert content_hash([np.array([0.0])]) != content_hash([np.array([-0.0])])
+
+
+def test_made_once_for_equal_values_and_read_as_it_was() -> None:
     make = Making()
     for _ in range(3):
         found = cached("kind", ["text", np.arange(3)], make)
-        np.testing.assert_array_equal(found["a"], np.arange(5.0))
-        assert found["b"].tolist() == ["x", "y"]
+        for name, array in Making()().items():
+            assert found[name].dtype == array.dtype
+            assert not found[name].flags.writeable
+            np.testing.assert_array_equal(found[name], array)
     assert make.times == 1
     cached("kind", ["text", np.arange(4)], make)
     cached("other", ["text", np.arange(3)], make)
     assert make.times == 3
-
-
-def test_arrays_come_back_as_they_were() -> None:
-    rng = np.random.default_rng(0)
-    arrays = {
-        "words": np.array(["å", "xyz", ""]),
-        "turned": rng.normal(size=(3, 4, 5)).T,
-        "none": np.zeros((0, 3)),
-        "one": np.array(2.5),
-        "small": np.arange(5, dtype=np.int8),
-        "big": np.arange(3, dtype=">i4"),
-        "yes": np.array([True, False]),
-    }
-    cached("kind", ["all"], lambda: arrays)
-    found = cached("kind", ["all"], lambda: arrays)
-    assert list(found) == list(arrays)
-    for name, array in arrays.items():
-        assert found[name].dtype == array.dtype
-        np.testing.assert_array_equal(found[name], array)
-    assert all(array.flags.aligned and not array.flags.writeable for array in found.values() if array.size)
 
 
 def test_any_damage_makes_it_anew() -> None:
@@ -79,16 +75,7 @@ def test_a_folder_that_cannot_be_written_costs_time_only(own_cache: Path) -> Non
     assert make.times == 2
 
 
-def test_the_oldest_go_when_there_is_no_room(monkeypatch: pytest.MonkeyPatch) -> None:
-    cached("kind", [0], Making())
-    (path,) = cache_folder().glob("kind/*.npz")
-    monkeypatch.setattr(module, "_MOST", int(2.5 * path.stat().st_size))
-    for k in range(1, 6):
-        cached("kind", [k], Making())
-    assert len(list(cache_folder().glob("kind/*"))) == 2
-
-
-@pytest.mark.parametrize("home", [None, "~", "."])
+@pytest.mark.parametrize("home", [None, "~"])
 def test_nothing_is_kept_in_the_working_directory(
     home: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -96,8 +83,5 @@ def test_nothing_is_kept_in_the_working_directory(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", "cache")
     monkeypatch.setenv("HOME", home or str(tmp_path / "home"))
-    make = Making()
-    for _ in range(2):
-        np.testing.assert_array_equal(cached("kind", [1], make)["a"], np.arange(5.0))
-    assert make.times == (1 if home is None else 2)
+    cached("kind", [1], Making())
     assert [path.name for path in tmp_path.iterdir()] == (["home"] if home is None else [])

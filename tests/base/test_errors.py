@@ -1,9 +1,9 @@
-"""Errors end a command with 2 or 3, and name the choices."""
+"""Errors end a command with 2 or 3, name the choices, and steer no terminal."""
 
 import pytest
 
 from planner.base import errors
-from planner.base.errors import OptionError, PlannerError, choices
+from planner.base.errors import OptionError, PlannerError, choices, printable
 
 KINDS = [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, PlannerError)]
 
@@ -18,3 +18,9 @@ def test_choices_stay_readable() -> None:
     assert choices([]) == "none"
     assert len(choices(["x" * 1000, "b"])) == 203
     assert choices(map(str, range(100_000))).endswith("48, 49 and 99950 more")
+
+
+def test_nothing_steers_a_terminal() -> None:
+    assert printable("Stück 3 m²") == "Stück 3 m²"
+    assert printable("a\x1b[2J\x9b2J\nb\u202ec\udcff") == "a\\x1b[2J\\x9b2J\\nb\\u202ec\\udcff"
+    assert printable("a\nb\x1b", "\n") == "a\nb\\x1b"

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from planner.base.errors import FileError
-from planner.base.files import json_text, make_folder, require_writable_file, require_writable_folder, write_whole
+from planner.base.files import json_text, require_writable_file, require_writable_folder, write_whole
 
 
 def test_a_failing_writer_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -36,35 +36,15 @@ def test_colleagues_may_read_what_is_written(tmp_path: Path) -> None:
     assert (tmp_path / "a.json").stat().st_mode & 0o777 == 0o640
 
 
-def test_trying_a_folder_leaves_nothing(tmp_path: Path) -> None:
-    require_writable_folder(tmp_path / "new" / "deeper")
-    assert not list(tmp_path.iterdir())
-    (tmp_path / "file").touch()
-    with pytest.raises(FileError, match="cannot be written"):
-        require_writable_folder(tmp_path / "file" / "below")
-    with pytest.raises(FileError, match="is a folder"):
-        require_writable_file(tmp_path)
-    with pytest.raises(FileError, match="is a device"):
-        require_writable_file(Path("/dev/null"))
-
-
-@pytest.fixture
-def loop(tmp_path: Path) -> Path:
-    """Two links that name each other."""
-    (tmp_path / "a").symlink_to(tmp_path / "b")
-    (tmp_path / "b").symlink_to(tmp_path / "a")
-    return tmp_path / "a"
-
-
-def test_places_that_cannot_be_written_are_found_before_any_work(tmp_path: Path, loop: Path) -> None:
+def test_places_that_cannot_be_written_are_found_before_any_work(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
     before = sorted(tmp_path.rglob("*"))
     for place in (
-        tmp_path / ("x" * 300),
         tmp_path / "new" / ("x" * 300),
-        loop,
-        loop / "c",
+        tmp_path / "loop" / "c",
         Path("/dev/full"),
         Path("a\0"),
+        Path("\ud800"),
     ):
         with pytest.raises(FileError, match=r"cannot be written: .*; choose another place"):
             require_writable_folder(place)
@@ -74,12 +54,6 @@ def test_places_that_cannot_be_written_are_found_before_any_work(tmp_path: Path,
     require_writable_folder(tmp_path / "one" / "two")
     require_writable_file(tmp_path / "one" / "two.npz")
     assert sorted(tmp_path.rglob("*")) == before, "nothing is left behind"
-
-
-@pytest.mark.parametrize("name", ["a\0b", "\ud800"])
-def test_a_folder_that_no_disk_can_name_is_refused(tmp_path, name) -> None:
-    with pytest.raises(FileError, match="cannot be made"):
-        make_folder(tmp_path / name)
 
 
 @pytest.mark.parametrize(
@@ -101,12 +75,3 @@ def test_json_has_a_line_for_each_key_and_each_row(value: Any, text: str) -> Non
 def test_no_number_that_json_does_not_have(number: float) -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         json_text({"a": [[number]]})
-
-
-def test_keys_are_written_as_json_does() -> None:
-    record = {2: 1, 1.5: [1], None: {}, True: [[2]], False: {"x": 1}, "é": 2}
-    assert json.loads(json_text(record)) == json.loads(json.dumps(record))
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        json_text({float("nan"): 1})
-    with pytest.raises(TypeError, match="keys must be str"):
-        json_text({(1, 2): 1})

@@ -1,15 +1,14 @@
-"""SIGINT handlers are there while they are meant to be, and in the main thread only."""
+"""SIGINT leads where it is meant to while that is meant, and as before afterwards."""
 
 from __future__ import annotations
 
 import contextlib
 import signal
-import threading
 
 import pytest
 
 from planner.base import interrupts
-from planner.base.interrupts import leaving_on_interrupt
+from planner.base.interrupts import StopRequest, leaving_on_interrupt
 
 
 def test_inside_ctrl_c_leaves_and_afterwards_it_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -27,14 +26,17 @@ def test_inside_ctrl_c_leaves_and_afterwards_it_is_as_before(monkeypatch: pytest
         signal.signal(signal.SIGINT, before)
 
 
-def test_another_thread_changes_no_handler() -> None:
-    seen = []
-
-    def work() -> None:
-        with leaving_on_interrupt("gone."):
-            seen.append(signal.getsignal(signal.SIGINT))
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
-    assert seen == [signal.getsignal(signal.SIGINT)]
+def test_ctrl_c_is_a_request_once_somebody_asks_and_the_third_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+    left: list[str] = []
+    monkeypatch.setattr(interrupts, "leave", left.append)
+    monkeypatch.setattr(interrupts, "_SAVING", ("a", "b", "c"))
+    before = signal.getsignal(signal.SIGINT)
+    with StopRequest() as stop:
+        assert not stop()
+        for _ in range(3):
+            assert not left
+            signal.raise_signal(signal.SIGINT)
+            assert stop()
+    assert left == ["left without saving."]
+    assert signal.getsignal(signal.SIGINT) is before
+    assert not interrupts.stop_requests

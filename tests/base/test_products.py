@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.base.products import dot, length, product
+from planner.base.arrays import dot, length, product
 
 _FLAGS = Path("/proc/cpuinfo")
 _NEEDS = {"Prescott": "sse2", "Haswell": "avx2", "SkylakeX": "avx512vl"}  # OpenBLAS' code, and what it takes

@@ -1,24 +1,22 @@
-"""The files that travel with the package: in a checkout, and inside the wheel."""
+"""The files that travel with the package, in a checkout and inside the wheel, and versions of software."""
 
 from __future__ import annotations
 
+import platform
 from pathlib import Path
 
+import numpy as np
 import pytest
-import yaml
 
 from planner.base import resources
-from planner.base.resources import robot_names, robots_folder, scene_names, scenes_folder
+from planner.base.resources import DECISIVE, robot_names, robots_folder, scene_names, scenes_folder, versions
 
 
 def test_names_are_those_of_the_files() -> None:
-    assert robot_names() == sorted(robot_names())
     assert {"iiwa14", "panda", "planar_2r"} <= set(robot_names())
     assert {"paper", "empty", "shelf"} <= set(scene_names())
-    for name in robot_names():
-        assert yaml.safe_load((robots_folder() / name / "robot.yaml").read_text()).get("name", name) == name
-    for name in scene_names():
-        assert (scenes_folder() / f"{name}.yaml").is_file()
+    assert all((robots_folder() / name / "robot.yaml").is_file() for name in robot_names())
+    assert all((scenes_folder() / f"{name}.yaml").is_file() for name in scene_names())
 
 
 def test_the_wheels_own_folder_goes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -28,3 +26,9 @@ def test_the_wheels_own_folder_goes_first(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(resources, "_PACKAGE", package)
     assert robot_names() == ["arm"]
     assert scenes_folder() == tmp_path / "scenes"
+
+
+def test_a_plans_numbers_depend_on_named_versions() -> None:
+    found = versions()
+    assert tuple(found) == DECISIVE
+    assert (found["numpy"], found["python"]) == (np.__version__, platform.python_version())

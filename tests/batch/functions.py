@@ -11,7 +11,7 @@ from typing import Any
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.batch import run
-from planner.batch.plans import Task
+from planner.batch.run import Task
 
 _measure_row = run._measure_row  # a test puts another one in its place
 

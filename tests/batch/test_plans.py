@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import FileError
-from planner.batch.plans import read_plans
+from planner.batch.run import read_plans
 from tests.batch.posts import PLAIN, write_problem
 
 
@@ -42,11 +42,11 @@ def test_a_row_is_for_the_files_that_are_read(tmp_path: Path) -> None:
     written(tmp_path, "obstacles: [{name: part, type: mesh, file: part.obj}]\n", "cell.yaml")
     (task,) = read_plans(written(tmp_path, "plans: [{name: one, scene: cell.yaml}]"), PLAIN)
     (other,) = read_plans(written(tmp_path, "plans: [{name: one, scene: cell.yaml, robot: ur5}]"), PLAIN)
-    hashes = {task.asked, other.asked}
+    hashes = {task.asked["asked"], other.asked["asked"]}
     written(tmp_path, "v 0 0 0\nv 1.5 0 0\nv 0 1 0\nf 1 2 3\n", "part.obj")
-    hashes.add(task.asked)
+    hashes.add(task.asked["asked"])
     written(tmp_path, "obstacles: []\nname: other\n", "cell.yaml")
-    assert len(hashes | {task.asked}) == 4
+    assert len(hashes | {task.asked["asked"]}) == 4
 
 
 def test_problems_are_found_in_folders_and_flat(problems: Path, tmp_path: Path) -> None:

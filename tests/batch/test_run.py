@@ -17,8 +17,7 @@ import pytest
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.batch import run as module
-from planner.batch.outcomes import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT
-from planner.batch.run import BatchResult, run_batch
+from planner.batch.run import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT, BatchResult, run_batch
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, WorkersRequest
 from tests.batch.functions import kill_at_plan_two

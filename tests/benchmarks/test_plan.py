@@ -14,7 +14,7 @@ from benchmarks.plan.report import Row, aims, compare, fault
 from benchmarks.plan.run import BENCH
 from benchmarks.plan.run import plan as bench_plan
 from benchmarks.results import read_rows
-from planner.batch.outcomes import CRASHED, SOLVED, TIMED_OUT
+from planner.batch.run import CRASHED, SOLVED, TIMED_OUT
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.problem.request import LimitsRequest, PlanRequest

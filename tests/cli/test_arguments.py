@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from planner.base.errors import OptionError
-from planner.cli.arguments import prepared
+from planner.cli.app import prepared
 from planner.problem.targets import AND
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from planner.cli.interrupted import file_for_interrupted, folder_for_interrupted, kept
+from planner.cli.common import file_for_interrupted, folder_for_interrupted, kept
 
 
 def test_where_an_interrupted_result_goes(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from planner.base.progress import StopRequest
+from planner.base.interrupts import StopRequest
 from tests.command_line import Run, command
 
 LIMIT = 30  # s: machines that run tests are busy

@@ -82,7 +82,7 @@ ROWS = [
     ("plan --law newton", 2, "'newton'"),
     ("plan --start q:0,zero", 2, "no number"),
     ("plan --start abc:1,2", 2, "starts with 'abc:'"),
-    ("plan --goal xyz:1,2", 2, "has 2 numbers, 'xyz:' takes 3"),
+    ("plan --goal xyz:1,2", 2, "has 2 numbers and must have 3"),
     ("plan --betta 0.5", 2, "--betta"),
     ("plan --start home --start=goal", 2, "option --start is given twice"),
     ("plan --acceleration 0", 2, "acceleration"),

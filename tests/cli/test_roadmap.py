@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.progress import StopRequest
+from planner.base.interrupts import StopRequest
 from planner.roadmap.storage import load_roadmap
 from tests.command_line import Run, assert_refused
 

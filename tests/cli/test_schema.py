@@ -8,7 +8,7 @@ from typing import get_args
 import jsonschema
 import pytest
 
-from planner.cli.schema import Format
+from planner.cli.catalogue import Format
 from tests.command_line import Run
 
 

@@ -10,8 +10,8 @@ from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import COSTS, CostScale, length_cost, manipulability_cost, mean_manipulability_cost
 from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import manipulability
-from planner.problem.objective import Objective
 from planner.problem.options import Charge, Metric
+from planner.problem.request import Objective
 from planner.search.network import build_network
 from tests.worlds import load, random_q, small_plan
 

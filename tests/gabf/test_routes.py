@@ -14,7 +14,7 @@ from planner import gabf
 from planner.base.errors import StateError
 from planner.cost.scale import manipulability_cost
 from planner.gabf.path import paths_from
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.roadmap import path_waypoints
 from planner.search.network import build_network, distance_cost, path_cost

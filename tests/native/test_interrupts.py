@@ -15,8 +15,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from planner.base.interrupts import stop_requests
-from planner.base.progress import StopRequest
+from planner.base.interrupts import StopRequest, stop_requests
 from planner.native import compiled
 from planner.native.compiled import Charge, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
 from planner.native.refinement import Descent, EvenStretches, Judge, Step, descend, even_stretches

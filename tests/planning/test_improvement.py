@@ -12,8 +12,7 @@ import pytest
 from planner import gabf
 from planner.kinematics.manipulability import manipulability
 from planner.planning.improvement import improved_roadmap, motion_cost, of_size_asked, with_path_above_ends
-from planner.problem.objective import Objective
-from planner.problem.request import PlanRequest
+from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import build_network
 from planner.trajectory.measure import path_manipulability

@@ -12,8 +12,7 @@ from planner.base.errors import KeywordError, PlannerError, SceneError
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.outcome import Outcome
-from planner.problem.reasons import CannotFollow
+from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
 from planner.roadmap.storage import load_roadmap
 from planner.robot.poses import pose

@@ -11,8 +11,8 @@ import pytest
 
 from planner import gabf
 from planner.planning.record import cost_lower_bound
-from planner.problem.objective import Objective
 from planner.problem.options import Charge, Metric
+from planner.problem.request import Objective
 from planner.roadmap.roadmap import Roadmap
 from planner.search.network import build_network
 from tests.worlds import load, post_roadmap

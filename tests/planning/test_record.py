@@ -13,9 +13,7 @@ import pytest
 import yaml
 
 import planner
-from planner.base.formats import FORMAT_VERSION
-from planner.base.resources import robot_names, robots_folder, scenes_folder
-from planner.base.versions import versions
+from planner.base.resources import robot_names, robots_folder, scenes_folder, versions
 from planner.cost.scale import manipulability_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
@@ -23,6 +21,7 @@ from planner.planning.plan import plan
 from planner.planning.record import PlanRecord
 from planner.planning.result import Plan
 from planner.planning.run import FieldRecord, RunRecord
+from planner.problem.outcome import FORMAT_VERSION
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.trajectory.measure import dense_path
 from tests.planning.records import SMALL, as_written, spoilt, unknown_keys

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import OptionError
-from planner.problem.objective import Objective
-from planner.problem.request import PlanRequest, SweepRequest
+from planner.problem.request import Objective, PlanRequest, SweepRequest
 
 
 def test_it_is_the_trade_off_of_the_paper() -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from planner.base.errors import Reason
 from planner.planning.record import PlanRecord
-from planner.problem import reasons
-from planner.problem.reasons import (
+from planner.problem import outcome
+from planner.problem.outcome import (
     BeyondLimit,
     BlockedInTime,
     BreaksKept,
@@ -43,7 +43,7 @@ EVERY = [
 
 
 def test_every_reason_is_plain_data_under_a_kind_of_its_own() -> None:
-    kinds = {kind for kind in vars(reasons).values() if isinstance(kind, type) and issubclass(kind, Reason)}
+    kinds = {kind for kind in vars(outcome).values() if isinstance(kind, type) and issubclass(kind, Reason)}
     assert kinds - {Reason} == {type(reason) for reason in EVERY}
     written = [json.loads(json.dumps(reason.to_dict())) for reason in EVERY]
     assert len({record["kind"] for record in written}) == len(EVERY)

@@ -50,10 +50,10 @@ def test_numbers_come_back_to_the_last_bit(values):
     [
         ("", ["empty state", "q:...", "xyz:x,y,z"]),
         ("joints:1,2", ["'joints:1,2'", "'joints:'", "a name from the scene", "pose:x,y,z,qx,qy,qz,qw"]),
-        ("q:", ["'q:'", "no number", "commas"]),
+        ("q:", ["'q:'", "no number"]),
         ("q:1,two", ["'q:1,two'", "no number"]),
-        ("xyz:1,2", ["has 2 numbers", "'xyz:' takes 3"]),
-        ("pose:1,2,3", ["has 3 numbers", "'pose:' takes 7"]),
+        ("xyz:1,2", ["has 2 numbers and must have 3"]),
+        ("pose:1,2,3", ["has 3 numbers and must have 7"]),
     ],
 )
 def test_refused(text, parts):

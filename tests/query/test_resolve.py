@@ -4,14 +4,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.base.errors import PlannerError, StateError
-from planner.base.notes import LOGGER
+from planner.base.errors import LOGGER, PlannerError, StateError
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.kinematics.forward import tool_pose, tool_positions
 from planner.kinematics.inverse import TOLERANCE
 from planner.kinematics.manipulability import manipulability
-from planner.problem.reasons import BeyondLimit, OutOfReach, Touching
+from planner.problem.outcome import BeyondLimit, OutOfReach, Touching
 from planner.problem.request import TaskRequest
 from planner.problem.targets import Joints, Pose, Position, joints_text, parse_target
 from planner.query.resolve import (

@@ -6,8 +6,7 @@ import numpy as np
 
 from planner.cost.motion_cost import MotionCost
 from planner.planning.plan import plan
-from planner.problem.objective import Objective
-from planner.problem.request import PlanRequest
+from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.improve import improve, without_last_grown
 from planner.roadmap.refine import TOLERANCE
 from planner.robot.poses import pose

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.problem.reasons import BudgetSpent, Separated
+from planner.problem.outcome import BudgetSpent, Separated
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.infeasibility import why_apart

@@ -8,7 +8,7 @@ import pytest
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.informed import LazyRoadmap, _in_ellipsoid, _lifted, informed_samples
 from planner.roadmap.refine import PathRefiner
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap

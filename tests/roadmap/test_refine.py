@@ -11,7 +11,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.objective import Objective
+from planner.problem.request import Objective
 from planner.roadmap.refine import TOLERANCE, PathRefiner, _meeting, simplified, split_evenly
 from planner.trajectory.measure import corners, path_contact, path_manipulability
 from tests.worlds import checker_of, load, small_plan

@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from planner.base.versions import versions
+from planner.base.resources import versions
 from planner.collision.looks import recheck
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap

@@ -16,8 +16,7 @@ from planner.collision.looks import recheck
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
-from planner.problem.objective import Objective
-from planner.problem.request import PlanRequest
+from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.build import DENSITY, build_roadmap
 from planner.roadmap.edges import Motions, RecordingProver, enlarged
 from planner.roadmap.roadmap import component_labels

@@ -11,8 +11,7 @@ import pytest
 import yaml
 
 import planner
-from planner.base.errors import RobotError, StateError
-from planner.base.notes import LOGGER
+from planner.base.errors import LOGGER, RobotError, StateError
 from planner.base.resources import published_scene_names, scene_names
 from planner.problem.request import RoadmapRequest, WorldRequest
 from planner.query.query import make_query, open_world

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.base.hashing import content_hash
+from planner.base.cache import content_hash
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, corners, farthest, farthest_from_axis
 from tests.random_shapes import KINDS, QUICK, blob, box_mesh, moved, points_in, poses, random_pose, random_shape, shapes
 

@@ -17,9 +17,8 @@ from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.cost.scale import COSTS, mean_manipulability_cost
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
-from planner.problem.objective import Objective
 from planner.problem.outcome import Outcome
-from planner.problem.request import PlanRequest
+from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.search.manipulability_floor import first_violation, highest_floor, layered_network, rounded_down

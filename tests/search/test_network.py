@@ -12,8 +12,8 @@ from planner import gabf
 from planner.base.errors import OptionError
 from planner.cost.scale import COSTS, ZETA, CostScale, manipulability_cost, measure_scale
 from planner.kinematics.manipulability import manipulability
-from planner.problem.objective import Charge, Metric, Objective
-from planner.problem.options import ManipulabilityCost
+from planner.problem.options import Charge, ManipulabilityCost, Metric
+from planner.problem.request import Objective
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
 from planner.search.network import build_network, distance_cost

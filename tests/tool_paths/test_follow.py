@@ -13,8 +13,7 @@ import pytest
 from planner.base.errors import KeywordError, OptionError, RobotError, SceneError, StateError
 from planner.kinematics.manipulability import manipulability
 from planner.planning.follow import Follower, follow
-from planner.problem.outcome import Outcome
-from planner.problem.reasons import CannotFollow
+from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.roadmap.storage import load_roadmap
 from planner.robot.poses import pose

@@ -16,7 +16,7 @@ from planner.collision.looks import Seen
 from planner.collision.moving_prover import TimedProver
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
-from planner.problem.reasons import BlockedInTime
+from planner.problem.outcome import BlockedInTime
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere

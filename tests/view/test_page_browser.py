@@ -15,8 +15,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.outcome import Outcome
-from planner.problem.reasons import Separated
+from planner.problem.outcome import Outcome, Separated
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose

@@ -25,10 +25,9 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, distinct_rows
 from planner.base.cache import cached
-from planner.base.errors import FileError, choices
+from planner.base.errors import FileError, Note, choices
 from planner.base.files import StrPath
-from planner.base.notes import Note
-from planner.base.process_lock import PROCESS
+from planner.base.silenced import PROCESS
 from planner.base.yamlfile import FARTHEST, shown
 from planner.robot.shapes import Mesh
 from planner.robot.solids import is_closed, pieces_of_vertices

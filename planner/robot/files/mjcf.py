@@ -17,9 +17,8 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats
-from planner.base.errors import InstallationError, RobotError, choices
-from planner.base.hashing import content_hash
-from planner.base.notes import Note
+from planner.base.cache import content_hash
+from planner.base.errors import InstallationError, Note, RobotError, choices
 from planner.robot.shapes import Mesh
 
 _JOINTS = ("free", "ball", "slide", "hinge")  # in the order of mjtJoint

@@ -14,9 +14,8 @@ from typing import Literal
 import pinocchio as pin
 import pydantic
 
-from planner.base.errors import InstallationError, RobotError, choices
+from planner.base.errors import InstallationError, Note, RobotError, choices
 from planner.base.files import StrPath
-from planner.base.notes import Note
 from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
 from planner.problem.targets import HOME

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pinocchio as pin
 
-from planner.base.errors import RobotError, choices
-from planner.base.notes import Note
+from planner.base.errors import Note, RobotError, choices
 from planner.base.yamlfile import FARTHEST, repeated, shown
 from planner.robot.files import urdf
 from planner.robot.files.urdf_rules import floats

@@ -13,8 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats
-from planner.base.errors import RobotError, choices
-from planner.base.notes import Note
+from planner.base.errors import Note, RobotError, choices
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, shown
 from planner.robot.files.mjcf import Sites, convert_mjcf

@@ -9,8 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from planner.base.errors import RobotError
-from planner.base.words import number
-from planner.base.yamlfile import FARTHEST, SMALLEST, nearest, shown
+from planner.base.yamlfile import FARTHEST, SMALLEST, nearest, number, shown
 
 _SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1}}
 _SIZES["capsule"] = _SIZES["cylinder"]

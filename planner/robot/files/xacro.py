@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.base.errors import InstallationError, RobotError, choices
-from planner.base.process_lock import PROCESS
+from planner.base.silenced import PROCESS
 from planner.base.yamlfile import read_bytes, shown
 from planner.robot.files.packages import find_package
 

@@ -9,8 +9,7 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats
-from planner.base.errors import SceneError, choices
-from planner.base.notes import Note
+from planner.base.errors import Note, SceneError, choices
 from planner.base.yamlfile import Coordinate, Name, Number, Size, Strict, Whole, models_in, nearest, repeated, validate
 from planner.robot.poses import pose
 

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.errors import OptionError, SceneError, StateError, choices
+from planner.base.errors import Note, OptionError, SceneError, StateError, choices
 from planner.base.files import StrPath
-from planner.base.notes import Note
 from planner.base.yamlfile import nearest, parse_yaml, read_text, shown
 from planner.problem.conditions import Condition, KeepAxis, KeepBox, KeepPlane, KeepTurn, require_thick
 from planner.problem.targets import Joints, Target, ToolGoal

@@ -11,10 +11,8 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.errors import SceneError
-from planner.base.notes import Note
-from planner.base.words import number
-from planner.base.yamlfile import repeated, shown
+from planner.base.errors import Note, SceneError
+from planner.base.yamlfile import number, repeated, shown
 from planner.robot.moveit.messages import (
     AttachedCollisionObject,
     CollisionObject,

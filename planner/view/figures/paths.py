@@ -12,10 +12,8 @@ from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, lengths_along, traded_off
 from planner.base.errors import OptionError
-from planner.base.polylines import lengths_along
-from planner.base.shares import traded_off
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.kinematics.manipulability import manipulability

@@ -1,8 +1,8 @@
-"""Tables as Markdown and as a terminal has them, and medians of columns with gaps."""
+"""Tables as Markdown, and middles of columns with gaps."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,14 +11,8 @@ import numpy as np
 def markdown_table(header: Sequence[str], lines: Iterable[Sequence[Any]], texts: int = 1) -> list[str]:
     """Lines of a Markdown table; the first ``texts`` columns are texts, the others numbers, to three digits."""
     rule = [":---" if k < texts else "---:" for k in range(len(header))]
-    rows = [[_cell(value, 3).replace("|", "\\|").replace("\n", " ") for value in line] for line in lines]
+    rows = [[_cell(value).replace("|", "\\|").replace("\n", " ") for value in line] for line in lines]
     return ["| " + " | ".join(row) + " |" for row in (header, rule, *rows)]
-
-
-def text_table(rows: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[list[str]]]:
-    """Header and cells as text, for a terminal: numbers to five digits, None as a dash."""
-    header = list(rows[0]) if rows else []
-    return header, [[_cell(row[name], 5) for name in header] for row in rows]
 
 
 def median(values: Iterable[float | None]) -> float | None:
@@ -32,7 +26,7 @@ def percentile(values: Iterable[float | None], share: float) -> float | None:
     return float(np.percentile(there, share)) if there else None
 
 
-def _cell(value: Any, digits: int) -> str:
+def _cell(value: Any) -> str:
     if value is None:
         return "-"
-    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
