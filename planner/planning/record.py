@@ -26,8 +26,17 @@ from planner.robot.scene import Scene
 from planner.search.manipulability_floor import first_violation
 from planner.search.network import PathCost
 from planner.tool_paths.followed import LegRecord, ToolPathRecord
-from planner.trajectory.clearance import CLOSE, NOTHING_NEAR, TOO_CLOSE, TOO_CLOSE_TEXT, Nearest, nearest_text
-from planner.trajectory.measure import PathMeasures, dense_path, path_manipulability
+from planner.trajectory.measure import (
+    CLOSE,
+    NOTHING_NEAR,
+    TOO_CLOSE,
+    TOO_CLOSE_TEXT,
+    Nearest,
+    PathMeasures,
+    dense_path,
+    nearest_text,
+    path_manipulability,
+)
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 

@@ -20,7 +20,7 @@ from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.compiled import Judgement, chunk_curves
 from planner.native.gate import Chunk
 from planner.session.guard import JUDGED, Guard
-from planner.trajectory.clearance import nearest_on_pieces
+from planner.trajectory.measure import nearest_on_pieces
 from planner.trajectory.proof import ASSUMES
 from planner.trajectory.trajectory import Trajectory
 

@@ -19,8 +19,8 @@ from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.query.resolve import DEGREES, beyond_limits, looks_like_degrees
-from planner.trajectory.clearance import nearest_on_pieces, slack
 from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.measure import nearest_on_pieces, slack
 from planner.trajectory.moving_obstacles import first_touch_in_time, prove_in_time
 from planner.trajectory.proof import largest_jump, limits_exceeded, prove_pieces, require_joints, unit_of
 from planner.trajectory.recorded import FAR

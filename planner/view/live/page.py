@@ -20,7 +20,7 @@ from planner.query.query import states_of
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.scene import write_scene
 from planner.session.session import Session
-from planner.trajectory.clearance import clearance_text
+from planner.trajectory.measure import clearance_text
 from planner.view.live.picture import HOST, Picture, place, start_server
 from planner.view.motion import configurations_at, path_shares
 
