@@ -8,7 +8,6 @@ from .collision.checker import CollisionChecker as CollisionChecker
 from .gabf.path import paths_from as paths_from
 from .planning.follow import follow as follow
 from .planning.plan import plan as plan
-from .planning.result import Change as Change
 from .planning.result import Plan as Plan
 from .problem.conditions import KeepAxis as KeepAxis
 from .problem.conditions import KeepBox as KeepBox

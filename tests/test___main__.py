@@ -6,18 +6,6 @@ import signal
 import subprocess
 import sys
 
-ORDER = """
-import sys
-import planner.__main__ as program
-early = {name for name in sys.modules if name.startswith("planner.")}
-assert early <= {"planner.__main__", "planner.base", "planner.base.interrupts", "planner.base.errors"}, early
-order = []
-program.leave_on_interrupt = lambda: order.append("interrupts")
-import planner.cli
-planner.cli.main = lambda: order.append("commands")
-program.main()
-print(order)
-"""
 EARLIEST = """
 import os, signal, sys
 
@@ -29,11 +17,6 @@ class Interrupting:
 sys.meta_path.insert(0, Interrupting())
 import planner.__main__
 """
-
-
-def test_interrupts_come_first() -> None:
-    done = subprocess.run([sys.executable, "-c", ORDER], capture_output=True, text=True, check=False)
-    assert (done.stdout, done.stderr) == ("['interrupts', 'commands']\n", "")
 
 
 def test_while_the_first_modules_are_loaded_an_interrupt_ends_in_no_traceback() -> None:

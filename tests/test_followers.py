@@ -23,7 +23,6 @@ from planner.collision.coal import CoalInTime
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.moving_prover import TimedProver
 from planner.collision.path_moves import first_free
-from planner.collision.self_pairs import adjacent_pairs
 from planner.collision.world import World
 from planner.constraints.keeps import Keeps
 from planner.kinematics.forward import Chain, joint_placements, tool_pose
@@ -42,7 +41,7 @@ from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Sphere
 from planner.session.gate import Gate
 from tests.kinematics.test_reach import some_points
-from tests.linkages import PALLETIZER, Linkage, linkage_of, palletizer, random_linkage
+from tests.linkages import PALLETIZER, Linkage, palletizer, random_linkage
 from tests.random_shapes import random_pose
 from tests.refusals import refusal_of
 from tests.worlds import joint_xml, link_xml, random_q, scene_of
@@ -313,20 +312,6 @@ def test_a_certificate_holds_and_false_ones_are_refused(planned: Plan, tmp_path:
         with pytest.raises(Refused, match=f"has other {name} than what"):
             verify(case.folder, planned.checker.world)
     case.accepts(case.data, case.words)
-
-
-def test_a_certificate_of_a_robot_whose_rod_stands_is_none_of_this_one(tmp_path: Path) -> None:
-    """The path on which the real rod goes through the ball, of the robot without <mimic>."""
-    text = PALLETIZER.replace('<mimic joint="j2"/>', "")
-    free = linkage_of(text, "tcp", ("j1", "j2", "j3"))
-    standing = adjacent_pairs(free.robot) | {frozenset(("upper", "rod"))}  # a rod that stands is in the arm's way
-    checker = make_checker(replace(free.robot, disabled_pairs=standing), BALL)
-    path = np.stack([LED[0], LED.sum(axis=0)])
-    folder, certificate = folder_of(tmp_path / "out", checker, path)
-    assert certificate.whole
-    assert verify_proof.check(folder, free.path)
-    with pytest.raises(Refused, match="'rod_joint' moves, not planned"):
-        verify_proof.check(folder, palletizer().path)
 
 
 @pytest.mark.parametrize("which", LINKAGES)

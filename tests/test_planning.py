@@ -3,7 +3,6 @@
 import itertools
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pydantic
@@ -11,16 +10,14 @@ import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-import planner.planning.solve as module_planning
 from planner import gabf
-from planner.base.errors import OptionError, SceneError, StateError
+from planner.base.errors import OptionError, StateError
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import is_free
-from planner.collision.looks import recheck, states_along
+from planner.collision.looks import recheck
 from planner.cost.scale import COSTS
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.planning.record import PlanRecord
 from planner.problem.outcome import BlockedInTime, FloorTooHigh, Outcome, Separated
@@ -28,11 +25,9 @@ from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import save_roadmap
-from planner.robot.scene import Scene
 from planner.search.network import build_network, distance_cost
 from planner.tradeoff.alternatives import with_alternatives
 from planner.trajectory.file import load_trajectory
-from planner.trajectory.measure import dense_path, path_manipulability, tool_path_length
 from tests.coal_judge import CoalWorld
 from tests.search.failing import collide
 from tests.worlds import load, post_roadmap, random_q
@@ -112,14 +107,6 @@ def test_the_papers_scenario(solved):
     assert solved.edges_removed == 0
     assert {"setup", "roadmap", "costs", "gabf", "path"} <= set(solved.timings)
     assert solved.cost_to_go.settling_time < 4.0
-
-
-def test_the_papers_path_is_free_for_coal_too(solved):
-    judge, world = CoalWorld(solved.checker.world), solved.checker.world
-    for a, b in itertools.pairwise(solved.path):
-        motion = float(world.reach.motion((b - a)[None]).max())
-        for q in states_along(a, b - a, motion, 1e-2):
-            assert judge.distances(q).min() > 0
 
 
 def test_the_straight_motion_of_the_papers_scenario_collides(solved):
@@ -286,15 +273,6 @@ def test_healing_under_the_prescribed_time_law(small, monkeypatch):
     assert_sound(after)
 
 
-def test_removals_are_counted(small, monkeypatch):
-    before = plan(small)
-    seen = collide(monkeypatch, before.roadmap, bad_edges(before, 3))
-    after = plan(small)
-    assert_sound(after)
-    assert after.edges_removed == len(seen) >= 1
-    assert len(after.roadmap.edges) == len(before.roadmap.edges) - after.edges_removed
-
-
 def test_when_every_way_fails_there_is_no_path(small, monkeypatch):
     before = plan(small)
     around = before.roadmap.edges[np.isin(before.roadmap.edges, before.roadmap.goals).any(axis=1)]
@@ -340,25 +318,14 @@ def test_stop_gives_what_there_is(small):
     assert found.cost is None
 
 
-def test_stop_half_way(small):
-    grown = []
-    found = plan(small, Progress(lambda stage, done, total: grown.append(done), lambda: len(grown) > 30))
-    assert found.outcome is Outcome.INTERRUPTED
-    assert 2 < len(found.roadmap.nodes) < 80
-
-
-def test_stop_between_costs_and_path(small, monkeypatch):
-    costed = []
-    real = module_planning.build_network
-    monkeypatch.setattr(module_planning, "build_network", lambda *a, **more: costed.append(1) or real(*a, **more))
-    found = plan(small, Progress(stop=lambda: bool(costed)))
-    assert costed
-    assert found.outcome is Outcome.INTERRUPTED
-    assert len(found.roadmap.nodes) == 80
-    assert found.cost_to_go is None
-
-
 # paths as configurations
+
+
+def small_roadmap_of(robot, nodes):
+    n = len(nodes)
+    return replace(
+        post_roadmap(), edges=np.zeros((0, 2)), proven=[], joint_length=[], tool_length=[], manipulability=np.ones(n)
+    )
 
 
 def test_waypoints_of_continuous_joints_never_jump():
@@ -374,33 +341,6 @@ def test_waypoints_of_continuous_joints_never_jump():
     assert path_waypoints(made, robot, np.zeros(0, dtype=np.int64)).shape == (0, 6)
 
 
-def small_roadmap_of(robot, nodes):
-    n = len(nodes)
-    return replace(
-        post_roadmap(), edges=np.zeros((0, 2)), proven=[], joint_length=[], tool_length=[], manipulability=np.ones(n)
-    )
-
-
-def test_dense_path_steps_and_ends():
-    path = np.array([[0.0, 0.0], [0.05, -0.031], [0.05, -0.031], [1.0, 0.0]])
-    dense = dense_path(path)
-    assert np.abs(np.diff(dense, axis=0)).max() <= 0.01 + 1e-12
-    for waypoint in path:
-        assert np.abs(dense - waypoint).max(axis=1).min() < 1e-12
-    np.testing.assert_array_equal(dense[[0, -1]], path[[0, -1]])
-    np.testing.assert_array_equal(dense_path(path[:1]), path[:1])
-
-
-def test_measures_along_the_path():
-    robot = load("planar_2r")
-    path = np.array([[0.0, 1.0], [np.pi / 2, 1.0]])
-    radius = np.hypot(0.5 + 0.4 * np.cos(1.0), 0.4 * np.sin(1.0))
-    assert tool_path_length(robot, path) == pytest.approx(radius * np.pi / 2, rel=1e-4)
-    w = path_manipulability(robot, np.array([[0.0, 1.0], [0.0, -1.0]]))
-    assert w.min() == pytest.approx(0.0, abs=1e-12)  # through the stretched arm
-    np.testing.assert_allclose(w[[0, -1]], manipulability(robot, np.array([[0.0, 1.0]]))[0])
-
-
 # refusals of requests
 
 
@@ -412,17 +352,6 @@ def test_the_checker_has_to_be_the_robots(paper):
 def test_a_start_in_collision_is_refused_before_anything_is_grown(small):
     with pytest.raises(StateError, match=r"start is in collision: 'link_2' and 'post' touch"):
         plan(small.with_options(start="q:0,0"))
-
-
-def test_the_default_request_is_the_papers():
-    request = PlanRequest()
-    assert (request.what.robot, request.what.scene, request.quality.nodes, request.quality.beta) == (
-        "iiwa14",
-        "paper",
-        1012,
-        0.5,
-    )
-    assert request.quality.roadmap is None or isinstance(request.quality.roadmap, Path)
 
 
 def test_a_goal_named_twice_is_one_goal(scenes):
@@ -489,26 +418,3 @@ def test_what_moves_in_the_way_is_a_reason(moving, tmp_path):
     assert (record["path"], record["in_time"], record["cost"]) == ([], None, None)
     RECORD.validate_python(record)
     assert found.page()
-
-
-@pytest.mark.parametrize(
-    ("timing", "more", "words"),
-    [
-        (None, {}, "--no-timing"),
-        (TimingRequest(time_law="stop-at-corners"), {}, "--time-law"),
-        (TimingRequest(extra_cost=0.1), {}, "--extra-cost"),
-        (TimingRequest(), {"min_manipulability": 0.01}, "--min-manipulability"),
-    ],
-)
-def test_what_has_no_meaning_among_what_moves_is_refused(moving, timing, more, words):
-    with pytest.raises(SceneError, match=words):
-        plan(moving, timing=timing, **more)
-
-
-def test_without_known_motions_a_horizon_is_told(moving):
-    scene = replace(Scene.load(moving.what.scene), moving=())
-    found = plan(moving.with_options(scene=scene), timing=TimingRequest())
-    told = found.to_dict()["in_time"]
-    assert found.trajectory is not None
-    assert told["waypoints"] is None
-    assert told["horizon"] == found.trajectory.proof["horizon"]

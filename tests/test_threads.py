@@ -1,4 +1,4 @@
-"""The same request gives the same bits whatever other threads of the process do, and what they print is not lost."""
+"""The same request gives the same bits whatever other threads of the process do."""
 
 from __future__ import annotations
 

@@ -83,12 +83,12 @@ class Attack:
         found, gate = self.found, self._gate
         found.tries += 1
         try:
-            gate.remove("thin")
-            gate.add(case.obstacle)
+            gate.world.remove("thin")
+            gate.world.add(case.obstacle)
         except Exception as error:  # it stands in the base: the gate says so
             if "thin" not in str(error):
                 raise
-            gate.add(replace(case.obstacle, placement=pose([0.0, 0.0, 50.0])))
+            gate.world.add(replace(case.obstacle, placement=pose([0.0, 0.0, 50.0])))
             return -np.inf
         columns, named = case.chunk.arguments()
         verdict = gate.check(*columns, **named)  # pyright: ignore[reportArgumentType]

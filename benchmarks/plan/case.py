@@ -19,9 +19,9 @@ from planner.base.errors import PlannerError
 from planner.base.progress import Progress
 from planner.batch.run import NO_PATH, REFUSED, SOLVED
 from planner.collision.edge_prover import EdgeProver
-from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan
 from planner.planning.result import Plan
+from planner.planning.solve import cost_in_motion
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.query.query import make_query

@@ -24,8 +24,9 @@ from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.batch.run import SOLVED
 from planner.problem.request import RoadmapQuality, TimingRequest
+from planner.tasks.check import check
+from planner.tasks.network import LazySearch
 from planner.tasks.plan import TaskPlanner
-from planner.tasks.search import LazySearch
 
 STEP = 1e-4  # m of motion between the states at which a motion is looked at again
 _TENFOLD = 10  # times as many nodes, where a task was not solved
@@ -118,7 +119,7 @@ def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
         "greedy_cost": cost,
         "stuck": cost is None,
         "proven": timed.trajectory.proven,
-        "segments_bad": sum(not part.ok for part in timed.check(STEP).parts),
+        "segments_bad": sum(not part.ok for part in check(timed, step=STEP).parts),
         "duration": timed.trajectory.duration,
         "again_s": again,
     }
@@ -134,11 +135,12 @@ def greedy_cost(planner: TaskPlanner, beta: float = 0.5) -> float | None:
     for step in range(len(planner.task.steps)):
         ends = [way.last for way in network.transitions if way.step == step]
         part = replace(network, start=start, goals=np.array(ends, dtype=np.int64))
-        found = LazySearch(planner.candidates.modes, part, gabf.named_law("singularity-free", 4.0)).path(beta)
-        if not len(found.arcs):
+        search = LazySearch(planner.candidates.modes, part, gabf.named_law("singularity-free", 4.0))
+        _, arcs = search.path(beta)
+        if not len(arcs):
             return None
-        total += float(network.costs[found.arcs].sum(axis=0) @ [1 - beta, beta])
-        start = int(network.heads[found.arcs[-1]])
+        total += float(network.costs[arcs].sum(axis=0) @ [1 - beta, beta])
+        start = int(network.heads[arcs[-1]])
     return total
 
 

@@ -38,7 +38,7 @@ from planner.planning.result import Plan
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.query.query import open_world
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.timing import ToolGuide
+from planner.tool_paths.followed import ToolGuide
 from planner.tool_paths.tool_path import ToolPath
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.timing import timed_curve

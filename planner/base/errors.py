@@ -29,7 +29,7 @@ class Reason:
     @property
     def names(self) -> frozenset[str]:
         """The links and obstacles that it blames: a page draws them red."""
-        return frozenset()
+        return frozenset(getattr(self, "obstacles", ()))
 
     @property
     def sentence(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import secrets
@@ -91,28 +92,21 @@ def staged(folder: Path, names: Sequence[str]) -> Iterator[Path]:
                 (folder / name).unlink(missing_ok=True)
 
 
-def require_writable_folder(folder: Path, longest_name: str = "roadmap.npz") -> None:
-    """Check that a file can be written in ``folder``, and leave nothing behind; :class:`FileError` if not."""
-    made: list[Path] = []
-    try:
-        with _writing(f"folder {folder}", ValueError):
-            for part in reversed((folder.absolute(), *folder.absolute().parents)):
-                if not os.path.lexists(part):
-                    part.mkdir()
-                    made.append(part)
-            with tempfile.NamedTemporaryFile(prefix=f".{longest_name}.", suffix=_UNFINISHED, dir=folder) as file:
-                file.write(b"\0")
-    finally:
-        for part in reversed(made):
-            with contextlib.suppress(OSError):  # another run may write there already
-                part.rmdir()
+def require_writable_folder(folder: Path) -> None:
+    """Check that ``folder``, or the first above it that is there, can be written; :class:`FileError` if not."""
+    with _writing(f"folder {folder}", ValueError):
+        there = next(part for part in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(part))
+        if not there.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, f"{there} is no folder")
+        if not os.access(there, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, f"no permission in {there}")
 
 
 def require_writable_file(path: Path) -> None:
     """Check that ``path`` can be written, before any work is done; :class:`FileError` if not."""
     if os.path.exists(path) and not os.path.isfile(path):  # a rename would replace a device: /dev/full, a pipe
         raise FileError(f"{path} is a {'folder' if os.path.isdir(path) else 'device'}: give the name of a file.")
-    require_writable_folder(path.parent, path.name)
+    require_writable_folder(path.parent)
 
 
 def make_folder(folder: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import re
 import reprlib
 from collections import Counter
@@ -147,19 +146,8 @@ def _sentence(error: Any, model: type) -> str:
     if error["type"] == "union_tag_invalid":
         return f"{key} has type {shown(error['ctx']['tag'])}; types are {error['ctx']['expected_tags']}."
     about = f"{key} is wrong: " if error["loc"] else ""
-    more, remedy = f" (got {shown(given)})" if not isinstance(given, dict | list) else "", ""
-    if error["type"] in ("float_type", "int_type"):
-        if isinstance(given, bool):
-            return f"{about}{str(given).lower()} is no number (yes, no, on and off are none either)."
-        remedy = "; write it without quotes" if _reads_as_number(given) else ""
-    return f"{about}{error['msg'].removeprefix('Value error, ').removesuffix('.')}{more}{remedy}."
-
-
-def _reads_as_number(value: Any) -> bool:
-    try:
-        return isinstance(value, str) and math.isfinite(number(value))
-    except ValueError:
-        return False
+    more = f" (got {shown(given)})" if not isinstance(given, dict | list) else ""
+    return f"{about}{error['msg'].removeprefix('Value error, ').removesuffix('.')}{more}."
 
 
 def repeated(names: Iterable[str]) -> list[str]:

@@ -105,19 +105,17 @@ def _cluster(address: str) -> Iterator[Executor]:
     except ImportError:
         raise InstallationError("a cluster needs Dask: pip install 'gabf-planner[cluster]', here and there.") from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a scheduler that goes away is one sentence
-    missing = FileError(
-        f"no Dask scheduler with workers answers at '{address}': start 'dask scheduler', 'dask worker'."
-    )
+    missing = f"no Dask scheduler with workers answers at '{address}': start 'dask scheduler', 'dask worker'."
     try:
         get_address_host_port(address)  # a Client takes 20 s to refuse a text that is not an address
         client: Any = Client(address, timeout=_ANSWER, set_as_default=False)
     except (OSError, ValueError):
-        raise missing from None
+        raise FileError(missing) from None
     with client:
         try:
             client.wait_for_workers(1, timeout=_WORKERS)
         except TimeoutError:
-            raise missing from None
+            raise FileError(missing) from None
         there = list(client.run(_here, on_error="return").values())
         if other := next((each for each in there if each != _here()), None):
             raise InstallationError(
@@ -127,9 +125,7 @@ def _cluster(address: str) -> Iterator[Executor]:
         try:
             yield client.get_executor(pure=False), len(there), KilledWorker
         except cf.CancelledError:
-            raise FileError(
-                f"the Dask scheduler at {address} went away: start it again, and repeat the command."
-            ) from None
+            raise FileError(f"the Dask scheduler at {address} went away: start it, and repeat the command.") from None
 
 
 def _here() -> str:

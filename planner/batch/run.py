@@ -18,14 +18,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import pydantic
-
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.files import make_folder, write_json, write_whole
 from planner.base.interrupts import stop_requests
 from planner.base.progress import QUIET, Progress
 from planner.base.resources import software
-from planner.base.yamlfile import Strict, parse_yaml, read_text, repeated, validate
+from planner.base.yamlfile import parse_yaml, read_text, repeated
 from planner.batch.parallel import measured_cases
 from planner.planning.plan import plan
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
@@ -56,12 +54,6 @@ class Task:
         read = json.dumps([config, sources_hash(self.request)], sort_keys=True)
         known = {"name": self.name, "asked": hashlib.sha256(read.encode()).hexdigest()[:16], "software": software()}
         return known | {name: value for name, value in config.items() if name in _ASKED}
-
-
-class BatchFile(Strict):
-    """A batch file: the options of each plan, and its name."""
-
-    plans: list[dict[str, Any]] = pydantic.Field(min_length=1)
 
 
 @dataclass(frozen=True)
@@ -159,10 +151,8 @@ def _measure_row(task: Task, progress: Progress, out: Path, pages: bool, time_li
     if stops and progress.stopped:
         return None
     if stops:
-        results = {
-            "outcome": TIMED_OUT,
-            "message": f"stopped after {time_limit:g} s; raise --time-limit, lower --nodes.",
-        }
+        why = f"stopped after {time_limit:g} s; raise --time-limit, lower --nodes."
+        results = {"outcome": TIMED_OUT, "message": why}
     return _write_row(task, out, results | {"seconds": time.perf_counter() - begin})
 
 
@@ -181,17 +171,18 @@ def _plan(request: PlanRequest, progress: Progress, folder: Path, pages: bool) -
         return {"outcome": REFUSED, "message": str(error)}
     except Exception as error:
         return {"message": f"{type(error).__name__}: {error}"}
-    record, values = found.record, dict[str, Any].fromkeys(_RESULTS)
-    values |= {"goal_reached": record.goal, "waypoints": len(record.path) or None}
-    if record.cost is not None:
-        values["cost"] = record.cost.total
-    if record.manipulability is not None:
-        values |= {"w_min": record.manipulability.min, "w_mean": record.manipulability.mean}
-    if record.path_length is not None:
-        values |= {"length_rad": record.path_length.joint, "length_m": record.path_length.workspace}
-    roadmap = record.roadmap
-    values |= {"nodes": roadmap.nodes, "edges": roadmap.edges, "edges_certified": roadmap.edges_certified}
-    return {"outcome": record.outcome, "message": record.message, **values, "roadmap_sha256": roadmap.sha256}
+    record, roadmap = found.record, found.record.roadmap
+    return {
+        **{"outcome": record.outcome, "message": record.message},
+        **{"goal_reached": record.goal, "waypoints": len(record.path) or None},
+        "cost": getattr(record.cost, "total", None),
+        "w_min": getattr(record.manipulability, "min", None),
+        "w_mean": getattr(record.manipulability, "mean", None),
+        "length_rad": getattr(record.path_length, "joint", None),
+        "length_m": getattr(record.path_length, "workspace", None),
+        **{"nodes": roadmap.nodes, "edges": roadmap.edges, "edges_certified": roadmap.edges_certified},
+        "roadmap_sha256": roadmap.sha256,
+    }
 
 
 def read_plans(source: Path, plain: PlanRequest) -> list[Task]:
@@ -205,7 +196,10 @@ def read_plans(source: Path, plain: PlanRequest) -> list[Task]:
         where, beside = f"folder {source}", source
         entries = _problems(source)
     elif source.suffix.lower() in (".yaml", ".yml"):
-        entries = validate(BatchFile, parse_yaml(read_text(source, "batch file"), where), where).plans
+        data = parse_yaml(read_text(source, "batch file"), where)
+        entries = data["plans"] if isinstance(data, dict) and [*data] == ["plans"] else None
+        if not (isinstance(entries, list) and entries and all(isinstance(entry, dict) for entry in entries)):
+            raise FileError(f"{where} must be a list of plans, as in plans: [{{name: left, scene: shelf}}].")
     elif source.suffix.lower() == ".csv":
         entries = _csv_entries(read_text(source, "batch file"), where)
     else:
@@ -226,9 +220,7 @@ def _problems(folder: Path) -> list[dict[str, Any]]:
         kind = path.parent.as_posix() if path.parent.parts else folder.resolve().name
         entries.append({"name": f"{kind}/{number}", "scene": str(scene), "request": str(path)})
     if not entries:
-        raise FileError(
-            f"{folder} holds no problems: give a folder with request0001.yaml and scene0001.yaml and so on."
-        )
+        raise FileError(f"{folder} holds no problems: give a folder with request0001.yaml, scene0001.yaml and so on.")
     return entries
 
 

@@ -8,17 +8,10 @@ import time
 from collections.abc import Callable
 from typing import NoReturn
 
-from planner.base.errors import LOGGER, PlannerError, printable
+from planner.base.errors import LOGGER, PlannerError
 from planner.cli.terminal import complain, let_go_of_output
 
 STARTED = time.perf_counter()
-
-
-class _Printable(logging.Formatter):
-    """Escapes the control characters that names and files bring into a message."""
-
-    def format(self, record: logging.LogRecord) -> str:
-        return printable(super().format(record), "\n")
 
 
 def main() -> None:
@@ -31,7 +24,7 @@ def main() -> None:
 def run_and_exit(run: Callable[[list[str]], int]) -> NoReturn:
     """End with the exit code of ``run(words)``; every expected error is one sentence on standard error and a code."""
     lines = logging.StreamHandler(sys.stderr)
-    lines.setFormatter(_Printable("planner: %(message)s"))
+    lines.setFormatter(logging.Formatter("planner: %(message)s"))
     logging.basicConfig(level=logging.WARNING, handlers=[lines])
     logging.getLogger(LOGGER).setLevel(logging.DEBUG)
     try:

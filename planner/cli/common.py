@@ -1,4 +1,4 @@
-"""Shared by the commands: flags, the option --request, plans on disk, and where an interrupted result goes."""
+"""Shared by the commands: flags, the option --request, plans on disk, and how a result is written."""
 
 from __future__ import annotations
 
@@ -7,20 +7,26 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import tyro
 
 from planner.base.errors import FileError, OptionError
-from planner.base.progress import Stopwatch
+from planner.base.files import require_writable_folder
+from planner.base.interrupts import leaving_on_interrupt
+from planner.base.progress import Progress, Stopwatch
 from planner.cli import STARTED
+from planner.cli.terminal import working
 from planner.problem import options as of
 from planner.problem.checked import options
+from planner.problem.outcome import Outcome
 from planner.problem.request import MotionRequest, ProblemRequest, TimingRequest
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
+    from planner.planning.run import Result
 
+R = TypeVar("R", bound="Result[Any]")
 Flag = tyro.conf.FlagCreatePairsOff[bool]
 Debug = Annotated[Flag, tyro.conf.arg(help="Show tracebacks of errors.")]  # looked for before a command is read
 Out = Annotated[Path, tyro.conf.arg(help="Folder to write into.")]
@@ -48,9 +54,26 @@ def timing_of(timing: TimingRequest, no_timing: bool) -> TimingRequest | None:
     return None if no_timing else timing
 
 
-def command_clock() -> Stopwatch:
-    """The seconds of a command that has imported all it needs."""
-    return Stopwatch({"import": time.perf_counter() - STARTED})
+def written(find: Callable[[Progress], R], out: Path, certificate: bool = False) -> tuple[R, Any, str, int]:
+    """Find a result and write it into ``out``; return it, its record, a sentence with the files, and the exit code.
+
+    After Ctrl-C the partial result is written without the page, and never over an earlier result.
+    """
+    require_writable_folder(out)
+    clock = Stopwatch({"import": time.perf_counter() - STARTED})
+    with working() as progress:
+        result = find(progress)
+        place = folder_for_interrupted(out, result.FILES) if result.outcome is Outcome.INTERRUPTED else out
+        record = result.save_without_page(place, clock, certificate and not progress.stopped)
+        with leaving_on_interrupt(f"stopping without the page. Written: {_files(result, place)}."):
+            if not progress.stopped:
+                record = result.save_page(place, record, clock)
+    code = Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code
+    return result, record, f"Written: {_files(result, place)}{kept(out, place)}", code
+
+
+def _files(result: Result[Any], place: Path) -> str:
+    return ", ".join(str(place / name) for name in result.FILES if (place / name).exists())
 
 
 def record_of_plan(folder: Path) -> dict[str, Any]:

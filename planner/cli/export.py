@@ -15,7 +15,6 @@ from planner.cli.common import Debug, Flag, world_of_plan
 from planner.cli.terminal import complain, say
 
 if TYPE_CHECKING:
-    from planner.collision.checker import CollisionChecker
     from planner.trajectory.trajectory import Trajectory
 
 Format: TypeAlias = Literal["ros-json", "csv", "mcap"]
@@ -82,16 +81,19 @@ def export(
 
 
 def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, str]:
-    """The trajectory on a grid, proven in the world of the plan in ``folder``, and what the grid changes in words.
-
-    Raises :class:`FileError` where the proof of a proven trajectory is lost.
-    """
+    """The trajectory on a grid, proven in the world of the plan in ``folder``, and what the grid changes in words."""
     from planner.trajectory.export import off_the_curve, on_grid, period_of
+    from planner.trajectory.limits import require_of_robot
+    from planner.trajectory.proof import require_joints
 
     checker, unknown = None, ""
     try:
-        checker = _world(folder, given)
+        checker = world_of_plan(folder)
+        require_joints(given.joints, checker)
+        if given.limits is not None:
+            require_of_robot(checker.robot, given.limits)
     except PlannerError as error:
+        checker = None
         unknown = f"its world is not known ({str(error).rstrip('.')})"
     motion, period = on_grid(given, rate, checker), period_of(rate)
     if checker is not None and given.proven and not motion.proven:
@@ -107,15 +109,3 @@ def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, 
     off = f"{off_the_curve(motion, given):.1e} rad (m) off that curve at most"
     rows = f"On a grid: {len(motion.times)} rows, one every {exact}; the end held to a row, {longer}; {off}"
     return motion, f"{rows}; {'proven free and within limits' if motion.proven else 'NOT proven'}.\n"
-
-
-def _world(folder: Path, motion: Trajectory) -> CollisionChecker:
-    """The world of the plan in ``folder``; :class:`PlannerError` where there is none, or it is another robot's."""
-    from planner.trajectory.limits import require_of_robot
-    from planner.trajectory.proof import require_joints
-
-    checker = world_of_plan(folder)
-    require_joints(motion.joints, checker)
-    if motion.limits is not None:
-        require_of_robot(checker.robot, motion.limits)
-    return checker

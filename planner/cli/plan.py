@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 import tyro
 
-from planner.base.files import require_writable_folder
-from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import Debug, Flag, Motion, Out, command_clock, folder_for_interrupted, kept, timing_of
-from planner.cli.terminal import complain, facts, open_in_browser, say, show, working
+from planner.base.files import json_text
+from planner.cli.common import Debug, Flag, Motion, Out, timing_of, written
+from planner.cli.terminal import complain, facts, open_in_browser, say, show
 from planner.problem.outcome import Outcome
 from planner.problem.request import FollowedRequest, FollowRequest, PlanQuality, PlanRequest, TimingRequest
 
@@ -60,11 +59,13 @@ def plan(
         json: Print plan.json on standard output, and nothing else there.
     """
     motion = timing_of(limits, no_timing)
-    require_writable_folder(out)
     from planner.planning.plan import plan as find_plan
+    from planner.tradeoff.alternatives import with_alternatives
 
-    request = PlanRequest(what, quality)
-    return written_and_told(lambda progress: find_plan(request, progress, motion), out, view, json, certificate)
+    def find(progress: Progress) -> Plan:
+        return with_alternatives(find_plan(PlanRequest(what, quality), progress, motion), progress)
+
+    return _told(find, out, view, json, certificate)
 
 
 def follow(
@@ -101,45 +102,26 @@ def follow(
         json: Print plan.json on standard output, and nothing else there.
     """
     motion = timing_of(limits, no_timing)
-    require_writable_folder(out)
     from planner.planning.follow import follow as find_plan
-
-    request = FollowRequest(what, quality)
-    return written_and_told(lambda progress: find_plan(path, request, progress, motion), out, view, json)
-
-
-def written_and_told(
-    find: Callable[[Progress], Plan], out: Path, view: bool, json: bool, certificate: bool = False
-) -> int:
-    """Write what is found into the folder ``out``, tell of it, show it where that is asked; the exit code."""
-    from planner.certificate.certificate import PROOF_NAME
-    from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME
     from planner.tradeoff.alternatives import with_alternatives
-    from planner.trajectory.file import TRAJECTORY_NAME
 
-    clock = command_clock()
-    with working() as progress:
-        result = with_alternatives(find(progress), progress)
-        interrupted = result.outcome is Outcome.INTERRUPTED
-        place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
-        record = result.save_without_page(place, clock, certificate and not progress.stopped)
-        others = "".join(f", {place / name}" for name in (TRAJECTORY_NAME, PROOF_NAME) if (place / name).exists())
-        written = f"Written: {place / JSON_NAME}, {place / ROADMAP_NAME}{others}"
-        with leaving_on_interrupt(f"stopping without the page. {result.message} {written}"):
-            if not progress.stopped:
-                record = result.save_page(place, record, clock)
-                written = f"Written: {place / JSON_NAME}, {place / PAGE_NAME}, {place / ROADMAP_NAME}{others}"
+    def find(progress: Progress) -> Plan:
+        return with_alternatives(find_plan(path, FollowRequest(what, quality), progress, motion), progress)
+
+    return _told(find, out, view, json)
+
+
+def _told(find: Callable[[Progress], Plan], out: Path, view: bool, json: bool, certificate: bool = False) -> int:
+    """Write what is found into the folder ``out``, tell of it, show it where that is asked; the exit code."""
+    result, record, files, code = written(find, out, certificate)
     tell = complain if json else say
     if json:
-        say((place / JSON_NAME).read_text().rstrip())
+        say(json_text(record.to_dict()))
     else:
         seconds = ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items())
         show(facts(f"{record.robot} in {record.scene}", [*record.rows, ("seconds", seconds)]))
-    tell(f"{result.message} {written}{kept(out, place)}")
-    if progress.stopped:
-        return Outcome.INTERRUPTED.exit_code
-    if view:
-        open_in_browser((place / PAGE_NAME).resolve().as_uri(), tell)
-    if result.tool_path is not None and not result.tool_path.record.proven:
-        return Outcome.PARTLY_FOLLOWED.exit_code
-    return result.outcome.exit_code
+    tell(f"{result.message} {files}")
+    if view and code != Outcome.INTERRUPTED.exit_code:
+        open_in_browser((out / result.PAGE).resolve().as_uri(), tell)
+    followed = result.tool_path is None or result.tool_path.record.proven
+    return code if code or followed else Outcome.PARTLY_FOLLOWED.exit_code

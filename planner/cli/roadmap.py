@@ -70,29 +70,15 @@ def info(file: File, json: Flag = False, debug: Debug = False) -> int:
     if json:
         say(json_text(found))
     else:
-        show(facts(str(file), _info_rows(found)))
+        show(facts(str(file), [(name.replace("_", " "), _text(value)) for name, value in found.items()]))
     return 0
 
 
-def _info_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
-    sizes, degree, w = found["components"], found["degree"], found["manipulability"]
-    sides = ", ".join(map(str, sizes[:8])) + " nodes" + (f" and {len(sizes) - 8} more" if len(sizes) > 8 else "")
-    joined = "" if found["connected"] else "; start and goal are not joined"
-    return [
-        ("robot", f"{found['robot']} ({', '.join(found['joints'])}), tool frame {found['tool']}"),
-        ("scene", f"{found['scene']}, margin {found['margin']:g} m"),
-        ("grown with", f"seed {found['seed']}; " + ", ".join(f"{k} {v}" for k, v in found["versions"].items())),
-        ("nodes", f"{found['nodes']}; starts {found['starts']}, goals {found['goals']}"),
-        ("edges", f"{found['edges']}, {found['edges_certified']} of them proven free"),
-        ("components", f"{len(sizes)}: {sides}{joined}"),
-        ("edges per node", f"{degree['min']} to {degree['max']}, mean {degree['mean']:.2f}"),
-        ("manipulability w", ", ".join(f"{100 * float(q):g} %: {value:.5f}" for q, value in w.items())),
-        ("edge length", f"{_spread(found['joint_length'], 'rad')}; tool {_spread(found['tool_length'], 'm')}"),
-        ("clearance proven", f"beyond the margin {_spread(found['clearance'], 'm')}; {found['samples']} samples"),
-        ("sha256", found["sha256"]),
-    ]
-
-
-def _spread(values: dict[str, float | None], unit: str) -> str:
-    text = {key: "any" if value is None else f"{value:.4f}" for key, value in values.items()}
-    return f"{text['min']} to {text['max']} {unit}, median {text['median']}"
+def _text(value: Any) -> str:
+    """A value of a summary for the terminal."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_text(each)}" for name, each in value.items())
+    if isinstance(value, list | tuple):
+        more = f" and {len(value) - 8} more" if len(value) > 8 else ""
+        return ", ".join(map(_text, value[:8])) + more
+    return "any" if value is None else f"{value:.5g}" if isinstance(value, float) else str(value)

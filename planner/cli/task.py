@@ -6,10 +6,9 @@ from pathlib import Path
 
 import tyro
 
-from planner.base.files import require_writable_folder
-from planner.cli.common import Debug, Flag, Out, command_clock, folder_for_interrupted, kept, timing_of
-from planner.cli.terminal import complain, facts, say, show, working
-from planner.problem.outcome import Outcome
+from planner.base.files import json_text
+from planner.cli.common import Debug, Flag, Out, timing_of, written
+from planner.cli.terminal import complain, facts, say, show
 from planner.problem.request import TaskQuality, TaskRequest, TaskWorldRequest, TimingRequest
 
 
@@ -41,22 +40,13 @@ def task(
         json: Print plan.json on standard output, and nothing else there.
     """
     motion = timing_of(limits, no_timing)
-    require_writable_folder(out)
-    from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME
     from planner.tasks.plan import task as plan_task
 
-    clock = command_clock()
-    with working() as progress:
-        found = plan_task(file, progress, motion, TaskRequest(what, quality))
-        interrupted = found.outcome is Outcome.INTERRUPTED
-        place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
-        record = found.save_without_page(place, clock)
-        record = found.save_page(place, record, clock)
-    tell = complain if json else say
+    request = TaskRequest(what, quality)
+    found, record, files, code = written(lambda progress: plan_task(file, progress, motion, request), out)
     if json:
-        say((place / JSON_NAME).read_text().rstrip())
+        say(json_text(record.to_dict()))
     else:
         show(facts(f"{found.task.name}: {record.robot} in {record.scene}", record.rows))
-    written = ", ".join(str(place / name) for name in found.FILES if (place / name).exists())
-    tell(f"{found.message} Written: {written}{kept(out, place)}")
-    return found.outcome.exit_code
+    (complain if json else say)(f"{found.message} {files}")
+    return code

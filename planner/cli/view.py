@@ -21,7 +21,7 @@ from planner.problem.targets import AND, HOME, joints_text, parse_target
 
 if TYPE_CHECKING:
     from planner.session.session import Session
-    from planner.view.live.page import LivePage, Question
+    from planner.view.live import LivePage, Question
 
 
 def view(
@@ -91,7 +91,7 @@ def _serve(page: LivePage) -> None:
 def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest, out: Path | None) -> LivePage:
     """The live page with its first question answered."""
     try:
-        from planner.view.live.page import LivePage, Question
+        from planner.view.live import LivePage, Question
     except ModuleNotFoundError as error:
         if error.name not in ("viser", "websockets"):
             raise
@@ -118,7 +118,7 @@ def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     from planner.planning.run import ROADMAP_NAME
     from planner.roadmap.storage import reopen_plan
     from planner.session.session import OPTIONS, Session
-    from planner.view.live.page import Question
+    from planner.view.live import Question
 
     record = record_of_plan(folder)
     config = record["config"]
@@ -152,7 +152,7 @@ def _show_state(request: WorldRequest, state: str | None, out: Path | None) -> N
     target = None if state is None else parse_target(state)
     from planner.query.query import open_world, states_of
     from planner.query.resolve import resolve_as_is
-    from planner.view.state import inspect_state, state_page
+    from planner.view.state import inspect_state
 
     checker = open_world(request)
     states = states_of(checker.robot, checker.world.scene)
@@ -162,7 +162,7 @@ def _show_state(request: WorldRequest, state: str | None, out: Path | None) -> N
     say(report.sentence)
     file = Path(mkdtemp(prefix="planner-")) / "state.html" if out is None else out
     make_folder(file.parent)
-    write_whole(file, state_page(report).encode())
+    write_whole(file, report.page().encode())
     say(f"Written: {file}")
     if out is None:
         open_in_browser(file.as_uri(), say)

@@ -12,8 +12,8 @@ from planner.collision.world import World
 from planner.constraints.keeps import require_bound
 from planner.problem.conditions import Condition, conditions_of
 from planner.problem.request import WorldRequest
-from planner.robot.frames import in_world
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import in_world
 from planner.robot.scene import Scene
 
 BACKENDS = ("fcl", "coal")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,8 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.planning.improvement import improve_plan
-from planner.planning.motion import looked_at_again, timed
 from planner.planning.result import Plan
-from planner.planning.solve import solve_and_heal
-from planner.planning.why_no_path import why_no_path
+from planner.planning.solve import looked_at_again, solve_and_heal, timed, why_no_path
 from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.query.query import Query, open_world, states_of
@@ -29,13 +27,11 @@ from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.followed import FollowedPath, ToolPathRecord
+from planner.tool_paths.followed import FollowedPath, ToolPathRecord, ToolSpeedRecord, joined_motion, time_tool_path
 from planner.tool_paths.ladder import build_ladder
-from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of
-from planner.tool_paths.timing import ToolSpeedRecord, joined_motion, time_tool_path
+from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, why_not
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import NO_DEVIATION, Deviation, Tube
-from planner.tool_paths.why_not import why_not
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.trajectory import Trajectory
 
@@ -79,8 +75,6 @@ class Follower:
     found: Reached
     request: FollowRequest  # what the ladder was made for
     timings: dict[str, float]
-    seen: set[bytes] = field(default_factory=set)  # motions that passed a second look
-    reasons: dict[float, CannotFollow] = field(default_factory=dict)  # by the share that is followed
 
     @staticmethod
     def of(
@@ -112,9 +106,8 @@ class Follower:
             states = states_of(robot, self.checker.world.scene)
             begun["end_notes"] = tuple(other_turns(request.what.start, self.checker, states))
         roadmap, along = self.found.roadmap, self.found.along
-        if roadmap is None:
-            nowhere = roadmap_of(self.checker, robot.home[None], request.quality.seed)
-            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), along)
+        if not len(roadmap.goals):
+            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=roadmap, **begun), along)
         draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
         if progress.stopped:
             return draft
@@ -130,7 +123,7 @@ class Follower:
                 roadmap, along = _joined(free, roadmap, along)
         with clock("costs"):
             network = _forward(build_network(roadmap, request.quality.objective), along)
-        solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock, self.seen)
+        solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock)
         if timing is None or limits is None or not len(solved.path):
             return self._finished(solved, along)
         with clock("timing"):
@@ -164,23 +157,15 @@ class Follower:
         goals = ladder.nodes[best]
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
 
-    def _why_not(self, found: Reached) -> CannotFollow:
-        """Why it is not followed beyond what is ``found``: what the ladder says, whatever the beta or the start."""
-        if found.share not in self.reasons:
-            floor = self._lower_floor()
-            self.reasons[found.share] = why_not(self.checker, found, floor=floor)
-        return self.reasons[found.share]
-
     def _lower_floor(self) -> float | None:
         """The highest floor found with which the path is followed farther; None where no floor is in the way."""
         if self.request.quality.min_manipulability <= 0:
             return None
         lower = reached_on(self.found.ladder, self.checker, 0.0, self.request.quality.seed)
-        free, along = lower.roadmap, lower.along
-        if free is None or along.max() <= self.found.along.max(initial=0.0) + 1e-9:
+        if lower.along.max() <= self.found.along.max() + 1e-9:
             return None
-        network = _forward(build_network(free, self.request.quality.objective), along)
-        return highest_floor(self.checker.robot, free, network)
+        network = _forward(build_network(lower.roadmap, self.request.quality.objective), lower.along)
+        return highest_floor(self.checker.robot, lower.roadmap, network)
 
     def _finished(
         self,
@@ -190,19 +175,17 @@ class Follower:
         of_motion: Deviation = NO_DEVIATION,
     ) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
-        outcome, reason = solved.outcome, solved.reason
-        found = self.found if len(solved.path) else Reached(self.found.ladder)
-        if not self.found.whole and reason is None:
-            outcome = Outcome.PARTLY_FOLLOWED
-            reason = self._why_not(found)
-        went, off = np.zeros((0, 3)), NO_DEVIATION
+        outcome, reason, off = solved.outcome, solved.reason, NO_DEVIATION
+        found, share, ends = self.found, 0.0, self.found.ends[:0]
         if len(solved.path):
-            places = along[solved.path_nodes]
+            share, ends, places = found.share, found.ends, along[solved.path_nodes]
             rows = places >= 0.0
-            went, off = found.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
-        rungs = self.found.roadmap.nodes if self.found.roadmap else np.zeros((0, solved.robot.dof))
+            off = found.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
+        if not found.whole and reason is None:
+            outcome = Outcome.PARTLY_FOLLOWED
+            reason = why_not(self.checker, found.ladder, share, ends, self._lower_floor())
         record = ToolPathRecord(
-            followed=found.share,
+            followed=share,
             points=int(self.path.given.max()),
             largest_deviation=off.or_more(of_motion),
             tube=self.path.tube,
@@ -210,12 +193,13 @@ class Follower:
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
             speed=speed,
         )
+        rungs = found.roadmap.nodes[: len(found.roadmap.nodes) if len(found.ends) else 0]
         return replace(
             solved,
             outcome=outcome,
             reason=reason,
             goal="tool-path" if len(solved.path) else None,
-            tool_path=FollowedPath(record, self.path.positions, went, rungs),
+            tool_path=FollowedPath(record, self.path.positions, rungs),
         )
 
 

@@ -6,23 +6,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.base.arrays import Ints
+from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, keeping
+from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import reached
-from planner.planning.extra_clearance import with_clearance
 from planner.planning.result import Plan
 from planner.problem.request import PlanQuality, SweepQuality
 from planner.roadmap.improve import Improvement, improve, without_last_grown
-from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.roadmap.roadmap import Roadmap, path_waypoints, segments
 from planner.search.manipulability_floor import layered_network
 from planner.search.network import build_network, cheapest_steps
 from planner.trajectory.measure import path_manipulability
 
 _ROUNDS_ABOVE_ENDS = 2  # where nothing but the cost decides
 _EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 1  # betas refined too, else the one asked for would be best for all
+_HALVES = 6  # 5 mm: down to 0.16 mm, where proofs end
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
 
 
@@ -48,21 +49,29 @@ def improve_plan(draft: Plan, progress: Progress) -> Plan:
 def roomy_roadmap(
     roadmap: Roadmap, checker: CollisionChecker, quality: SweepQuality, progress: Progress = QUIET
 ) -> tuple[Roadmap, float]:
-    """The roadmap with what is known of its edges at the clearance (m) beyond the margin that its paths can keep.
+    """The roadmap with new certificates of its edges, and the clearance (m) beyond the margin that its paths keep.
 
-    That is ``quality.room``, or half of it, a quarter, ...: the largest at which a path is left, above the floor if one
-    is asked for. See :func:`planner.planning.extra_clearance.with_clearance`.
+    That is ``quality.room``, or half of it, a quarter, ...: the largest at which edges lead from a start to a goal,
+    above the floor if one is asked for; else 0. A path that has been made short or well conditioned grazes the
+    obstacles, so the edges of a plan's network, the motions that refinement tries and the shortcuts in time keep it.
     """
 
-    def joins(judged: Roadmap, clearance: float) -> bool:
-        """Whether edges of so much clearance lead from a start to a goal, above the floor if one is asked for."""
+    def joins(clearance: float) -> bool:
         if quality.min_manipulability > 0:
-            return len(_best_nodes(judged, quality, 1.0, clearance)) > 0
-        edges, begin = judged.edges[judged.clearance >= clearance], np.zeros(len(judged.nodes), dtype=bool)
-        begin[judged.starts] = True
-        return bool(reached(begin, np.concatenate([edges, edges[:, ::-1]]))[judged.goals].any())
+            return len(_best_nodes(roadmap, quality, 1.0, clearance)) > 0
+        edges, begin = roadmap.edges[roadmap.clearance >= clearance], np.zeros(len(roadmap.nodes), dtype=bool)
+        begin[roadmap.starts] = True
+        return bool(reached(begin, np.concatenate([edges, edges[:, ::-1]]))[roadmap.goals].any())
 
-    return with_clearance(roadmap, checker, quality.room, joins, progress)
+    if quality.room <= 0 or not joins(0.0):
+        return roadmap, 0.0
+    for clearance in halves(quality.room):
+        roadmap = _with_proofs(roadmap, checker, clearance, progress)
+        if progress.stopped:
+            break
+        if joins(clearance):
+            return roadmap, clearance
+    return roadmap, 0.0
 
 
 def improved_roadmap(
@@ -132,3 +141,29 @@ def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance:
     network = build_network(roadmap, quality.objective_at(beta), clearance)
     layered = layered_network(roadmap, network, quality.min_manipulability)
     return layered.roadmap_node[cheapest_steps(layered.network, layered.starts)]
+
+
+def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, progress: Progress) -> Roadmap:
+    """With a proof of each edge whose certificate leaves open whether it has so much ``clearance`` (m)."""
+    rows = np.flatnonzero(roadmap.clearance < clearance)
+    wider = keeping(checker, clearance)
+    proofs = EdgeProver(wider, progress).prove(*segments(roadmap, checker.robot, rows), contacts=False)
+    known, free = roadmap.clearance.copy(), proofs.free
+    known[rows[free]] = clearance + np.maximum(proofs.clearance[free], 0.0)
+    return replace(roadmap, clearance=known)
+
+
+def clearance_of_path(path: Floats, checker: CollisionChecker, wanted: float) -> float:
+    """The largest of ``wanted``, its half, ... (m) that all motions of a ``path`` (k, dof) are proven to keep; or 0."""
+    if wanted <= 0 or len(path) < 2:
+        return 0.0
+    start, delta = path[:-1], np.diff(path, axis=0)
+    for clearance in halves(wanted):
+        if EdgeProver(keeping(checker, clearance)).free(start, delta).all():
+            return clearance
+    return 0.0
+
+
+def halves(wanted: float) -> list[float]:
+    """``wanted``, half of it, and so on."""
+    return [wanted * 0.5**k for k in range(_HALVES)]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,76 +13,37 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
-from planner.planning.conditioning import judge_conditioning
+from planner.planning.quality import ManipulabilityRecord, QualityRecord, judge_conditioning
 from planner.planning.record import (
     CONDITIONING,
     ClearanceRecord,
     InTimeRecord,
     KeptRecord,
     LengthRecord,
-    ManipulabilityRecord,
     PlanRecord,
-    QualityRecord,
 )
 from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME, FieldRecord, MotionRecord, Result
 from planner.problem.outcome import NoPath
 from planner.problem.request import FollowRequest, PlanRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
-from planner.robot import model_checks
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import PathCost
 from planner.tool_paths.followed import FollowedPath, LegRecord, leg_line
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
-from planner.trajectory.measure import TOO_CLOSE, PathMeasures, measure_path, nearest_in_motion, nearest_on_path
+from planner.trajectory.measure import (
+    TOO_CLOSE,
+    joint_path_length,
+    nearest_in_motion,
+    nearest_on_path,
+    tool_path_length,
+)
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownPath, path_rows, shown_motion
 from planner.view.page import Page
-
-
-@dataclass(frozen=True)
-class Edges:
-    """What became of a roadmap's edges in one call.
-
-    ``proven`` anew by a check; ``removed``: they were free and a proof failed; ``regained``: they were blocked and are
-    free; ``opened``: they were free, and have to be proven again before a path uses them.
-    """
-
-    proven: int = 0
-    removed: int = 0
-    regained: int = 0
-    opened: int = 0
-
-    def __add__(self, other: Edges) -> Edges:
-        return Edges(*(a + b for a, b in zip(astuple(self), astuple(other), strict=True)))
-
-
-@dataclass(frozen=True)
-class Change:
-    """A change of the world: what happened, in words, and what it meant for the edges; ``seconds`` it took."""
-
-    what: str
-    edges: Edges
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Replanned:
-    """What a session did for a plan: ``edges`` that it proved, and how its field healed.
-
-    ``raised`` counts the nodes that were lifted on the way, ``updates`` the parent values that were computed,
-    ``rounds`` how often it healed. ``nodes_grown``: by how many nodes the roadmap grew because start and goal had come
-    apart.
-    """
-
-    edges: Edges = Edges()
-    nodes_grown: int = 0
-    rounds: int = 0
-    raised: int = 0
-    updates: int = 0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -93,7 +54,6 @@ class Plan(Result[PlanRecord]):
     ran on, where it came so far: the roadmap, or with a manipulability floor the layers of
     :mod:`planner.search.manipulability_floor`; ``cost_to_go`` is of its nodes. ``goal`` is the text of the goal
     that is reached, ``alternatives`` the paths of other betas, see :mod:`planner.tradeoff.alternatives`.
-    Of a session ``path_nodes`` are nodes of its whole roadmap, whose edges may be open.
     """
 
     FILES: ClassVar = (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME, PAGE_NAME, JSON_NAME)
@@ -116,7 +76,6 @@ class Plan(Result[PlanRecord]):
     alternatives: tuple[ShownPath, ...] = ()
     tool_path: FollowedPath | None = None
     legs: tuple[LegRecord, ...] = ()  # lines of the tool that the path begins and ends with, where they were asked for
-    replanned: Replanned = field(default_factory=Replanned)
 
     def __repr__(self) -> str:
         size = f"{len(self.path)} waypoints" if len(self.path) else "no path"
@@ -131,19 +90,9 @@ class Plan(Result[PlanRecord]):
         return self.checker.world.scene
 
     @property
-    def edges(self) -> Edges:
-        """What became of a session's edges for this plan; all 0 where it is no session's."""
-        return self.replanned.edges
-
-    @property
     def network(self) -> gabf.Network | None:
         """The network of ``layered``."""
         return None if self.layered is None else self.layered.network
-
-    @cached_property
-    def measures(self) -> PathMeasures:
-        """Manipulability and lengths along the path, where there is one."""
-        return measure_path(self.robot, self.path)
 
     @cached_property
     def max_error_vs_oracle(self) -> float | None:
@@ -176,8 +125,14 @@ class Plan(Result[PlanRecord]):
     @cached_property
     def record(self) -> PlanRecord:
         """What ``plan.json`` holds; units in rad, m and s."""
-        robot, roadmap, quality, path = self.robot, self.roadmap, self.request.quality, self.path
-        found, cost = len(path) > 0, self.cost
+        robot, roadmap, quality, path, cost = self.robot, self.roadmap, self.request.quality, self.path, self.cost
+        of_path: dict[str, Any] = dict.fromkeys(("manipulability", "conditioning", "path_length"))
+        if len(path):
+            of_path = {
+                "manipulability": ManipulabilityRecord.of(robot, path, quality.min_manipulability),
+                "conditioning": judge_conditioning(robot, roadmap, path, quality),
+                "path_length": LengthRecord(joint=joint_path_length(path), workspace=tool_path_length(robot, path)),
+            }
         return PlanRecord.of(
             self,
             robot,
@@ -188,9 +143,7 @@ class Plan(Result[PlanRecord]):
             goal=self.goal,
             cost=cost,
             quality=None if cost is None else QualityRecord.of(quality, roadmap, robot, path, cost.total, self.curve),
-            manipulability=ManipulabilityRecord.of(robot, path, quality.min_manipulability) if found else None,
-            conditioning=judge_conditioning(robot, roadmap, path, quality) if found else None,
-            path_length=LengthRecord.of(self.measures) if found else None,
+            **of_path,
             clearance=self.clearance,
             trajectory=MotionRecord.of(self.trajectory, robot),
             kept=KeptRecord.all_of(self.checker.world.keeps, path, self.trajectory),
@@ -200,11 +153,6 @@ class Plan(Result[PlanRecord]):
             tool_path=None if self.tool_path is None else self.tool_path.record,
             legs=list(self.legs) or None,
         )
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What was noticed about robot, scene and start, as ``plan.json`` has it."""
-        return (*(note.text for note in model_checks.notes(self.robot, self.scene)), *self.end_notes)
 
     def certify(self) -> Certificate | None:
         """The plan with its proof, for a checker that trusts no planner; None where there is no path."""

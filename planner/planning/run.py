@@ -19,8 +19,8 @@ from planner.base.resources import versions
 from planner.certificate.certificate import PROOF_NAME, Certificate
 from planner.problem.outcome import FORMAT_VERSION, Outcome, Record, Rows, html_table
 from planner.problem.request import Request, SweepQuality, TaskQuality
-from planner.robot.model_checks import notes
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import rounded_down
 from planner.search.network import PathCost
@@ -213,26 +213,6 @@ class MotionRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CertificateRecord(Record):
-    """A bound of the paper, or one of ours, beside the measured value; null where a number overflows."""
-
-    name: str
-    equation: str
-    quantity: str
-    bound: float | None
-    measured: float | None
-    slack: float | None
-    assumptions: list[dict[str, Any]]
-    ours: bool
-    log10_remaining: float | None
-    proven: bool
-    earliest: float | None
-    latest: float | None
-    applies: bool
-    holds: bool
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class FieldRecord(Record):
     """How the dynamics settled."""
 
@@ -251,7 +231,8 @@ class FieldRecord(Record):
     max_error_vs_oracle: float | None
     """relative, against Dijkstra's answer"""
     outcome: str
-    certificate: list[CertificateRecord]
+    certificate: list[dict[str, Any]]
+    """the bounds of the paper, and ours, beside the measured values, as :class:`planner.gabf.Certificate` has them"""
 
     @classmethod
     def of(cls, quality: SweepQuality | TaskQuality, field: gabf.CostToGo | None) -> Self | None:
@@ -270,16 +251,24 @@ class FieldRecord(Record):
             residual=field.residual,
             max_error_vs_oracle=gabf.max_error(field, gabf.oracle(field.network)),
             outcome=field.outcome.key,
-            certificate=[
-                CertificateRecord(**bound.to_dict()) for bound in gabf.certify(field.network, field.law, field)
-            ],
+            certificate=[bound.to_dict() for bound in gabf.certify(field.network, field.law, field)],
         )
 
     @property
     def rows(self) -> Rows:
-        """When the field settled, which bounds it meets, and how far it is from the oracle's."""
-        error = f"{self.max_error_vs_oracle:.1e} relative"
-        return [("settled", self._settling), *self._certified, ("error against oracle", error)]
+        """When the field settled, the sharpest proven bound on that, and the error against the oracle."""
+        rows, error = [("settled", self._settling)], f"{self.max_error_vs_oracle:.1e} relative"
+        of_settling = [c for c in self.certificate if c["quantity"] == "settling tau" and c["applies"] and c["proven"]]
+        best = min((c for c in of_settling if c["bound"] is not None), key=lambda c: c["bound"], default=None)
+        if best is not None:
+            remaining = best["log10_remaining"]
+            ahead = "" if remaining is None else ", before T_p"
+            if remaining is not None and remaining > -300:
+                ahead = f", {rounded_down(10**remaining):.2g} s before T_p"
+            rows.append(
+                ("certified", f"to settle by tau = {outward(best['bound'], 1, up=True)}{ahead} ({best['name']})")
+            )
+        return [*rows, ("error against oracle", error)]
 
     @property
     def _settling(self) -> str:
@@ -290,19 +279,6 @@ class FieldRecord(Record):
         bracket = self.settling_tau_bracket
         rough = "; not enclosed: too many steps" if bracket and bracket[1] is None else ""
         return f"at t = {time}{limit} (tau = {self.settling_tau:.2f}), law {self.law}{rough}"
-
-    @property
-    def _certified(self) -> Rows:
-        """The sharpest bound on the settling time that is proven for this run."""
-        proven = [c for c in self.certificate if c.quantity == "settling tau" and c.applies and c.proven]
-        best = min(proven, key=lambda c: math.inf if c.bound is None else c.bound, default=None)
-        if best is None or best.bound is None:
-            return []
-        remaining = best.log10_remaining
-        ahead = "" if remaining is None else ", before T_p"
-        if remaining is not None and remaining > -300:
-            ahead = f", {rounded_down(10**remaining):.2g} s before T_p"
-        return [("certified", f"to settle by tau = {outward(best.bound, 1, up=True)}{ahead} ({best.name})")]
 
 
 def cost_text(cost: PathCost) -> str:

@@ -1,24 +1,36 @@
-"""The path of a plan on its roadmap: the field, a second look and healing; the earliest motion where obstacles move."""
+"""The path of a plan on its roadmap, or the reason why there is none; its motion, the earliest where obstacles move."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import logging
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import frozen
 from planner.base.errors import SceneError
-from planner.base.progress import Progress, Stopwatch
+from planner.base.progress import QUIET, Progress, Stopwatch
+from planner.collision.checker import CollisionChecker, keeping
+from planner.collision.looks import second_look
+from planner.cost.motion_cost import MotionCost
+from planner.planning.improvement import clearance_of_path
 from planner.planning.result import Plan
-from planner.planning.why_no_path import why_no_path
-from planner.problem.outcome import Outcome
+from planner.problem.outcome import FloorTooHigh, NoPath, Outcome
 from planner.problem.request import PlanRequest, TimingRequest
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.infeasibility import why_apart
 from planner.roadmap.roadmap import path_waypoints, roomy_part
+from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network, path_cost
 from planner.search.search import RoadmapPaths, search, second_looks
 from planner.trajectory.earliest import earliest_motion, why_not_in_time
 from planner.trajectory.limits import MotionLimits
+from planner.trajectory.timing import timed_curve
+from planner.trajectory.trajectory import Trajectory
+
+_log = logging.getLogger(__name__)
+_NODES = 300  # of a roadmap that grows for a reason only
 
 
 def solve(draft: Plan, limits: MotionLimits | None, progress: Progress, clock: Stopwatch) -> Plan:
@@ -73,7 +85,7 @@ def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, seen: s
 
 def find_earliest(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
     """The earliest motion through the plan's roadmap in place of its path, or the reason why there is none."""
-    none = replace(found, path=found.path[:0], path_nodes=found.path_nodes[:0], cost=None)
+    none = replace(found, path=found.path[:0], path_nodes=found.path_nodes[:0], goal=None, cost=None)
     roomy = roomy_part(found.roadmap, found.clearance_kept)
     earliest = earliest_motion(roomy, found.checker, limits, progress)
     if progress.stopped:
@@ -97,24 +109,72 @@ def find_earliest(found: Plan, limits: MotionLimits, progress: Progress) -> Plan
     )
 
 
-def require_earliest(request: PlanRequest, timing: TimingRequest | None) -> None:
+def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
+    """A floor that is too high, or the obstacles that keep the parts of the roadmap apart; None where neither is found.
+
+    A roadmap that grew above a floor holds few paths for lower ones: a small one that grows without it is used instead.
+    """
+    request, checker, roadmap = failed.request, failed.checker, failed.roadmap
+    floor = request.quality.min_manipulability
+    if floor > 0 and request.quality.roadmap is None:
+        ends = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
+        roadmap = build_roadmap(
+            failed.robot, checker, *ends, min(request.quality.nodes, _NODES), request.quality.seed, progress
+        )
+    if progress.stopped:
+        return None
+    if not roadmap.connected:
+        apart = why_apart(roadmap, checker, progress)
+        return None if progress.stopped else apart
+    if floor <= 0:
+        return None  # every path fell below its own ends, or failed the second check
+    network = build_network(roadmap, request.quality.objective)
+    return FloorTooHigh(floor, highest_floor(failed.robot, roadmap, network, floor))
+
+
+def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
+    """The motion along a plan's path."""
+    quality = found.request.quality
+    how = (limits, timing.time_law, quality.min_manipulability, cost_in_motion(found), timing.extra_cost)
+    wanted = 0.0 if found.scene.limited else quality.room  # of obstacles with a speed limit the proof counts the margin
+    kept = min(wanted, found.clearance_kept)
+    clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)
+    made, _ = timed_curve(found.path, keeping(found.checker, clearance), *how)
+    if not made.proven and clearance > 0:
+        made, _ = timed_curve(found.path, found.checker, *how)
+    return looked_at_again(made, found.checker)
+
+
+def looked_at_again(made: Trajectory, checker: CollisionChecker) -> Trajectory:
+    """A motion after a second look, which takes the proof from one that is seen to touch."""
+    seen = second_look(checker, made.coefficients)
+    if seen is None:
+        return made
+    t = float(made.times[seen.piece] + seen.s * made.seconds[seen.piece])
+    _log.warning("the motion touches at %.3f s (%s), against its proof: it is not to be run", t, seen.contact)
+    return replace(made, proven=False, proof=made.proof | {"contact": asdict(seen.contact) | {"t": t}})
+
+
+def cost_in_motion(found: Plan) -> MotionCost:
+    """The objective along motions of any length, charged along them whatever the roadmap charges.
+
+    Motions in time are priced in short chords, on which the ends and the middle are enough.
+    """
+    objective = replace(found.request.quality.objective, charge="edges", floor=0.0)
+    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3).of_pieces
+
+
+def require_earliest(request: PlanRequest, timing: TimingRequest | None = None) -> None:
     """Refuse options that say how a path is run, or which paths are good, where the earliest motion is asked for."""
-    plain = TimingRequest()
-    if timing is not None and (timing.time_law, timing.extra_cost) != (plain.time_law, plain.extra_cost):
+    timing, plain = timing or TimingRequest(), TimingRequest()
+    given = {
+        "--time-law": timing.time_law != plain.time_law,
+        "--extra-cost": timing.extra_cost != plain.extra_cost,
+        "--approach": request.what.approach > 0,
+        "--retreat": request.what.retreat > 0,
+        "--min-manipulability": request.quality.min_manipulability > 0,
+    }
+    for name in (name for name, is_given in given.items() if is_given):
         raise SceneError(
-            "obstacles move in this scene, so the motion runs from rest to rest: leave --time-law and --extra-cost out."
-        )
-    if request.what.approach > 0 or request.what.retreat > 0:
-        raise SceneError(
-            "obstacles move in this scene, so no line is kept to at start or goal: leave --approach and --retreat out."
-        )
-    require_no_floor(request)
-
-
-def require_no_floor(request: PlanRequest) -> None:
-    """Raise :class:`SceneError` for a floor under manipulability where the earliest motion is asked for."""
-    if request.quality.min_manipulability > 0:
-        raise SceneError(
-            "obstacles move in this scene, so the earliest motion is looked for, and no floor under manipulability is "
-            "kept: leave --min-manipulability out."
+            f"obstacles move in this scene, and the earliest motion among them takes no {name}: leave it out."
         )

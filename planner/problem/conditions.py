@@ -28,12 +28,6 @@ _UNIT = 1e-3  # by how much a quaternion's length may differ from 1
 _SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+at\s+(\S+))?")
 
 
-def _angle(angle: float) -> float:
-    if not 0.0 <= angle <= _TURNS:
-        raise ValueError("must be from 0 to 6.2832 rad (5 degrees are 0.0873)")
-    return angle
-
-
 def _direction(vector: tuple[float, ...]) -> tuple[float, ...]:
     if math.hypot(*vector) <= 1e-9:
         raise ValueError("must have a length, as 0,0,1 has")
@@ -49,7 +43,7 @@ def _unit(quaternion: tuple[float, ...]) -> tuple[float, ...]:
 Number: TypeAlias = Annotated[float, Field(ge=-1e4, le=1e4)]  # rad (m)
 Three: TypeAlias = Annotated[tuple[Number, Number, Number], BeforeValidator(tuple)]
 Quaternion: TypeAlias = tuple[float, float, float, float]
-Angle: TypeAlias = Annotated[float, AfterValidator(_angle)]
+Angle: TypeAlias = Annotated[float, Field(ge=0, le=_TURNS)]
 Direction: TypeAlias = Annotated[Three, AfterValidator(_direction)]
 
 

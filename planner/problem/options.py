@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated, Literal, Protocol, TypeAlias, runtime_checkable
+from typing import Annotated, Any, Literal, Protocol, TypeAlias, runtime_checkable
 
 from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Doc
@@ -53,14 +53,14 @@ PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 IK_LEAST, IK_LARGEST = 1e-6, (0.1, 0.5)  # m or rad; m, rad: of a tolerance for poses
 
 
-def _names(value: object) -> Names:
+def _names(value: object) -> Names | None:
     """Names out of text with commas between, or out of a list."""
+    if value is None:
+        return None
     names = value.split(",") if isinstance(value, str) else list(value) if isinstance(value, Iterable) else [value]
-    if not all(isinstance(name, str) for name in names):
-        raise OptionError(f"joints must be names, got {str(value)[:100]}: give them as text.")
-    stripped = tuple(str(name).strip() for name in names)
+    stripped = tuple(name.strip() if isinstance(name, str) else "" for name in names)
     if not all(stripped) or len(set(stripped)) < len(stripped):
-        raise OptionError(f"joints must be different names, got '{','.join(stripped)[:200]}': name each once.")
+        raise OptionError(f"joints must be different names, got '{str(value)[:200]}': name each once.")
     return stripped
 
 
@@ -84,181 +84,102 @@ def _number(value: object) -> object:
     return value
 
 
-Real: TypeAlias = Annotated[float, BeforeValidator(_number)]
-Integer: TypeAlias = Annotated[int, BeforeValidator(_number)]
-
-
 def _leg(length: float) -> float:
     if length != 0 and not 1e-3 <= length <= 1.0:
         raise ValueError("must be from 0.001 to 1 m, or 0 for none")
     return length
 
 
+def _start(value: object) -> Target:
+    return target_of(value, "start")
+
+
+def _unless_none(read: Callable[[Any], object]) -> BeforeValidator:
+    return BeforeValidator(lambda value: None if value is None else read(value))
+
+
+Real: TypeAlias = Annotated[float, BeforeValidator(_number)]
+Integer: TypeAlias = Annotated[int, BeforeValidator(_number)]
+Share: TypeAlias = Annotated[Real, Field(gt=0, le=1)]
+Positive: TypeAlias = Annotated[Real, Field(gt=0)]
 _Like = Annotated[RobotLike, BeforeValidator(_name_or_object)]
-_RECORDED = "left out, that of the plan.json next to the file"
 _Margin = Annotated[Real, Field(ge=0, le=100)]
-Robot = Annotated[
-    _Like,
-    Doc(
-        "Name of a built-in robot (see 'planner robots') or of one in the package robot_descriptions, or the path of a "
-        "URDF, xacro, MJCF or robot.yaml ('planner robot-yaml' writes one)."
-    ),
-]
-Scene = Annotated[_Like, Doc("Name of a built-in scene (see 'planner scenes') or the path of a scene file.")]
-Margin = Annotated[_Margin, Doc("Distance in metres to keep from every obstacle, and between links.")]
-# of a check
-RecordedRobot = Annotated[_Like | None, Doc(f"Robot, as 'planner plan' takes it; {_RECORDED}, else iiwa14.")]
-RecordedScene = Annotated[_Like | None, Doc(f"Scene, as 'planner plan' takes it; {_RECORDED}, else paper.")]
-RecordedMargin = Annotated[
-    _Margin | None, Doc(f"Distance in metres to keep from every obstacle, and between links; {_RECORDED}, else 0.")
-]
+
+# the world
+_ROBOT = "Built-in robot ('planner robots'), one of robot_descriptions, or a URDF, xacro, MJCF or robot.yaml"
+_SCENE = "Built-in scene ('planner scenes') or the path of a scene file"
+_MARGIN = "Distance in metres to keep from every obstacle, and between links"
+_RECORDED = "left out, that of the plan.json next to the file"
+Robot = Annotated[_Like, Doc(f"{_ROBOT} ('planner robot-yaml' writes one).")]
+Scene = Annotated[_Like, Doc(f"{_SCENE}.")]
+Margin = Annotated[_Margin, Doc(f"{_MARGIN}.")]
+RecordedRobot = Annotated[_Like | None, Doc(f"{_ROBOT}; {_RECORDED}, else iiwa14.")]
+RecordedScene = Annotated[_Like | None, Doc(f"{_SCENE}; {_RECORDED}, else paper.")]
+RecordedMargin = Annotated[_Margin | None, Doc(f"{_MARGIN}; {_RECORDED}, else 0.")]
 Tool = Annotated[
     str | None,
-    Doc(
-        "Frame of the robot that targets and manipulability speak of; left out the scene's, the robot's, or the tip of "
-        "the group; of a kept roadmap its own."
-    ),
+    Doc("Frame of targets and manipulability; left out the scene's, the robot's, or the tip of its group."),
 ]
-Srdf = Annotated[
-    Path | None, Doc("An SRDF in place of the robot's own: link pairs that need no check, groups, named states.")
-]
+Srdf = Annotated[Path | None, Doc("An SRDF in place of the robot's own: pairs without a check, groups, named states.")]
 Group = Annotated[str | None, Doc("Planning group of the SRDF: only its joints are planned.")]
 Joints = Annotated[
     Names | None,
-    BeforeValidator(lambda value: None if value is None else _names(value)),
-    Doc("Joints to plan, with commas between; others are held at fixed_joints of the scene or robot, else as at home."),
+    BeforeValidator(_names),
+    Doc("Joints to plan, with commas between; others are held at fixed_joints of scene or robot, else as at home."),
+]
+Placement = Annotated[
+    Base | None,
+    _unless_none(parse_base),
+    Doc("Where the robot's base stands in place of the scene's: x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad)."),
 ]
 Collision = Annotated[
     Backend,
     Doc(
-        "Collision library that checks nodes, start, goal and answer: FCL, or coal, which is faster on meshes. Own "
-        "separating planes prove the edges, and coal looks at every answer too."
+        "Library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. Separating "
+        "planes prove the edges."
     ),
 ]
 Keep = Annotated[
     Conditions,
     BeforeValidator(conditions_of),
     Doc(
-        "What motions keep all along, proven; repeatable, or with ';' between: axis:z,0,0,1,0.1 (the tool's z axis "
-        "within 0.1 rad of the world's direction 0,0,1), box:x0,y0,z0,x1,y1,z1 (its origin within, m), "
-        "plane:nx,ny,nz,d (n.p >= d), turn:0.1 (its orientation within 0.1 rad of that at the start); ' of FRAME' at "
-        "the end names another frame than the tool. What the scene keeps is kept besides."
+        "What motions keep all along, proven; repeatable: axis:z,0,0,1,0.1 (the tool's z axis within 0.1 rad of the "
+        "world's direction 0,0,1), box:x0,y0,z0,x1,y1,z1 (its origin within, m), plane:nx,ny,nz,d (n.p >= d), turn:0.1 "
+        "(its orientation within 0.1 rad of that at the start); ' of FRAME' at the end names another frame."
     ),
 ]
-Placement = Annotated[
-    Base | None,
-    BeforeValidator(lambda value: None if value is None else parse_base(value)),
-    Doc(
-        "Where the robot's base stands in the scene, in place of what the scene file says: x,y,z (m) or "
-        "x,y,z,roll,pitch,yaw (m and rad)."
-    ),
-]
-Start = Annotated[Target, BeforeValidator(lambda value: target_of(value, "start")), Doc("Where the arm starts.")]
+
+# start and goal
+Start = Annotated[Target, BeforeValidator(_start), Doc("Where the arm starts.")]
 FreeStart = Annotated[
     Target | None,
-    BeforeValidator(lambda value: None if value is None else target_of(value, "start")),
+    _unless_none(_start),
     Doc("Where a free motion to the tool path starts; left out, the plan begins on the path."),
 ]
 Goal = Annotated[
-    Targets,
-    BeforeValidator(goals_of),
-    Doc("Where the arm should go; several, with the option repeated or with ';' between them, are alternatives."),
+    Targets, BeforeValidator(goals_of), Doc("Where the arm should go; several (repeat the option) are alternatives.")
 ]
 MotionPlanRequest = Annotated[
-    Path | None,
-    Doc("A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."),
+    Path | None, Doc("A MoveIt MotionPlanRequest (YAML): start, goal and the joints that are not planned.")
 ]
 IkSolutions = Annotated[
     Integer,
     Field(ge=1, le=100),
-    Doc("Configurations at most for a position or pose as goal: the best by manipulability and the nearest, in turn."),
+    Doc("Configurations at most of a goal position or pose: the best by manipulability and the nearest, in turn."),
 ]
 IkTolerance = Annotated[
     Tolerance,
     BeforeValidator(_tolerance),
     Doc("How far (m,rad) the tool may be off a pose that the arm cannot reach exactly, as with fewer than six axes."),
 ]
-WidenLimits = Annotated[
-    bool, Doc("Widen joint limits that a start or goal given in joints exceeds, instead of refusing it.")
-]
+WidenLimits = Annotated[bool, Doc("Widen joint limits that a start or goal given in joints exceeds.")]
 Approach = Annotated[
     Real,
     AfterValidator(_leg),
     Doc("Metres that the tool goes straight along its z axis into the goal, proven within 1 mm and 0.5 degrees."),
 ]
 Retreat = Annotated[
-    Real,
-    AfterValidator(_leg),
-    Doc("Metres that it first goes straight back along its z axis from the start."),
-]
-Nodes = Annotated[
-    Integer,
-    Field(ge=2, le=10_000_000),
-    Doc("Configurations in the roadmap; more find better paths and take longer."),
-]
-Seed = Annotated[
-    Integer,
-    Field(ge=0, lt=2**31),
-    Doc(
-        "Seed of all randomness: the same command, seed and versions give the same path on x86-64 processors with FMA."
-    ),
-]
-RoadmapFile = Annotated[
-    Path | None,
-    Doc(
-        "A roadmap.npz to plan on, instead of growing one: of the same robot and scene; on the live page of the same "
-        "joints, and what does not hold in the scene is left out."
-    ),
-]
-Beta = Annotated[Real, Field(ge=0, le=1), Doc("Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.")]
-MinManipulability = Annotated[
-    Real,
-    Field(ge=0, le=1e9),
-    Doc(
-        "A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a "
-        "goal below it; where start and goal lie below, a path may stay there, no lower than they are."
-    ),
-]
-Law = Annotated[LawName, Doc("Control law under which the dynamics runs.")]
-PrescribedTime = Annotated[
-    Real,
-    Field(ge=1e-9, le=1e9),
-    Doc("T_p in seconds: the field settles before it (laws without a prescribed time ignore it)."),
-]
-Distance = Annotated[
-    Metric, Doc("What distance means: joint motion (rad), or the length of the tool's path in the workspace (m).")
-]
-WCost = Annotated[
-    ManipulabilityCost,
-    Doc("How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."),
-]
-WhereCharged = Annotated[
-    Charge,
-    Doc(
-        "Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."
-    ),
-]
-Effort = Annotated[
-    Annotated[Integer, Field(ge=0, le=1_000_000)] | None,
-    Doc(
-        "Rounds in which the best path is refined and others searched, fewer where two thirds gain nothing; "
-        "left out, 12, or 0 with --roadmap: as it is."
-    ),
-]
-Room = Annotated[
-    Real,
-    Field(ge=0, le=100),
-    Doc(
-        "Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and "
-        "so on where start, goal or the narrowest passage leave no more. 0 for none."
-    ),
-]
-PathOnly = Annotated[
-    bool,
-    Doc(
-        "Only a path, the first that is proven, after shortcuts: no roadmap grows around it, so beta has next to "
-        "nothing to choose from, and it is refined only where --effort is given."
-    ),
+    Real, AfterValidator(_leg), Doc("Metres that it first goes straight back along its z axis from the start.")
 ]
 ToolSpeed = Annotated[
     Annotated[Real, Field(ge=1e-5, le=10)] | None,
@@ -267,38 +188,67 @@ ToolSpeed = Annotated[
 LadderDensity = Annotated[
     Integer,
     Field(ge=1, le=100),
-    Doc("How many times as many solutions of inverse kinematics are spread along the path: more find better ways."),
+    Doc("How many times as many solutions of inverse kinematics stand along the path."),
 ]
+
+# the roadmap, its costs and the dynamics
+Nodes = Annotated[
+    Integer, Field(ge=2, le=10_000_000), Doc("Configurations in the roadmap; more find better paths and take longer.")
+]
+Seed = Annotated[Integer, Field(ge=0, lt=2**31), Doc("Seed of all randomness: the same seed gives the same path.")]
+RoadmapFile = Annotated[
+    Path | None, Doc("A roadmap.npz to plan on, instead of growing one; in another scene all edges are proven again.")
+]
+Beta = Annotated[Real, Field(ge=0, le=1), Doc("Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.")]
+MinManipulability = Annotated[
+    Real,
+    Field(ge=0, le=1e9),
+    Doc(
+        "A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a "
+        "goal below it. Where start and goal lie below, a path may stay there, no lower than they are."
+    ),
+]
+Law = Annotated[LawName, Doc("Control law under which the dynamics runs.")]
+PrescribedTime = Annotated[
+    Real, Field(ge=1e-9, le=1e9), Doc("T_p in seconds: the field settles before it, by laws with a prescribed time.")
+]
+Distance = Annotated[
+    Metric, Doc("Distance: joint motion (rad), or the length of the tool's path in the workspace (m).")
+]
+WCost = Annotated[ManipulabilityCost, Doc("Cost of a configuration by manipulability w: 1/w, -ln w or -w, normalised.")]
+WhereCharged = Annotated[
+    Charge, Doc("Where that cost is charged: along edges, where singularities hide, or at nodes, as in the paper.")
+]
+Effort = Annotated[
+    Annotated[Integer, Field(ge=0, le=1_000_000)] | None,
+    Doc("Rounds of refinement at most; left out, 12, or 0 with --roadmap: as it is."),
+]
+Room = Annotated[
+    Real,
+    Field(ge=0, le=100),
+    Doc("Metres beyond --margin that refined paths and shortcuts keep, or a half, a quarter ... where it is narrow."),
+]
+PathOnly = Annotated[bool, Doc("Only a path, the first that is proven, after shortcuts: no roadmap grows around it.")]
+
+# the motion
 LimitsFile = Annotated[
     Path | None, Doc("A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints.")
 ]
-Share: TypeAlias = Annotated[Real, Field(gt=0, le=1)]
-Positive: TypeAlias = Annotated[Real, Field(gt=0)]
 VelocityScale = Annotated[Share | None, Doc("Share of the velocity limits to use, above 0 up to 1.")]
 AccelerationScale = Annotated[Share | None, Doc("Share of the acceleration limits to use, above 0 up to 1.")]
 Acceleration = Annotated[
-    Positive | None,
-    Doc("Acceleration limit of every joint, rad/s² (m/s² where a joint slides), in place of the robot's own."),
+    Positive | None, Doc("Acceleration limit of every joint, rad/s² (m/s²), in place of the robot's own.")
 ]
 Jerk = Annotated[Positive | None, Doc("Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own.")]
 TimeLawOption = Annotated[
-    TimeLaw,
-    Doc("Corners rounded as far as that is proven free, with proven shortcuts in time or without; or a stop at each."),
+    TimeLaw, Doc("Corners rounded as far as that is proven free, with or without shortcuts in time; or a stop at each.")
 ]
 ExtraCost = Annotated[
-    Real,
-    Field(ge=0, le=100),
-    Doc("Share by which shortcuts in time may raise what the path costs (its objective): more is quicker."),
+    Real, Field(ge=0, le=100), Doc("Share by which shortcuts in time may raise the cost of the path: more is quicker.")
 ]
-Jobs = Annotated[
-    Integer,
-    Field(ge=1, le=10_000),
-    Doc("Tasks at once, each in a process of this machine; 1 is one task after the other in this process."),
-]
+
+# many plans
+Jobs = Annotated[Integer, Field(ge=1, le=10_000), Doc("Tasks at once, each in a process of this machine.")]
 Workers = Annotated[
-    str | None,
-    Doc(
-        "Instead of jobs, the workers of a Dask cluster: dask: and the address of its scheduler, as in "
-        "dask:tcp://127.0.0.1:8786."
-    ),
+    str | None, Doc("Instead of jobs a Dask cluster by its scheduler's address, as in dask:tcp://127.0.0.1:8786.")
 ]

@@ -181,14 +181,10 @@ class Separated(Reason):
     gap: Gap
 
     @property
-    def names(self) -> frozenset[str]:
-        return frozenset(self.obstacles)
-
-    @property
     def sentence(self) -> str:
-        named, one = _quoted(self.obstacles), len(self.obstacles) == 1
+        one = len(self.obstacles) == 1
         return (
-            f"Start and goal were not connected within the budget: the search found that {named} "
+            f"Start and goal were not connected within the budget: the search found that {_quoted(self.obstacles)} "
             f"{'separates' if one else 'together separate'} them (without {'it' if one else 'them'} they are joined), "
             f"and {self.gap.sentence}: move {'it' if one else 'one of them'}, raise --nodes, or try another --seed."
         )
@@ -226,13 +222,11 @@ class FloorTooHigh(Reason):
 
     @property
     def sentence(self) -> str:
-        head = f"No path above the manipulability floor of {self.asked:g} was found within the budget: "
-        if self.reachable <= 0:
-            return head + "all paths that were found pass through w = 0 or near it: leave --min-manipulability out."
-        return head + (
-            f"the highest floor found that a path keeps to is {self.reachable:g}: take "
-            f"--min-manipulability {self.reachable:g} or less, raise --nodes, or try another --seed."
-        )
+        why = "all paths that were found pass through w = 0 or near it: leave --min-manipulability out."
+        if self.reachable > 0:
+            why = f"the highest floor found that a path keeps to is {self.reachable:g}: take --min-manipulability "
+            why += f"{self.reachable:g} or less, raise --nodes, or try another --seed."
+        return f"No path above the manipulability floor of {self.asked:g} was found within the budget: {why}"
 
 
 @dataclass(frozen=True)
@@ -262,21 +256,15 @@ class BlockedInTime(Reason):
     obstacles: _Names
 
     @property
-    def names(self) -> frozenset[str]:
-        return frozenset(self.obstacles)
-
-    @property
     def sentence(self) -> str:
-        named, head = _quoted(self.obstacles), "Start and goal are joined, but not in time: "
-        if self.place == "start":
-            return head + f"at time 0 {named} cannot be proven clear of the arm at the start: choose another start."
-        if self.place == "goal":
-            come = "comes" if len(self.obstacles) == 1 else "come"
-            return head + f"the arm cannot stay at the goal, where {named} {come} too near: choose another goal."
-        return head + (
-            f"no motion through the roadmap was found that keeps clear of {named}, waiting included: "
-            "raise --nodes, or try another --seed."
-        )
+        named = _quoted(self.obstacles)
+        why = {
+            "start": f"at time 0 {named} cannot be proven clear of the arm at the start: choose another start.",
+            "goal": f"the arm cannot stay at the goal, {named} coming too near: choose another goal.",
+            "route": f"no motion through the roadmap was found that keeps clear of {named}, waiting included: "
+            "raise --nodes, or try another --seed.",
+        }
+        return f"Start and goal are joined, but not in time: {why[self.place]}"
 
 
 @dataclass(frozen=True)
@@ -315,30 +303,22 @@ class CannotFollow(Reason):
     @property
     def _cause(self) -> str:
         """The cause and a remedy."""
-        remedy = "move the path or the robot's base"
+        remedy, pair = "move the path or the robot's base", " and ".join(f"'{name}'" for name in self.between)
         if self.cone is not None:
             remedy = f"give a cone of {self.cone:g} rad about its axis" if self.cone else "let it turn about its axis"
         if self.leg:
             remedy = f"shorten it, or choose another {'goal' if self.leg == 'approach' else 'start'}"
-        match self.cause:
-            case "out_of_reach":
-                return f"the tool comes no nearer than {self.distance:.3g} m; {remedy}"
-            case "turned":
-                return f"the tool stays turned away by {self.distance:.3g} rad; {remedy}"
-            case "beyond_limit":
-                return f"the arm would have to leave the limits of {choices(self.between)}; {remedy}"
-            case "touching":
-                pair = " and ".join(f"'{name}'" for name in self.between)
-                return f"{pair} come too near in all solutions found; move the path or what is near"
-            case "strays":
-                broken = f"{self.distance:.3g} {parse_condition(self.between[0]).unit}"
-                return f"'{self.between[0]}' is kept, and would be broken by {broken}; move the path, or keep less"
-            case "below_floor":
-                return f"the floor is too high, the highest found that it keeps to is {self.reachable:g}; take that"
-            case "jump":
-                apart = f"{self.distance:.3g} rad apart, on other branches or with something between"
-                remedy = "free the tool's axis, widen the tube, or split the path there"
-                return f"what was reached and the solutions there are {apart}; {remedy}"
+        far, unit = f"{self.distance:.3g}", parse_condition(self.between[0]).unit if self.cause == "strays" else ""
+        return {
+            "out_of_reach": f"the tool comes no nearer than {far} m; {remedy}",
+            "turned": f"the tool stays turned away by {far} rad; {remedy}",
+            "beyond_limit": f"the arm would have to leave the limits of {choices(self.between)}; {remedy}",
+            "touching": f"{pair} come too near in all solutions found; move the path or what is near",
+            "strays": f"{pair} is kept, and would be broken by {far} {unit}; move the path, or keep less",
+            "below_floor": f"the floor is too high, the highest found is {self.reachable:g}; take that",
+            "jump": f"what was reached and the solutions there are {far} rad apart, on other branches or with something"
+            " between; free the tool's axis, widen the tube, or split the path there",
+        }[self.cause]
 
 
 NoWay = Separated | BudgetSpent | KeptTooNarrow

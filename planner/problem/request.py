@@ -9,7 +9,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Self
@@ -209,7 +209,7 @@ class Request:
     @classmethod
     def names(cls) -> tuple[str, ...]:
         """The names of all options."""
-        return tuple(option.name for part in cls()._parts() for option in fields(part))  # type: ignore[arg-type]
+        return tuple(cls().values())
 
     def with_options(self, **values: Any) -> Self:
         """The request with ``values`` in place of its own; :class:`KeywordError` for an option that it lacks."""
@@ -222,14 +222,11 @@ class Request:
 
     def values(self) -> dict[str, Any]:
         """The options by name, objects as they are."""
-        return {option.name: getattr(part, option.name) for part in self._parts() for option in fields(part)}  # type: ignore[arg-type]
+        return {option.name: getattr(part, option.name) for part in vars(self).values() for option in fields(part)}  # type: ignore[arg-type]
 
     def config(self) -> dict[str, Any]:
         """The options by their names on the command line, as plain data: objects by their names, targets as text."""
         return {_SPELT.get(name, name): _plain(value) for name, value in self.values().items()}
-
-    def _parts(self) -> Iterator[object]:
-        yield from vars(self).values()
 
 
 @options

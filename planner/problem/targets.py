@@ -1,18 +1,11 @@
 """Where the arm should be, as people write it.
 
 A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-0.10,0.42`` (tool position, m) or
-``pose:x,y,z,qx,qy,qz,qw`` (tool position and orientation). :mod:`planner.query.resolve` finds the configuration.
+``pose:x,y,z,qx,qy,qz,qw``; :mod:`planner.query.resolve` finds the configuration. ``home`` is the scene's state of that
+name, or else the robot's home: what its robot.yaml says, or all joints at zero, or at the limit next to zero.
 
-A goal with tolerance is written as conditions with ``&`` between, see :mod:`planner.problem.conditions`, of which
-``xyz:`` and ``pose:`` may be one: ``xyz:0.5,0.3,0.6 & axis:z,0,0,-1`` has the tool's z axis point down there, turning
-about it is free.
-
-The name ``home`` is always known: the scene's own state of that name, or else the robot's home, which is what its
-robot.yaml says, or where that says nothing (as of a URDF by path) all joints at zero, or at the limit next to zero.
-
-A state of the scene may be the name of another, as in ``start: home``.
-
-Alternative goals are written with ``;`` between, names also with commas: ``xyz:0.5,0.3,0.6;home``.
+A goal with tolerance is written as conditions with ``&`` between (:mod:`planner.problem.conditions`), of which ``xyz:``
+and ``pose:`` may be one. Alternative goals are written with ``;`` between, names also with commas.
 """
 
 from __future__ import annotations
@@ -32,7 +25,6 @@ from planner.problem.conditions import Condition, KeepBox, KeepTurn, is_conditio
 
 HOME = "home"
 BOTH = "&"  # between the conditions of one goal
-_MOST_NAMES = 100  # that a state may lead through, or to
 FARTHEST_BASE = 1e4  # m: as far as anything may stand in a scene file
 TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn, however it was rounded
 FORMS = "a name from the scene, q:..., xyz:x,y,z, pose:x,y,z,qx,qy,qz,qw or conditions such as axis:z,0,0,-1,0.1"
@@ -194,18 +186,12 @@ def follow(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) 
 
     A name that is none of them stands for itself. Raises :class:`StateError` for one that leads back to itself.
     """
-    if name in through or len(through) > _MOST_NAMES:
-        what = "leads back to itself" if name in through else f"stands behind more than {_MOST_NAMES} names"
-        raise StateError(f"state '{name}' of the scene {what}, by {choices(through[:5])}: give numbers.")
-    if name not in states:
-        return [name]
-    target = parse_target(states[name])
-    if not isinstance(target, Named):
-        return [states[name]]
-    found = [text for each in target.names for text in follow(each, states, (*through, name))]
-    if len(found) > _MOST_NAMES:
-        raise StateError(f"state '{name}' of the scene stands for more than {_MOST_NAMES} states: name fewer.")
-    return found
+    if name in through:
+        raise StateError(f"state '{name}' of the scene leads back to itself, by {choices(through[:5])}: give numbers.")
+    target = parse_target(states[name]) if name in states else None
+    if isinstance(target, Named):
+        return [text for each in target.names for text in follow(each, states, (*through, name))]
+    return [states.get(name, name)]
 
 
 def parse_base(base: str | Iterable[float]) -> tuple[float, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,13 +19,18 @@ from planner.problem.request import ProblemRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text
 from planner.query.resolve import check_limits, joint_values, other_turns, resolve
 from planner.query.robots import robot_of, widened_for
-from planner.robot import model_checks
-from planner.robot.moveit.requests import goals_of, in_request, joints_of, kept_of, unasked, with_path_limits
+from planner.robot import robot_in_scene
+from planner.robot.moveit.requests import (
+    MotionPlanRequest,
+    goals_of,
+    in_request,
+    joints_of,
+    kept_of,
+    read_motion_plan_request,
+    with_path_limits,
+)
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
-
-if TYPE_CHECKING:
-    from planner.robot.moveit.requests import MotionPlanRequest
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +67,9 @@ def open_world(
     Joints that are not planned are held as the MoveIt request in the file ``message`` has them. ``start`` gives the
     configuration (dof,) whose orientation is meant where what is kept names none.
     """
-    said = _message(message)
-    scene, robot = _set_up(request, said)
-    robot, keep = _constrained(request, robot, scene, said)
+    asked = None if message is None else read_motion_plan_request(message)
+    scene, robot = _set_up(request, asked)
+    robot, keep = _constrained(request, robot, scene, asked)
     _judge(request, robot, scene)
     turns = unbound(keep) if start is not None else ()
     rest = [each for each in keep if each not in turns]
@@ -85,7 +89,8 @@ def make_query(request: ProblemRequest, near_start: bool = True, in_time: bool =
     are to the start; by manipulability alone without ``near_start``. A scene in which obstacles move along known
     motions is refused, but where the answer has times (``in_time``).
     """
-    message = _message(request.motion_plan_request)
+    path = request.motion_plan_request
+    message = None if path is None else read_motion_plan_request(path)
     scene, robot = _set_up(request, message)
     if scene.moving and not in_time:
         raise SceneError(
@@ -157,18 +162,10 @@ def _constrained(
     return robot, tuple(dict.fromkeys(keep))
 
 
-def _message(path: StrPath | None) -> MotionPlanRequest | None:
-    if path is None:
-        return None
-    from planner.robot.moveit.requests import read_motion_plan_request
-
-    return read_motion_plan_request(path)
-
-
 def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:
     """The scene, and the robot in it, as a MoveIt request changes them: every command loads its robot here."""
     scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
-    scene = unasked(scene) if message is None else in_request(scene, message)
+    scene = in_request(scene, message)
     return scene, robot_of(request, scene, message)
 
 
@@ -187,10 +184,10 @@ def _targets(
     if message is not None and request.start == plain.start:
         start = joints_of(message, robot, scene)
     if message is not None and request.goal == plain.goal:
-        goals = [goal for _, goal in goals_of(message, robot, scene)]
+        goals = goals_of(message, robot, scene)
     return start, goals
 
 
 def _judge(request: WorldRequest, robot: Robot, scene: Scene) -> None:
-    model_checks.require_bodies(robot)
-    tell(*(note.text for note in model_checks.notes(robot, scene) if note.grave))
+    robot_in_scene.require_bodies(robot)
+    tell(*(note.text for note in robot_in_scene.notes(robot, scene) if note.grave))

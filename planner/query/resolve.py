@@ -58,11 +58,9 @@ def resolve(
     """Up to ``count`` collision-free configurations (k, dof) that reach ``target``, best manipulability first.
 
     ``states`` are the scene's named states of this robot, ``role`` is "start", "goal" or, where there are several,
-    "goal '<its text>'" for the messages; what ``home`` is :mod:`planner.problem.targets` says. Inverse
-    kinematics starts from ``IK_STARTS`` seeds; of the solutions that are free and within limits the ones with the
-    highest manipulability are kept, those within ``NEAR_LIMIT`` of a joint limit only if there are too few others.
-    With ``starts`` (s, dof) it begins at these too, and takes the best left in manipulability and the one left that is
-    nearest to a start alternately: a good choice for beta 0 and one for beta 1, of which the dynamics takes one.
+    "goal '<its text>'". Of the free solutions of ``IK_STARTS`` seeds those within ``NEAR_LIMIT`` of a joint limit are
+    taken only if there are too few others. With ``starts`` (s, dof) it begins at these too, and takes the best left in
+    manipulability and the one left that is nearest to a start alternately: good choices for beta 0 and for beta 1.
     A pose that cannot be reached exactly is reached within the ``tolerance`` (m, rad).
     Raises :class:`StateError`: out of limits, in collision, out of reach.
     """
@@ -83,10 +81,8 @@ def resolve(
             return resolve(here, checker, states, role, count, starts)
         case Position() | Pose():
             robot = with_tool(checker.robot, target.frame)
-            solutions = _reach(target, robot, role, starts, tolerance)
-            if not len(solutions.configurations):
-                raise _out_of_reach(solutions, robot, target, role)
-            return _choose(_kept(solutions.configurations, checker, role), checker, role, count, starts)
+            found = _reach(target, robot, role, starts, tolerance)
+            return _choose(_kept(found, checker, role), checker, role, count, starts)
 
 
 def other_turns(start: Target, checker: CollisionChecker, states: Mapping[str, str]) -> list[str]:
@@ -120,18 +116,9 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
         case Joints(values):
             return frozen(joint_values(np.array(values), checker.robot, role))
         case Position() | Pose():
-            robot = with_tool(checker.robot, target.frame)
-            solutions = _reach(target, robot, role, None, inverse.TOLERANCE)
-            found = solutions.configurations
-            if not len(found):
-                raise _out_of_reach(solutions, robot, target, role)
-            return _best_as_is(found, checker)
+            found = _reach(target, with_tool(checker.robot, target.frame), role, None, inverse.TOLERANCE)
         case ToolGoal(conditions):
-            return _best_as_is(within(conditions, checker, role), checker)
-
-
-def _best_as_is(found: Floats, checker: CollisionChecker) -> Floats:
-    """The best (dof,) of configurations (k, dof): free ones first, then the highest manipulability."""
+            found = within(conditions, checker, role)
     touching = np.array([contact_of(checker, q) is not None for q in found])
     return frozen(found[np.lexsort((-manipulability(checker.robot, found), touching))[0]])
 
@@ -178,14 +165,23 @@ def _spread(found: Floats, robot: Robot) -> Floats:
 
 def _reach(
     target: Position | Pose, robot: Robot, role: str, starts: Floats | None, tolerance: inverse.Tolerance
-) -> inverse.Solutions:
+) -> Floats:
+    """Configurations (k, dof) that reach a target; :class:`StateError` where there is none."""
     rng, position = np.random.default_rng(IK_SEED), np.array(target.xyz)
     near = None if starts is None else _seeds(robot, starts)
     if isinstance(target, Position):
         _check_finite(position, role)
-        return inverse.solve(robot, position, rng, IK_STARTS, near)
-    _check_finite(np.array([*target.xyz, *target.quaternion]), role)
-    return inverse.solve(robot, se3(_matrix(target, role)), rng, IK_STARTS, near, tolerance)
+        solutions = inverse.solve(robot, position, rng, IK_STARTS, near)
+    else:
+        _check_finite(np.array([*target.xyz, *target.quaternion]), role)
+        try:
+            placed = pose(target.xyz, quaternion=target.quaternion)
+        except ValueError as error:
+            raise StateError(f"{role}: {error}; give a unit quaternion qx,qy,qz,qw.") from None
+        solutions = inverse.solve(robot, se3(placed), rng, IK_STARTS, near, tolerance)
+    if not len(solutions.configurations):
+        raise _out_of_reach(solutions, robot, target, role)
+    return solutions.configurations
 
 
 def _seeds(robot: Robot, starts: Floats) -> Floats:
@@ -197,40 +193,24 @@ def _seeds(robot: Robot, starts: Floats) -> Floats:
 
 def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> list[Target]:
     """What a state's name stands for: more than one where the scene names alternatives."""
-    return [_numbers_of(text, states, checker, role) for text in follow(name, states)]
-
-
-def _numbers_of(text: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
-    target, robot, end = parse_target(text), checker.robot, role.partition(" '")[0]
-    if not isinstance(target, Named):
-        return target
-    if text == HOME:
-        return Joints(tuple(robot.home.tolist()))
-    names = choices(dict.fromkeys([*states, HOME]))
-    known = f"its states are {names}" if states else f"it names none, but {HOME} is known"
-    raise StateError(
-        f"{end} {shown(text)} is not among the scene's states for {robot.name} ({known}): choose another one, as "
-        f"{FORMS}."
-    )
-
-
-def _matrix(target: Pose, role: str) -> Floats:
-    try:
-        return pose(target.xyz, quaternion=target.quaternion)
-    except ValueError as error:
-        raise StateError(f"{role}: {error}; give a unit quaternion qx,qy,qz,qw.") from None
+    found, robot, end = [parse_target(text) for text in follow(name, states)], checker.robot, role.partition(" '")[0]
+    found = [Joints(tuple(robot.home.tolist())) if each.text == HOME else each for each in found]
+    if unknown := [each.text for each in found if isinstance(each, Named)]:
+        names = choices(dict.fromkeys([*states, HOME]))
+        raise StateError(
+            f"{end} {shown(unknown[0])} is not among the scene's states for {robot.name}, {names}: choose another one, "
+            f"as {FORMS}."
+        )
+    return found
 
 
 def _check_finite(values: Floats, role: str) -> None:
-    if not np.isfinite(values).all():
-        raise StateError(f"{role} holds a value that is not finite: give plain numbers.")
-    farthest = float(np.abs(values).max(initial=0.0))
-    if farthest > FARTHEST:
-        raise StateError(f"{role} holds the value {farthest:g}, beyond any arm's {FARTHEST:g}: give rad and metres.")
+    if not (np.abs(values) <= FARTHEST).all():
+        raise StateError(f"{role} must hold finite numbers of at most {FARTHEST:g} (rad and metres).")
 
 
 def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
-    """Joint values (dof,), see :func:`free_configurations`."""
+    """As :func:`free_configurations`, of joint values (dof,)."""
     return free_configurations([(role, values)], checker)[0]
 
 
@@ -379,17 +359,14 @@ def _nearest(
     for group in (order[~at_limit[order]], order[at_limit[order]]):
         blocked = []
         for row in group.tolist():  # whether it is free is asked last: that takes the longest
-            if checker.bound.looks_free(_states(starts[start[row]], delta[start[row], row])) and free(row):
+            step = delta[start[row], row]
+            count = max(1, int(np.ceil(np.abs(step).max() / _GLANCE)))
+            shares = np.arange(1, count) / count if count > 1 else np.ones(1)
+            if checker.bound.looks_free(starts[start[row]] + shares[:, None] * step) and free(row):
                 yield row
             else:
                 blocked.append(row)
         yield from filter(free, blocked)
-
-
-def _states(first: Floats, delta: Floats) -> Floats:
-    """States (n, dof) on the motion from ``first`` by ``delta`` (dof,), no joint moving further than ``_GLANCE``."""
-    count = max(1, int(np.ceil(np.abs(delta).max() / _GLANCE)))
-    return first + (np.arange(1, count) / count)[:, None] * delta if count > 1 else (first + delta)[None]
 
 
 def touching(role: str, contact: Contact) -> Touching:
@@ -403,12 +380,9 @@ def _describe(contact: Contact, checker: CollisionChecker) -> str:
 
 def _out_of_reach(solutions: inverse.Solutions, robot: Robot, target: Position | Pose, role: str) -> StateError:
     place = ", ".join(f"{value:g}" for value in target.xyz)
-    beyond = inverse.beyond_reach(robot, np.array(target.xyz))
-    reach = (
-        f"the target lies {metric(beyond, 'm')} beyond the arm's reach"
-        if beyond > 0
-        else "joint limits or orientation forbid it"
-    )
+    reach = "joint limits or orientation forbid it"
+    if (beyond := inverse.beyond_reach(robot, np.array(target.xyz))) > 0:
+        reach = f"the target lies {metric(beyond, 'm')} beyond the arm's reach"
     distance, angle, remedy = solutions.distance, solutions.angle, "choose a nearer one"
     if isinstance(target, Pose) and distance <= IK_LARGEST[0] / 2 and angle <= IK_LARGEST[1] / 2:
         allowed = ",".join(f"{max(1.1 * miss, IK_LEAST):.2g}" for miss in (distance, angle))

@@ -13,18 +13,44 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import StateError
+from planner.base.files import StrPath, make_folder, write_whole
 from planner.collision.checker import APART, CollisionChecker
-from planner.collision.self_pairs import ALWAYS, adjacent_pairs
+from planner.collision.coal import CoalChecker
+from planner.collision.self_pairs import ALWAYS, adjacent_pairs, generate_disabled_pairs
+from planner.collision.world import World
 from planner.kinematics.forward import joint_placements, tool_positions
 from planner.problem.targets import Position
 from planner.query.resolve import resolve
 from planner.robot.files.packages import example_robot_data
-from planner.robot.files.robot_files import RobotFiles, Source
-from planner.robot.robot import Robot
+from planner.robot.files.robot_files import JointChoice, RobotFiles, Source, read_robot
+from planner.robot.robot import Robot, assemble
+from planner.robot.robot_in_scene import require_bodies
+from planner.robot.scene import Scene
 
 _SAMPLES, _TARGETS = 200, 8
-_STEPS = 17  # configurations on the way from home
 _OFTEN = 0.5  # share of random configurations from which on a pair that touches is named
+
+
+def write_robot_yaml(
+    name: str, srdf: StrPath | None, tool: str | None, choice: JointChoice, out: Path
+) -> Iterator[str]:
+    """Write a robot file for a robot by name or path, and yield sentences on it, of :func:`self_test` too."""
+    files = read_robot(name, srdf)
+    robot = assemble(files, tool, choice)
+    require_bodies(robot)
+    listed = robot.disabled_pairs or frozenset()
+    pairs = generate_disabled_pairs(robot, CoalChecker) - listed
+    checker = CoalChecker(World.of(robot, Scene("none"), pairs | listed))
+    if not {*files.home} & {*robot.joints}:
+        home = _free_home(checker)
+        if (home != robot.home).any():
+            text = ",".join(f"{value:g}" for value in home.tolist())
+            yield f"No file says where home is, and links touch with the joints at zero: home is q:{text} instead."
+        robot = replace(robot, home=frozen(home))
+    make_folder(out.parent)
+    write_whole(out, robot_yaml(files, robot, pairs, out.parent).encode())
+    yield from self_test(CoalChecker(replace(checker.world, robot=robot), checker))
+    yield f"Written: {out}, with {len(pairs)} pairs of links that need no check. Plan with --robot {out}"
 
 
 def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset[str]], folder: Path) -> str:
@@ -77,33 +103,28 @@ def self_test(checker: CollisionChecker) -> Iterator[str]:
         f"Tried without obstacles: home is {'in collision' if at_home.any() else 'free'}, {reached} of {_TARGETS} tool "
         f"positions are reached, {100 * (~touching.any(axis=1)).mean():.0f} % of random configurations are free."
     )
-    shares, wheres = touching.mean(axis=0), dict[tuple[str, str], str]()
+    shares, places = touching.mean(axis=0), dict[tuple[str, ...], str]()
     for pair in np.flatnonzero(at_home | (shares >= _OFTEN)).tolist():
         contact = checker.world.contact(pair)
         often = f"in {100 * shares[pair]:.0f} % of random configurations" if shares[pair] >= _OFTEN else ""
         where = " and ".join(filter(None, ("at home" if at_home[pair] else "", often)))
-        wheres[min(contact.first, contact.second), max(contact.first, contact.second)] = where
-    for (first, second), where in sorted(wheres.items()):
+        places[tuple(sorted((contact.first, contact.second)))] = where
+    for (first, second), where in sorted(places.items()):
         yield (
             f"'{first}' and '{second}' touch {where}: if the real ones do not, give the URDF simpler collision "
             f'geometry there, or add ["{first}", "{second}"] to disabled_pairs of the file.'
         )
 
 
-def with_free_home(checker: CollisionChecker) -> CollisionChecker:
-    """The same checker of its robot with a home near the given one in which nothing touches, if one is found.
-
-    It lies on the way to the middle of the limits, else it is the nearest of random free configurations.
-    """
+def _free_home(checker: CollisionChecker) -> Floats:
+    """A home (dof,) in which nothing touches: its own, the first towards mid-range, or the nearest of random ones."""
     robot = checker.robot
-    way = robot.home + np.linspace(0.0, 1.0, _STEPS)[:, None] * (0.5 * (robot.lower + robot.upper) - robot.home)
-    q = np.clip(np.round(np.vstack([robot.home, way, _random(robot)]), 3), robot.lower, robot.upper)  # people read it
+    way = robot.home + np.linspace(0.0, 1.0, 17)[:, None] * (0.5 * (robot.lower + robot.upper) - robot.home)
+    random = _random(robot)
+    random = random[np.argsort(np.abs(random - robot.home).sum(axis=1), kind="stable")]
+    q = np.clip(np.round(np.vstack([robot.home, way, random]), 3), robot.lower, robot.upper)  # people read it
     free = np.flatnonzero(~_touching(checker, q).any(axis=1))
-    if not len(free) or free[0] == 0:
-        return checker
-    away = np.abs(q[free] - robot.home).sum(axis=1)
-    home = q[free[0] if free[0] <= _STEPS else free[away.argmin()]]
-    return type(checker)(replace(checker.world, robot=replace(robot, home=frozen(home))), checker)
+    return q[free[0]] if len(free) and free[0] else robot.home
 
 
 def _random(robot: Robot) -> Floats:

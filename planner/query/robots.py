@@ -1,4 +1,4 @@
-"""The robot of a request, and every file that a request reads.
+"""The robot of a request, what its hand takes, and every file that a request reads.
 
 A robot is read once a process while its files stand as they are, and is the same object each time: its reaches, hulls
 and pairs are cached by the object.
@@ -14,33 +14,31 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from planner.base.arrays import Floats, frozen
 from planner.base.errors import Note, OptionError, PlannerError
 from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
+from planner.kinematics.forward import tool_pose
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
 from planner.problem.targets import Joints, Target
 from planner.query.resolve import looks_like_degrees
 from planner.robot.files.packages import PATHS
 from planner.robot.files.robot_files import JointChoice, RobotFiles, find_robot, read_robot, robot_file
-from planner.robot.files.urdf import Description, read_description
+from planner.robot.files.urdf import read_description
 from planner.robot.files.urdf_geometry import mesh_files
-from planner.robot.moveit.requests import choice_of, notes_on, start_of
+from planner.robot.moveit.requests import MotionPlanRequest, choice_of, notes_on, start_of
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
 from planner.robot.scene import Scene
-
-if TYPE_CHECKING:
-    from planner.robot.moveit.requests import MotionPlanRequest
+from planner.robot.shapes import Carried, Obstacle
 
 _log = logging.getLogger(__name__)
 
-_Stamp: TypeAlias = tuple[str, int, int]  # a path, when its file was last changed (ns), its size (bytes)
-_known: dict[tuple[object, ...], tuple[RobotFiles, dict[Path, _Stamp | None]]] = {}
+_known: dict[tuple[object, ...], tuple[RobotFiles, dict[Path, tuple[int, int] | None]]] = {}
 
 
 def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
@@ -101,16 +99,10 @@ def files_of(name: str, srdf: StrPath | None) -> RobotFiles:
     if files is None or any(_stamp(path) != stamp for path, stamp in stamps.items()):
         files = read_robot(name, srdf)
         if files.description.path.suffix.lower() not in (".xacro", ".xml"):
-            _known[key] = files, {path: _stamp(path) for path in _paths_of(files)}
+            own = [files.srdf.path] if files.srdf else []
+            paths = robot_file(files.origin), files.description.path, *own, *mesh_files(files.description)
+            _known[key] = files, {path: _stamp(path) for path in paths}
     return files
-
-
-def _paths_of(files: RobotFiles) -> Iterator[Path]:
-    """All that a robot was read from: robot.yaml or URDF, then URDF, SRDF and meshes."""
-    yield from (robot_file(files.origin), files.description.path)
-    if files.srdf is not None:
-        yield files.srdf.path
-    yield from mesh_files(files.description)
 
 
 @lru_cache(maxsize=16)
@@ -124,13 +116,37 @@ def _assembled(
     return assemble(files, tool, choice, dict(fixed), np.reshape(base, (4, 4)))
 
 
-def _stamp(path: Path) -> _Stamp | None:
-    """The stamp of a file, None where there is none; programs can set back mtime, but not ctime."""
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """When a file was last changed (ns), its size; None where there is none. Programs can set back mtime, not ctime."""
     try:
         stat = path.stat()
     except (OSError, ValueError):
         return None
-    return str(path), stat.st_ctime_ns, stat.st_size
+    return stat.st_ctime_ns, stat.st_size
+
+
+def take(scene: Scene, item: Obstacle, robot: Robot, link: str, q: Floats, touch_links: tuple[str, ...] = ()) -> Scene:
+    """The scene with its obstacle ``item`` carried by ``link``, as it stands to that in the configuration ``q``."""
+    held = frozen(np.linalg.inv(_hand(robot, link, q)) @ item.placement)
+    carried = Carried(link, item.name, item.shape, held, touch_links, speed_limit=item.speed_limit)
+    obstacles = tuple(other for other in scene.obstacles if other is not item)
+    return replace(scene, obstacles=obstacles, carried=(*scene.carried, carried))
+
+
+def let_go(scene: Scene, item: Carried, robot: Robot, q: Floats) -> Scene:
+    """The scene with what it carries, ``item``, standing where the arm holds it in the configuration ``q``."""
+    put_down = Obstacle(item.name, item.shape, placement_of(item, robot, q), speed_limit=item.speed_limit)
+    carried = tuple(other for other in scene.carried if other is not item)
+    return replace(scene, obstacles=(*scene.obstacles, put_down), carried=carried)
+
+
+def placement_of(item: Carried, robot: Robot, q: Floats) -> Floats:
+    """The placement (4, 4) of a thing that a link carries, in the configuration ``q`` (dof,)."""
+    return frozen(_hand(robot, item.link, q) @ item.placement)
+
+
+def _hand(robot: Robot, link: str, q: Floats) -> Floats:
+    return tool_pose(with_tool(robot, link), q).homogeneous
 
 
 def sources_hash(request: SweepRequest | PlanRequest) -> str:
@@ -142,8 +158,10 @@ def sources_hash(request: SweepRequest | PlanRequest) -> str:
     what = request.what
     more = (path for path in (what.motion_plan_request, request.quality.roadmap) if path is not None)
     for path in (*robot_sources(str(what.robot), what.srdf), *scene_sources(str(what.scene)), *more):
-        stamp = _stamp(path)
-        digest.update(b"missing" if stamp is None else _content(stamp))
+        try:
+            digest.update(hashlib.sha256(Path(path).read_bytes()).digest())
+        except (OSError, ValueError):
+            digest.update(b"missing")
     return digest.hexdigest()
 
 
@@ -156,9 +174,7 @@ def robot_sources(name: str, srdf: StrPath | None = None) -> Iterator[Path]:
         yield from (Path(path) for path in (found, srdf or own) if path is not None)
         if found.suffix.lower() == ".xacro":  # it may name any of these
             yield from (path for kind in ("*.xacro", "*.yaml") for path in sorted(found.parent.parent.rglob(kind)))
-        stamp = _stamp(found)
-        if stamp is not None:
-            yield from mesh_files(_description(stamp, tuple(sorted(file.urdf.args.items()))))
+        yield from mesh_files(read_description(found, file.urdf.args))
 
 
 def scene_sources(name: str) -> Iterator[Path]:
@@ -171,16 +187,3 @@ def scene_sources(name: str) -> Iterator[Path]:
             things = [data.get(key) for key in ("obstacles", "carried")] if isinstance(data, dict) else []
             items = [item for each in things if isinstance(each, list) for item in each if isinstance(item, dict)]
             yield from (path.parent / item["file"] for item in items if isinstance(item.get("file"), str))
-
-
-@lru_cache(maxsize=4096)
-def _content(stamp: _Stamp) -> bytes:
-    try:
-        return hashlib.sha256(Path(stamp[0]).read_bytes()).digest()
-    except OSError:
-        return b"unreadable"
-
-
-@lru_cache(maxsize=64)
-def _description(stamp: _Stamp, arguments: tuple[tuple[str, str], ...]) -> Description:
-    return read_description(Path(stamp[0]), dict(arguments))

@@ -19,20 +19,13 @@ LONGEST = 1e5  # s: a motion that takes more than a day is none that an arm wait
 SHORTEST = 1e-6  # s: nothing that is planned for changes its place sooner
 
 
-def wrong_times(times: Sequence[float] | Floats) -> str | None:
-    """What is wrong with the times (k,) s of a motion, as the end of a sentence; None where nothing is."""
-    if not len(times):
-        return "are none: give at least the pose at 0 s"
-    if times[0] != 0:
-        return "have to begin at 0 s"
-    steps = np.diff(times)
-    if not (steps > 0).all():
-        return "have to increase strictly"
-    short = steps < 0.999 * SHORTEST  # sums of times are rounded
-    if short.any():
-        k = int(np.argmax(short))
-        return f"have to be at least {SHORTEST:g} s apart, and {times[k]:.12g} s and {times[k + 1]:.12g} s are not"
-    return None
+def require_times(times: Sequence[float] | Floats) -> None:
+    """Raise ValueError for times (k,) s of a motion that do not begin at 0, or increase by less than ``SHORTEST``."""
+    if not len(times) or times[0] != 0 or (np.diff(times) < 0.999 * SHORTEST).any():  # sums of times are rounded
+        raise ValueError(
+            f"the times of a motion must begin at 0 s and increase by at least {SHORTEST:g} s each, got "
+            f"{', '.join(f'{time:.12g}' for time in times[:10])}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +43,12 @@ class KnownMotion:
     poses: Floats
 
     def __init__(self, times: Sequence[float] | Floats, poses: Sequence[Floats] | Floats) -> None:
-        if any(isinstance(time, bool | np.bool_) for time in np.ravel(np.asarray(times, dtype=object))):
-            raise SceneError("KnownMotion.times holds true or false: give seconds.")
         object.__setattr__(self, "times", frozen(numbers("KnownMotion.times", times, ("k",), SceneError, LONGEST)))
-        k = len(self.times)
-        if why := wrong_times(self.times):
-            raise SceneError(f"the times of a motion {why}; mend them.")
-        found = numbers("KnownMotion.poses", poses, (k, 4, 4), SceneError, FARTHEST)
+        try:
+            require_times(self.times)
+        except ValueError as error:
+            raise SceneError(f"{error}: mend them.") from None
+        found = numbers("KnownMotion.poses", poses, (len(self.times), 4, 4), SceneError, FARTHEST)
         placed = [placement(f"KnownMotion.poses[{row}]", pose, SceneError) for row, pose in enumerate(found)]
         object.__setattr__(self, "poses", frozen(placed))
 
@@ -80,17 +72,15 @@ class KnownMotion:
         share = (t - self.times[k]) / np.diff(self.times)[k]
         found = np.array(self.poses[k])
         found[:, :3, 3] += share[:, None] * (self.poses[k + 1, :3, 3] - self.poses[k, :3, 3])
-        if not self.turns.any():
-            return found
-        parts = zip(found[:, :3, :3], share[:, None] * self.turns[k], strict=True)
-        found[:, :3, :3] = [turn @ pin.exp3(part) for turn, part in parts]
+        if self.turns.any():
+            parts = zip(found[:, :3, :3], share[:, None] * self.turns[k], strict=True)
+            found[:, :3, :3] = [turn @ pin.exp3(part) for turn, part in parts]
         return found
 
     def speeds(self, shape: Shape) -> Floats:
         """(k - 1,) m/s that no point of a ``shape`` exceeds between two poses."""
-        seconds = np.diff(self.times)
         line = np.linalg.norm(np.diff(self.poses[:, :3, 3], axis=0), axis=1)
-        return (line + np.linalg.norm(self.turns, axis=1) * farthest(shape, np.eye(4))) / seconds
+        return (line + np.linalg.norm(self.turns, axis=1) * farthest(shape, np.eye(4))) / np.diff(self.times)
 
     def speeds_at(self, t: Floats, shape: Shape) -> Floats:
         """(n,) the same at times ``t`` (n,) s, none of which is among the motion's own; 0 where it stands."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen, placement
 from planner.base.cache import content_hash
-from planner.base.errors import ArrayError, FileError, Note, RobotError, choices
+from planner.base.errors import FileError, Note, RobotError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import FARTHEST
 from planner.problem.targets import TURN
@@ -21,14 +21,13 @@ from planner.robot.files import urdf
 from planner.robot.files.meshes import collada_notes
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, Rows, read_robot
 from planner.robot.files.srdf import states_of_joints
-from planner.robot.files.urdf_geometry import bodies, mesh_files, read_geometry
+from planner.robot.files.urdf_geometry import mesh_files, read_bodies
 from planner.robot.poses import pose
 from planner.robot.shapes import Body, Carried
 
 _log = logging.getLogger(__name__)
 
 _MOST_TURNS = 4  # in either direction: limits of more are taken for degrees
-_ROUNDED = 1e-6  # rad (m): what a file writes with few digits is at its limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,18 +132,18 @@ class Robot:
 
     def difference(self, a: Floats, b: Floats) -> Floats:
         """The joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
-        return shorter_way(self._of_joints("b", b) - self._of_joints("a", a), self.continuous)
+        return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
 
     def told_by_ends(self, delta: Floats) -> Bools:
         """(...,) which joint motions (..., dof) are those that angles of their ends tell: below half a turn."""
-        return np.all(np.abs(self._of_joints("delta", delta)[..., self.continuous]) < HALF_TURN, axis=-1)
+        return np.all(np.abs(delta[..., self.continuous]) < HALF_TURN, axis=-1)
 
     def unwound(self, path: Floats) -> Floats:
         """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump.
 
         What takes no whole turns stays the same to the last bit.
         """
-        path = self._of_joints("path", path)
+        path = np.asarray(path)
         if not self.continuous.any():
             return np.array(path)
         turns = np.rint((self.difference(path[:-1], path[1:]) - np.diff(path, axis=0)) / (2 * np.pi))
@@ -152,17 +151,7 @@ class Robot:
 
     def normalise(self, q: Floats) -> Floats:
         """Continuous joints brought into [-pi, pi)."""
-        q = self._of_joints("q", q)
-        if not self.continuous.any():
-            return np.array(q, dtype=float)
-        return np.where(self.continuous, in_one_turn(q + np.pi) - np.pi, q)
-
-    def _of_joints(self, what: str, values: Floats) -> Floats:
-        """``values`` as an array (..., dof); :class:`ArrayError` where they are of other joints."""
-        found = np.asarray(values)
-        if found.shape[-1:] != (self.dof,):
-            raise ArrayError(f"{what} has shape {found.shape}: give {self.dof} joint values a row.")
-        return found
+        return np.where(self.continuous, in_one_turn(np.asarray(q) + np.pi) - np.pi, q)
 
 
 HALF_TURN = np.pi - 1e-9
@@ -257,9 +246,8 @@ def load_visuals(robot: Robot) -> tuple[Body, ...]:
     """
     full = urdf.build_model(robot.source)
     try:
-        geometry = read_geometry(robot.source, full, "visual")
-        _, placed = urdf.reduce(full, geometry.model, tuple(robot.model.names), robot.fixed_joints, robot.base)
-        return (*bodies(placed, geometry), *robot.carried)
+        moving = tuple(robot.model.names)
+        return (*read_bodies(robot.source, full, "visual", moving, robot.fixed_joints, robot.base)[1], *robot.carried)
     except (RobotError, FileError) as error:
         _log.warning("the page shows the shapes that collide, as those to look at cannot be read: %s", error)
         return robot.bodies
@@ -281,10 +269,9 @@ def assemble(
     free = {*planned, *fixed, *(item.joint for item in description.mimics)}
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
     base = pose() if base is None else placement("base", base)
-    geometry = read_geometry(description, files.model, "collision")
     held, followers = urdf.follow(description, files.model, planned, fixed)
     moving = [*planned, *(item.joint for item in followers)]
-    model, placed = urdf.reduce(files.model, geometry.model, moving, held, base)
+    model, bodies = read_bodies(description, files.model, "collision", moving, held, base)
     _check_limits(model)
     endless, narrowed = urdf.narrow(model, followers, description.continuous)
     rows = [model.getJointId(name) - 1 for name in planned]
@@ -310,11 +297,10 @@ def assemble(
         notes=(
             *files.notes,
             *collada_notes(mesh_files(description)),
-            *_held_beyond_limits(files.model, held),
             *narrowed,
         ),
         model=model,
-        bodies=bodies(placed, geometry),
+        bodies=bodies,
         fixed_joints=held,
         followers=followers,
     )
@@ -329,27 +315,15 @@ def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:
         raise RobotError(f"{text} frame.")
 
 
-def _held_beyond_limits(model: pin.Model, held: Mapping[str, float]) -> Iterator[Note]:
-    for name, value in held.items():
-        row = model.joints[model.getJointId(name)].idx_q
-        low, high = model.lowerPositionLimit[row], model.upperPositionLimit[row]
-        if not low - _ROUNDED <= value <= high + _ROUNDED:
-            text = f"joint '{name}' is held at {value:g}, beyond its limits [{low:g}, {high:g}]: hold it within them in"
-            yield Note(f"{text} fixed_joints of the robot or scene file.")
-
-
 def _check_limits(model: pin.Model) -> None:
-    limits = model.names[1:], model.lowerPositionLimit, model.upperPositionLimit
-    for joint, name, low, high in zip(list(model.joints)[1:], *limits, strict=True):
+    limits = model.names[1:], model.lowerPositionLimit, model.upperPositionLimit, urdf.slides(model)
+    for name, low, high, slides in zip(*limits, strict=True):
         if not (np.isfinite(low) and np.isfinite(high) and low < high):
-            raise RobotError(
-                f"joint '{name}' has limits [{low:g}, {high:g}]: give it finite limits, lower below upper, in the URDF."
-            )
-        farthest = max(abs(low), abs(high))
-        if not joint.shortname().startswith("JointModelP") and farthest > _MOST_TURNS * TURN:
-            raise RobotError(
-                f"joint '{name}' has limits [{low:g}, {high:g}] in rad: degrees? 180 degrees are 3.1416; a joint that "
-                "turns without end is of type continuous."
-            )
-        if farthest > FARTHEST:
-            raise RobotError(f"joint '{name}' has limits [{low:g}, {high:g}] in metres: give it real ones in the URDF.")
+            text = "give it finite limits, lower below upper, in the URDF."
+        elif max(abs(low), abs(high)) <= (FARTHEST if slides else _MOST_TURNS * TURN):
+            continue
+        elif slides:
+            text = "give it real ones, in metres, in the URDF."
+        else:
+            text = "degrees? 180 degrees are 3.1416 rad; a joint that turns without end is of type continuous."
+        raise RobotError(f"joint '{name}' has limits [{low:g}, {high:g}]: {text}")

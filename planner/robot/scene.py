@@ -34,7 +34,7 @@ from planner.base.yamlfile import (
 from planner.problem.conditions import AND, conditions_of
 from planner.problem.targets import TURN
 from planner.robot.files.meshes import collada_notes, read_mesh
-from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
+from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, require_times
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
 
@@ -81,11 +81,10 @@ class _Standing(PoseFile):
 
     @pydantic.model_validator(mode="after")
     def _one_place(self) -> _Standing:
-        placed = {"position", "rpy", "quaternion", "speed_limit"} & self.model_fields_set
-        if self.motion and placed:
-            raise ValueError(f"give a motion or a {min(placed)}, not both: the motion says where it is")
-        if "motion" in self.model_fields_set and (why := wrong_times([pose.t for pose in self.motion])):
-            raise ValueError(f"the times of a motion {why}")
+        if "motion" in self.model_fields_set:
+            require_times([pose.t for pose in self.motion])
+            if placed := {"position", "rpy", "quaternion", "speed_limit"} & self.model_fields_set:
+                raise ValueError(f"give a motion or a {min(placed)}, not both: the motion says where it is")
         return self
 
 
@@ -152,8 +151,7 @@ class SceneFile(Strict):
 
     @pydantic.model_validator(mode="after")
     def _distinct_names(self) -> SceneFile:
-        twice = repeated(item.name for item in (*self.obstacles, *self.carried))
-        if twice:
+        if twice := repeated(item.name for item in (*self.obstacles, *self.carried)):
             raise ValueError(f"name '{twice[0]}' is used twice; names must differ, also those of carried things")
         return self
 
@@ -221,6 +219,7 @@ class Scene:
         return tuple(item for item in self.obstacles if item.speed_limit > 0)
 
     def states_of(self, robot: str) -> Mapping[str, str]:
+        """The named states of a robot, each as its text."""
         return self.states.get(robot, {})
 
     @property
@@ -253,25 +252,24 @@ def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path(
     return tuple(collada_notes(folder / item.file for item in items if item.type == "mesh"))
 
 
-def _moving(item: ObstacleFile, folder: Path) -> MovingObstacle:
-    motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])
-    return MovingObstacle(item.name, _shape(item, folder), motion)
-
-
-def _carried(item: CarriedFile, folder: Path) -> Carried:
-    return Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links)
-
-
 def _build(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
+    moving = [
+        (item, KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion]))
+        for item in file.obstacles
+        if item.motion
+    ]
     return Scene(
         file.name or path.stem,
         tuple(obstacle_of(item, folder) for item in file.obstacles if not item.motion),
         file.description,
         file.states,
         file.robots,
-        tuple(_moving(item, folder) for item in file.obstacles if item.motion),
-        tuple(_carried(item, folder) for item in file.carried),
+        tuple(MovingObstacle(item.name, _shape(item, folder), motion) for item, motion in moving),
+        tuple(
+            Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links)
+            for item in file.carried
+        ),
         frozenset(frozenset(pair) for pair in file.allowed),
         notes=mesh_notes((*file.obstacles, *file.carried), folder),
         keep=AND.join(each.text for each in conditions_of(file.keep)),
@@ -286,17 +284,13 @@ def write_scene(scene: Scene, path: StrPath) -> list[Path]:
     object that is placed in a frame of its own, a mesh with a radius.
     """
     path = Path(path)
-    for item in (*scene.obstacles, *scene.carried):
-        if item.frame:
-            raise SceneError(
-                f"'{item.name}' is placed in frame '{item.frame}', which no scene file says: place it in the world."
-            )
-    meshes: dict[Path, Mesh] = {}
-    for item in (*scene.obstacles, *scene.moving, *scene.carried):
-        if isinstance(item.shape, Mesh):
-            meshes[path.with_name(f"{path.stem}-{len(meshes)}.obj")] = item.shape
-            if item.shape.radius:
-                raise SceneError(f"the mesh of '{item.name}' has a radius, which no scene file says: leave that out.")
+    if placed := [item.name for item in (*scene.obstacles, *scene.carried) if item.frame]:
+        raise SceneError(f"{choices(placed)}: a scene file cannot name the frame of its own: place it in the world.")
+    shapes = [item.shape for item in (*scene.obstacles, *scene.moving, *scene.carried)]
+    if any(isinstance(shape, Mesh) and shape.radius for shape in shapes):
+        raise SceneError("a scene file cannot give a mesh its radius: leave that out.")
+    found = [shape for shape in shapes if isinstance(shape, Mesh)]
+    meshes = {path.with_name(f"{path.stem}-{k}.obj"): mesh for k, mesh in enumerate(found)}
     files = iter(meshes)
     content = {
         "name": scene.name,
@@ -311,7 +305,9 @@ def write_scene(scene: Scene, path: StrPath) -> list[Path]:
     text = yaml_text({key: value for key, value in content.items() if value or key == "name"})
     make_folder(path.parent)
     for file, mesh in meshes.items():
-        write_whole(file, _obj(mesh).encode())
+        lines = [f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist()]
+        lines += [f"f {i} {j} {k}\n" for i, j, k in (mesh.triangles + 1).tolist()]
+        write_whole(file, "".join(lines).encode())
     write_whole(path, text.encode())
     return [path, *meshes]
 
@@ -343,8 +339,3 @@ def _permissions(scene: Scene) -> Iterator[list[str]]:
         first, second = (tuple(pair) * 2)[:2]
         for a, b in itertools.product(shapes.get(first, [first]), shapes.get(second, [second])):
             yield sorted((a, b))
-
-
-def _obj(mesh: Mesh) -> str:
-    vertices = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist())
-    return vertices + "".join(f"f {i + 1} {j + 1} {k + 1}\n" for i, j, k in mesh.triangles.tolist())

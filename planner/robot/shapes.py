@@ -132,7 +132,7 @@ class Obstacle(_Placed):
 
     With a ``speed_limit`` (m/s) it may leave its place at time 0, no point of it quicker than that: what is proven of
     such an obstacle holds for its place, and a trajectory's proof says until when whatever it does. ``frame`` is that
-    of the ``placement``, empty for the world; :func:`planner.robot.frames.in_world` brings an obstacle there.
+    of the ``placement``, empty for the world; :func:`planner.robot.robot_in_scene.in_world` brings an obstacle there.
     """
 
     name: str

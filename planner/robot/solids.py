@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
@@ -49,27 +51,18 @@ def _winding(corners: Floats, points: Floats) -> Floats:
 @lru_cache(maxsize=1024)
 def solid_of(mesh: Mesh) -> Solid | None:
     """The closed pieces of ``mesh`` as a solid; None where there are none."""
-    triangles, piece = _welded(mesh)
-    kept = np.isin(piece, np.flatnonzero(_closed_pieces(mesh)))
-    if not kept.any():
+    triangles, piece, closed = _pieces(mesh)
+    if not closed.any():
         return None
-    corners = mesh.vertices[triangles[kept]]
+    corners = mesh.vertices[triangles[closed[piece]]]
     points = corners.reshape(-1, 3)
     return Solid(frozen(corners), frozen(points.min(axis=0)), frozen(points.max(axis=0)))
 
 
-@lru_cache(maxsize=1024)
 def is_watertight(mesh: Mesh) -> bool:
     """Whether every piece of ``mesh`` is closed, its triangles all facing in one direction, in or out."""
-    closed = _closed_pieces(mesh)
-    return len(closed) > 0 and all(closed)
-
-
-@lru_cache(maxsize=1024)
-def _closed_pieces(mesh: Mesh) -> tuple[bool, ...]:
-    """Which of the connected pieces of ``mesh`` are closed."""
-    triangles, piece = _welded(mesh)
-    return tuple(is_closed(triangles[piece == k]) for k in range(int(piece.max(initial=-1)) + 1))
+    closed = _pieces(mesh)[2]
+    return len(closed) > 0 and bool(closed.all())
 
 
 def is_closed(triangles: Ints) -> bool:
@@ -90,9 +83,8 @@ def points_of_pieces(shape: Shape) -> Floats:
     """
     if not isinstance(shape, Mesh):
         return np.zeros((1, 3))
-    triangles, piece = _welded(shape)
-    _, first = np.unique(piece, return_index=True)
-    return frozen(shape.vertices[triangles[first, 0]])
+    triangles, piece, _ = _pieces(shape)
+    return frozen(shape.vertices[triangles[np.unique(piece, return_index=True)[1], 0]])
 
 
 def may_hold(solid: Solid, measures: Floats) -> Bools:
@@ -132,7 +124,7 @@ def points_used(mesh: Mesh) -> Ints:
 
 def pieces_of_vertices(mesh: Mesh) -> Ints:
     """(n,) the number of the connected piece that each vertex belongs to; -1 where no triangle with an area has it."""
-    triangles, piece = _welded(mesh)
+    triangles, piece, _ = _pieces(mesh)
     first, same = distinct_rows(mesh.vertices)
     found = np.full(len(mesh.vertices), -1, dtype=np.int64)
     found[triangles] = piece[:, None]
@@ -140,11 +132,8 @@ def pieces_of_vertices(mesh: Mesh) -> Ints:
 
 
 @lru_cache(maxsize=1024)
-def _welded(mesh: Mesh) -> tuple[Ints, Ints]:
-    """Triangles (m, 3) by the first of equal vertices, without those that have no area, and the piece (m,) of each."""
-    from scipy.sparse import coo_array  # 0.2 s to load
-    from scipy.sparse.csgraph import connected_components
-
+def _pieces(mesh: Mesh) -> tuple[Ints, Ints, Bools]:
+    """Triangles (m, 3) by the first of equal vertices, those with an area; the piece (m,) of each; which are closed."""
     first, same = distinct_rows(mesh.vertices)
     triangles = first[same][mesh.triangles]
     a, b, c = triangles.T
@@ -152,5 +141,6 @@ def _welded(mesh: Mesh) -> tuple[Ints, Ints]:
     a, b, c = triangles.T
     edges = np.concatenate([a, a]), np.concatenate([b, c])
     graph = coo_array((np.ones(len(edges[0])), edges), shape=(len(same), len(same)))
-    label = connected_components(graph, directed=False)[1]
-    return triangles, np.unique(label[a], return_inverse=True)[1].astype(np.int64)
+    piece = np.unique(connected_components(graph, directed=False)[1][a], return_inverse=True)[1].astype(np.int64)
+    closed = [is_closed(triangles[piece == k]) for k in range(int(piece.max(initial=-1)) + 1)]
+    return triangles, piece, np.array(closed, dtype=bool)

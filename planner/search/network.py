@@ -11,8 +11,8 @@ from planner.base.arrays import Floats, Ints, traded_off
 from planner.base.errors import AssumptionError, KeywordError, OptionError
 from planner.cost.scale import cost_number, length_cost, manipulability_cost
 from planner.native.graphs import cheapest_nodes
-from planner.problem.options import ManipulabilityCost, Metric
-from planner.problem.request import DEFAULT_COST, DEFAULT_METRIC, Objective
+from planner.problem.options import Metric
+from planner.problem.request import DEFAULT_METRIC, Objective
 from planner.roadmap.roadmap import Roadmap
 
 _PLAIN = Objective()
@@ -34,11 +34,6 @@ def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
     ``joint`` is the Euclidean joint motion, ``workspace`` the length of the tool's path.
     """
     return length_cost(roadmap.scale, metric, roadmap.joint_length, roadmap.tool_length)
-
-
-def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCost = DEFAULT_COST) -> Floats:
-    """The mean of omega along every edge (m,), in [zeta, 1], as :mod:`planner.cost.integral` has it."""
-    return roadmap.edge_cost[:, cost_number(manipulability)]
 
 
 def build_network(
@@ -66,7 +61,7 @@ def build_network(
     kept = roadmap.clearance >= clearance
     weight = np.tile(distance_cost(roadmap, objective.metric)[kept], 2)
     along = objective.charge == "edges"
-    omega = edge_manipulability_cost(roadmap, name)[kept] if along else None
+    omega = roadmap.edge_cost[kept, cost_number(name)] if along else None
     return gabf.Network.from_arcs(
         tails=roadmap.edges[kept].T.ravel(),
         heads=roadmap.edges[kept, ::-1].T.ravel(),

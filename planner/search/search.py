@@ -56,15 +56,12 @@ class ProvenNetwork:
 class Found:
     """The settled field and the proven path over nodes ``steps`` (k,); no steps: there is no path, or a stop was asked.
 
-    ``rounds`` counts the fields on the way, ``raised`` the nodes that were lifted in them, ``updates`` the parent
-    values that were computed.
+    ``rounds`` counts the fields on the way.
     """
 
     field: gabf.CostToGo
     steps: Ints
     rounds: int
-    raised: int
-    updates: int
 
 
 def search(
@@ -81,7 +78,7 @@ def search(
     ``x`` (n,) of the first n nodes, then from each field before, raised where it relied on what went; under a law that
     needs an overestimate it starts anew each time.
     """
-    clock, rounds, raised, updates = clock or Stopwatch(), 0, 0, 0
+    clock, rounds = clock or Stopwatch(), 0
     while True:
         with clock("gabf"):
             network = lazy.network
@@ -89,8 +86,7 @@ def search(
                 field = gabf.solve(network, law=law)
             else:
                 new = np.full(network.n_nodes - len(x), np.inf)
-                healing = gabf.heal(network, np.append(x, new), law)
-                field, raised, updates = healing.cost_to_go, raised + len(healing.raised), updates + healing.updates
+                field = gabf.heal(network, np.append(x, new), law).cost_to_go
             x, rounds = field.x, rounds + 1
         progress("path", rounds, rounds + 1)
         with clock("path"):
@@ -98,7 +94,7 @@ def search(
             stopped = progress.stopped
             if stopped or not len(steps) or lazy.holds(steps):
                 progress("path", rounds, rounds)
-                return Found(field, steps[:0] if stopped else steps, rounds, raised, updates)
+                return Found(field, steps[:0] if stopped else steps, rounds)
 
 
 class RoadmapPaths:

@@ -139,6 +139,12 @@ MESSAGES: dict[str, type[Strict]] = {
 }
 
 
+def id_in(data: Any) -> str | int | None:
+    """The id of a message that may be no request."""
+    name = data.get("id") if isinstance(data, dict) else None
+    return name if isinstance(name, str) or (isinstance(name, int) and abs(name) < 1 << 63) else None
+
+
 def read_request(data: Any) -> Request:
     """The request with the message of its method as ``params``; :class:`OptionError` for anything else."""
     request = validate(Request, data, "the request", OptionError)

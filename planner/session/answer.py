@@ -1,17 +1,26 @@
-"""From a query to its plan: ends are linked, the field heals, and only if that is of no use the roadmap grows."""
+"""From a query to its plan: ends are linked, the field heals, and only if that is of no use the roadmap grows.
+
+Edges that a change has opened are proven once the field's path uses them; with the first edge that fails those around
+the path are proven too.
+"""
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import frozen
+from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.errors import PlannerError
 from planner.base.progress import QUIET, Progress
+from planner.collision import coal_checker, second_checker
+from planner.collision.checker import CollisionChecker
+from planner.collision.looks import second_look, straight
 from planner.planning.improvement import improved_roadmap
-from planner.planning.result import Edges, Plan, Replanned
+from planner.planning.result import Plan
+from planner.planning.solve import find_earliest
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
 from planner.query.query import Query
@@ -19,14 +28,28 @@ from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.infeasibility import why_apart
-from planner.roadmap.roadmap import Roadmap, path_waypoints
-from planner.search.network import build_network, path_cost
-from planner.session.live_roadmap import LiveRoadmap
-from planner.session.search import LiveFound, go_on, search_live
-from planner.trajectory.earliest import earliest_motion, why_not_in_time
+from planner.roadmap.roadmap import path_waypoints
+from planner.search.manipulability_floor import LayeredNetwork
+from planner.search.network import build_network, edge_rows, path_cost
+from planner.search.search import Found, RoadmapPaths, search
+from planner.session.live_roadmap import Edges, LiveRoadmap, clauses_of
 from planner.trajectory.limits import MotionLimits
 
 _GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: beyond it the oldest ones go
+_MANY = 0.5  # share of the clauses beyond which a checker of them alone gains nothing
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SessionPlan(Plan):
+    """A plan of a session; ``path_nodes`` are nodes of its whole roadmap, whose ``edges`` may be open.
+
+    ``edges``: what became of them for this plan. ``nodes_grown``: by how many nodes the roadmap grew because start and
+    goal had come apart. ``rounds``: how often the field healed.
+    """
+
+    edges: Edges = field(default_factory=Edges)
+    nodes_grown: int = 0
+    rounds: int = 0
 
 
 @dataclass(frozen=True)
@@ -42,7 +65,7 @@ class Planning:
     progress: Progress = QUIET
 
 
-def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveRoadmap, Plan]:
+def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveRoadmap, SessionPlan]:
     """The roadmap after a query, and the query's plan."""
     go_on(planning.progress)
     begin, may_grow = time.perf_counter(), live.kept is not None
@@ -63,25 +86,19 @@ def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveR
         live, found, curve = _refined(_after(searches[-1]), planning)
         edges.append(found)
         searches.append(_search(live, planning))
-    last = searches[-1]
+    last, rounds = searches[-1], sum(each.rounds for each in searches)
     live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else _after(last)
-    done = Replanned(
-        sum(edges, Edges()),
-        nodes_grown=nodes_grown,
-        rounds=sum(each.rounds for each in searches),
-        raised=sum(each.raised for each in searches),
-        updates=sum(each.updates for each in searches),
-    )
-    made = _plan(live, last, query, planning.request)
-    return live, replace(made, curve=curve, replanned=done, timings={"plan": time.perf_counter() - begin})
+    of_session = {"edges": sum(edges, Edges()), "nodes_grown": nodes_grown, "rounds": rounds, "curve": curve}
+    made = replace(_plan(live, last, query, planning.request), **of_session)
+    return live, replace(made, timings={"plan": time.perf_counter() - begin})
 
 
-def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest) -> Plan:
+def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest) -> SessionPlan:
     """What the last search found, as a plan."""
     robot, solved = live.checker.robot, len(last.steps) > 0
     failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
     path = path_waypoints(live.roadmap, robot, last.nodes)
-    return Plan(
+    return SessionPlan(
         request.with_options(robot=robot, scene=live.world.scene),
         Outcome.SOLVED if solved else failed,
         live.checker,
@@ -126,19 +143,14 @@ def _attached(live: LiveRoadmap, query: Query, planning: Planning, join: bool) -
 
     Nothing grows before every edge is decided, so what is open counts as free.
     """
-    if not join and _linked_already(live.roadmap, query):
-        return live, Edges()
+    ends = (live.roadmap.starts, query.starts), (live.roadmap.goals, query.goals)
+    if not join and all(np.array_equal(live.roadmap.nodes[nodes], q) for nodes, q in ends):
+        return live, Edges()  # linked already
     before = live.held(~live.proofs.blocked)
     how = planning.request.quality.seed, planning.growth, planning.progress
     after = attach(before, live.checker, query.starts, query.goals, *how, join=join)
     go_on(planning.progress)  # what is not proven in an attempt that was ended is not blocked
     return live.enlarged(after), Edges(proven=len(after.edges) - len(before.edges))
-
-
-def _linked_already(roadmap: Roadmap, query: Query) -> bool:
-    """Whether the query's ends are the roadmap's own: the same question once more."""
-    ends = (roadmap.starts, query.starts), (roadmap.goals, query.goals)
-    return all(np.array_equal(roadmap.nodes[nodes], q) for nodes, q in ends)
 
 
 def _search(live: LiveRoadmap, planning: Planning) -> LiveFound:
@@ -158,22 +170,93 @@ def answered_in_time(
     live, alone = answered(live, query, planning)
     begin = time.perf_counter()
     live = live.proven(np.flatnonzero(live.proofs.open))
-    roadmap, checker = live.held(live.proofs.free), live.checker
-    found = earliest_motion(roadmap, checker, limits) if alone.solved else None
-    if found is None:
-        reason = why_not_in_time(roadmap, checker, limits) if alone.solved else why_apart(roadmap, checker)
-        none = {"path": alone.path[:0], "path_nodes": alone.path_nodes[:0], "goal": None, "cost": None}
-        timed = replace(alone, outcome=Outcome.NO_PATH, reason=reason, **none)
+    alone = replace(alone, roadmap=live.held(live.proofs.free))
+    if alone.solved:
+        timed = find_earliest(alone, limits, QUIET)
     else:
-        assert alone.network is not None  # it was solved
-        nodes = found.route.nodes
-        timed = replace(
-            alone,
-            path=path_waypoints(roadmap, checker.robot, nodes),
-            path_nodes=nodes,
-            cost=path_cost(alone.network, nodes),
-            trajectory=found.trajectory,
-            route=found.route,
-        )
-    timings = alone.timings | {"timing": time.perf_counter() - begin}
-    return live, replace(timed, roadmap=roadmap, timings=timings)
+        timed = replace(alone, outcome=Outcome.NO_PATH, reason=why_apart(alone.roadmap, live.checker))
+    return live, replace(timed, timings=alone.timings | {"timing": time.perf_counter() - begin})
+
+
+@dataclass(frozen=True, eq=False)
+class LiveFound(Found):
+    """What a search found, and the world with what was proven on the way; ``layered`` is its network."""
+
+    live: LiveRoadmap
+    layered: LayeredNetwork
+
+    @property
+    def nodes(self) -> Ints:
+        """The path's nodes (k,) in the roadmap."""
+        return self.layered.roadmap_node[self.steps]
+
+    @property
+    def x(self) -> Floats:
+        """The field (n,) over the roadmap's nodes, for the next search to go on from."""
+        return self.field.x[: len(self.live.roadmap.nodes)]
+
+
+def go_on(progress: Progress) -> None:
+    """Raise :class:`PlannerError` where the session was closed meanwhile, or its call cancelled."""
+    if progress.stopped:
+        raise PlannerError("it was cancelled, or the session is closed: ask again, or make a new one.")
+
+
+def search_live(
+    live: LiveRoadmap,
+    network: gabf.Network,
+    x: Floats,
+    law: gabf.Law,
+    floor: float = 0.0,
+    progress: Progress = QUIET,
+) -> LiveFound:
+    """The cheapest path over edges that are proven now and hold a second look, from the field ``x`` (n,) on.
+
+    ``network`` is of all the roadmap's edges. Raises :class:`PlannerError` once ``progress`` is asked to stop.
+    """
+    go_on(progress)
+
+    def prove(nodes: Ints) -> Ints:
+        nonlocal live
+        before = live.proofs.blocked
+        live, _ = prove_path(live, nodes)
+        return np.flatnonzero(live.proofs.blocked & ~before)
+
+    paths = RoadmapPaths(live.roadmap, live.checker.robot, network, floor, prove)
+    paths.remove(np.flatnonzero(live.proofs.blocked))
+    found = search(paths, law, x, progress=progress)
+    go_on(progress)
+    return LiveFound(**vars(found), live=live, layered=paths.layered)
+
+
+def prove_path(live: LiveRoadmap, steps: Ints, around_too: bool = True) -> tuple[LiveRoadmap, bool]:
+    """The world after what was open of a path over nodes ``steps`` (k,) was proven, and whether all of it holds.
+
+    Where it does not the edges around it are proven, too, unless nothing is to be found in its place.
+    """
+    rows = edge_rows(live.roadmap, steps[:-1], steps[1:])
+    live = live.proven(rows[live.proofs.open[rows]])
+    if live.proofs.blocked[rows].any():
+        if not around_too:
+            return live, False
+        around = np.isin(live.roadmap.edges, steps).any(axis=1)
+        return live.proven(np.flatnonzero(around & live.proofs.open)), False
+    unseen = ~live.proofs.seen[rows]
+    if not unseen.any():
+        return live, True
+    path = path_waypoints(live.roadmap, live.checker.robot, steps)
+    new = np.flatnonzero(unseen.any(axis=1))
+    second = _judge(live, np.asarray(unseen.any(axis=0)))
+    contact = second_look(live.checker, straight(path[new], path[new + 1] - path[new]), second=second)
+    if contact is not None:
+        return replace(live, proofs=live.proofs.refused(int(rows[new[contact.piece]]))), False
+    return replace(live, proofs=live.proofs.confirmed(rows)), True
+
+
+def _judge(live: LiveRoadmap, clauses: Bools) -> CollisionChecker:
+    """A second checker that knows at least the pairs of some clauses, and is quicker for knowing few."""
+    if clauses.mean() > _MANY or not clauses.any():
+        return second_checker(live.checker)
+    pairs = clauses[clauses_of(live.world)[1]]
+    known = live.checker if live.checker.name == "coal" else None
+    return coal_checker(live.world.only(pairs), known)

@@ -17,10 +17,8 @@ from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import HALF_TURN, Robot
 from planner.robot.scene import Scene
-from planner.robot.shapes import Obstacle
-from planner.session.guard import JUDGED, Guard, Rules, require_still
 from planner.session.live_world import LiveWorld
-from planner.session.verdict import Verdict, judge
+from planner.session.verdict import JUDGED, Guard, Rules, Verdict, judge
 from planner.trajectory.limits import MotionLimits, own_limits
 from planner.trajectory.trajectory import whole_nanoseconds
 
@@ -38,7 +36,8 @@ class Gate:
         verdict.safe, verdict.safe_until, verdict.reason, verdict.stop
 
     ``robot`` and ``scene`` by name, file or as loaded, or the ``world`` of a :class:`planner.Session` alone, whose
-    margin and conditions it then keeps. ``limits``: the robot's own where left out; ``judged`` are those
+    margin and conditions it then keeps. Obstacles are moved, added, taken and put down by ``gate.world``, see
+    :class:`LiveWorld`; the next check knows. ``limits``: the robot's own where left out; ``judged`` are those
     that are asked for, of position, velocity, acceleration and jerk. ``min_manipulability`` is kept by all that is run,
     stops too, and so is what the scene and ``keep`` say. ``margin`` (m) is kept to everything; a larger one refuses
     more. A first point at 0 s may be ``start_tolerance`` (rad, m, these per s and s²) from the robot's state. A check
@@ -116,41 +115,6 @@ class Gate:
         chunk = _read_chunk(guard.checker.robot, (positions, velocities, accelerations), times, state)
         return judge(guard, *chunk, stop)
 
-    def move(self, name: str, pose: Floats) -> None:
-        """Put the obstacle ``name`` to another ``pose`` (4, 4), as :func:`planner.pose` makes it."""
-        self.world.put(name, pose)
-        self._now()
-
-    def add(self, obstacle: Obstacle) -> None:
-        """Put an obstacle into the world."""
-        require_still(self.scene, (*self.scene.moving, obstacle))
-        self.world.add(obstacle)
-        self._now()
-
-    def remove(self, name: str) -> None:
-        """Take the obstacle ``name`` out of the world."""
-        self.world.remove(name)
-        self._now()
-
-    def attach(self, name: str, frame: str, at: Row, touch_links: Sequence[str] = ()) -> None:
-        """Let ``frame`` carry the obstacle ``name`` as it stands to it in the configuration ``at`` (dof,).
-
-        It may touch ``touch_links`` and the link itself.
-        """
-        self.world.attach(name, frame, self._configuration(at), touch_links)
-        self._now()
-
-    def detach(self, name: str, at: Row) -> None:
-        """Put down what the arm carries where it holds it in the configuration ``at`` (dof,).
-
-        What might touch it in the hold still may, as it does when it is let go of: remove it and add it to forbid that.
-        """
-        self.world.detach(name, self._configuration(at))
-        self._now()
-
-    def _configuration(self, at: Row) -> Floats:
-        return numbers("at", at, (self.robot.dof,), StateError, FARTHEST)
-
     def _now(self) -> Guard:
         """The guard of the world as it is now."""
         guard, (checker, revision) = self._guard, self.world.now
@@ -163,10 +127,17 @@ def _read_chunk(
     robot: Robot, columns: tuple[Rows, Rows | None, Rows | None], times: Row, state: RobotState | None
 ) -> tuple[int, int, int, Floats]:
     """How many points, columns and rows of ``state`` there are, and times, ``state``, columns in one row of numbers."""
-    given = _columns(robot.dof, *columns)
+    if columns[1] is None and columns[2] is not None:
+        raise ArrayError("accelerations need velocities: give those too.")
+    given = [numbers("positions", columns[0], ("k", robot.dof), most=FARTHEST)]
+    for what, column in zip(("velocities", "accelerations"), columns[1:], strict=True):
+        if column is not None:
+            given.append(numbers(what, column, given[0].shape, most=FARTHEST))
     here = np.zeros((0, robot.dof)) if state is None else _state(robot, state)
     seconds = numbers("times", times, (len(given[0]),))
     clock = whole_nanoseconds(seconds)
+    if not len(clock):
+        raise ArrayError("positions must hold a point or more, got none.")
     later = clock[1:] > clock[:-1]
     if clock[0] < 0 or not later.all():
         k = 0 if later.all() else int(later.argmin()) + 1
@@ -178,27 +149,11 @@ def _read_chunk(
     return len(clock), len(given), len(here), np.concatenate([seconds, here, *given], axis=None)
 
 
-def _columns(dof: int, positions: Rows, velocities: Rows | None, accelerations: Rows | None) -> list[Floats]:
-    """Positions, and what else is given, as numbers of one shape."""
-    if np.size(positions) == 0 if isinstance(positions, np.ndarray) else not positions:
-        raise ArrayError("the chunk is empty: give at least one point.")
-    if velocities is None and accelerations is not None:
-        raise ArrayError("accelerations say nothing without velocities: give velocities too.")
-    found = [numbers("positions", positions, ("k", dof), most=FARTHEST)]
-    for what, column in (("velocities", velocities), ("accelerations", accelerations)):
-        if column is not None:
-            found.append(numbers(what, column, found[0].shape, most=FARTHEST))
-    return found
-
-
 def _state(robot: Robot, state: RobotState) -> Floats:
     """(2 or 3, dof) position, velocity and perhaps acceleration."""
-    given = tuple(state)
-    if not 2 <= len(given) <= 3:
-        raise StateError(f"state holds {len(given)} rows: give (q, qd), or (q, qd, qdd).")
-    found = np.zeros((len(given), robot.dof))
-    for k, (row, what) in enumerate(zip(given, ("positions", "velocities", "accelerations"), strict=False)):
-        found[k] = numbers(f"the state's {what}", row, (robot.dof,), StateError, FARTHEST)
+    found = numbers("state", list(state), ("n", robot.dof), StateError, FARTHEST)
+    if not 2 <= len(found) <= 3:
+        raise StateError(f"state holds {len(found)} rows: give (q, qd), or (q, qd, qdd).")
     lower, upper = position_bounds(robot)
     beyond = (found[0] < lower) | (found[0] > upper)
     if beyond.any():

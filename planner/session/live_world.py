@@ -9,17 +9,17 @@ from itertools import count
 
 import numpy as np
 
-from planner.base.arrays import Floats
-from planner.base.errors import SceneError, choices
-from planner.base.yamlfile import validate
+from planner.base.arrays import Floats, numbers
+from planner.base.errors import SceneError, StateError, choices
+from planner.base.yamlfile import FARTHEST, validate
 from planner.collision.checker import CollisionChecker
 from planner.problem.request import WorldRequest
-from planner.query.in_hand import let_go, taken
 from planner.query.query import open_world
 from planner.query.resolve import touching
-from planner.robot.frames import in_world
+from planner.query.robots import let_go, take
 from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot, with_carried
+from planner.robot.robot_in_scene import in_world
 from planner.robot.scene import PoseFile, Scene
 from planner.robot.shapes import Carried, Obstacle
 
@@ -117,16 +117,18 @@ class LiveWorld:
 
     def attach(self, name: str, frame: str, q: Floats, touch_links: Sequence[str] = ()) -> None:
         """Let ``frame`` carry an obstacle, as it stands to it in the configuration ``q`` (dof,)."""
-        links = tuple(touch_links)
+        links, q = tuple(touch_links), self._configuration(q)
         unknown = sorted(set(links) - self._links())
         if unknown:
             raise SceneError(
                 f"link '{unknown[0]}' cannot touch '{name}': links with shapes are {choices(sorted(self._links()))}."
             )
-        self._change(lambda scene: taken(scene, _obstacle(scene, name), self.bare, frame, q, links))
+        self._change(lambda scene: take(scene, _obstacle(scene, name), self.bare, frame, q, links))
 
     def detach(self, name: str, q: Floats) -> None:
         """Put down what is carried, where the arm holds it in ``q`` (dof,); what might touch it still may."""
+
+        q = self._configuration(q)
 
         def put_down(scene: Scene) -> Scene:
             item = _carried(scene, name)
@@ -139,6 +141,9 @@ class LiveWorld:
         """Go back to an earlier moment of this world, given by its ``checker``."""
         with self._changing:
             self.now = checker, next(_REVISIONS)
+
+    def _configuration(self, q: Floats) -> Floats:
+        return numbers("q", q, (self.bare.dof,), StateError, FARTHEST)
 
     def _links(self) -> set[str]:
         return {body.link for body in self.bare.bodies}

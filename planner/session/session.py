@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -18,9 +17,8 @@ from planner.base.errors import OptionError, PlannerError, SceneError, StateErro
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
-from planner.planning.result import Change, Plan
-from planner.planning.solve import require_no_floor
-from planner.planning.why_no_path import why_no_path
+from planner.planning.result import Plan
+from planner.planning.solve import require_earliest, why_no_path
 from planner.problem.conditions import AND
 from planner.problem.options import RobotLike
 from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingRequest, require_known, with_objective
@@ -34,10 +32,9 @@ from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle
-from planner.session.answer import Planning, answered, answered_in_time
-from planner.session.live_roadmap import LiveRoadmap
+from planner.session.answer import Planning, SessionPlan, answered, answered_in_time, go_on, prove_path
+from planner.session.live_roadmap import Edges, LiveRoadmap
 from planner.session.live_world import LiveWorld
-from planner.session.search import go_on, prove_path
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.result import TaskPlan
 from planner.tasks.task import Step, Task
@@ -148,9 +145,9 @@ class Session:
         nodes[live.roadmap.edges[edges]] = True
         return live.held(edges).part(nodes, np.ones(int(edges.sum()), dtype=bool))
 
-    def add(self, obstacle: Obstacle | MovingObstacle) -> Change:
+    def add(self, obstacle: Obstacle | MovingObstacle) -> Edges:
         """Put an obstacle into the world; one that moves matters to :meth:`plan_in_time` only."""
-        return self._change(f"obstacle '{obstacle.name}' added", lambda world: world.add(obstacle))
+        return self._change(lambda world: world.add(obstacle))
 
     def move(
         self,
@@ -158,45 +155,44 @@ class Session:
         position: Iterable[float] | None = None,
         rpy: Iterable[float] | None = None,
         quaternion: Iterable[float] | None = None,
-    ) -> Change:
+    ) -> Edges:
         """Put the obstacle ``name`` to a ``position`` (m), turned by ``rpy`` (rad) or ``quaternion`` [x, y, z, w].
 
         What is left out stays as it is.
         """
-        return self._change(f"obstacle '{name}' moved", lambda world: world.move(name, position, rpy, quaternion))
+        return self._change(lambda world: world.move(name, position, rpy, quaternion))
 
-    def remove(self, name: str) -> Change:
+    def remove(self, name: str) -> Edges:
         """Take the obstacle ``name`` out of the world."""
-        return self._change(f"obstacle '{name}' removed", lambda world: world.remove(name))
+        return self._change(lambda world: world.remove(name))
 
-    def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: object = None) -> Change:
+    def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: object = None) -> Edges:
         """Let ``frame`` carry the obstacle ``name``, which may touch ``touch_links`` and the link itself.
 
         ``at`` is the state in which the arm takes it; left out, the end of the last path.
         """
-        what = f"'{name}' attached to '{frame}'"
-        return self._change(what, lambda world: world.attach(name, frame, self._held_at(at), touch_links))
+        return self._change(lambda world: world.attach(name, frame, self._held_at(at), touch_links))
 
-    def detach(self, name: str, at: object = None) -> Change:
+    def detach(self, name: str, at: object = None) -> Edges:
         """Let go of what is carried: it stays where the arm holds it, and the links that might touch it still may.
 
         ``at`` is the state in which the arm lets go; left out, the end of the last path.
         """
-        return self._change(f"'{name}' detached", lambda world: world.detach(name, self._held_at(at)))
+        return self._change(lambda world: world.detach(name, self._held_at(at)))
 
     def plan(
         self, start: object = "start", goal: object = "goal", beta: float | None = None, progress: Progress = QUIET
-    ) -> Plan:
+    ) -> SessionPlan:
         """A path from ``start`` to ``goal``, written as everywhere, or joint values.
 
         ``beta`` takes the place of the session's own. Raises :class:`StateError` where one of them cannot be used,
         :class:`OptionError` for a beta out of range, and :class:`PlannerError` once ``progress`` is asked to stop.
         """
         with self._alone():
-            planning = self._watched(self._asking(start, goal, beta), progress)
+            planning = self._asking(start, goal, beta, progress)
             return self._answer(planning, _resolved(self.checker, planning.request))
 
-    def replan(self, progress: Progress = QUIET) -> Plan:
+    def replan(self, progress: Progress = QUIET) -> SessionPlan:
         """The last question once more, in the world as it is now; :class:`PlannerError` where none was asked.
 
         Of a start or goal that is a tool position, the configurations stay that are still free. ``progress`` as of
@@ -265,14 +261,14 @@ class Session:
         """
         with self._alone():
             planning = self._asking(start, goal, 1.0)
-            require_no_floor(planning.request)
+            require_earliest(planning.request)
             query = _resolved(self.checker, planning.request)
             live = self._known.in_world(query.checker)
             self._known, timed = answered_in_time(live, query, planning, own_limits(limits, self.robot))
             self._end, self._steps = timed.path[-1] if timed.solved else None, timed.path_nodes
             return timed
 
-    def _answer(self, planning: Planning, query: Query) -> Plan:
+    def _answer(self, planning: Planning, query: Query) -> SessionPlan:
         live, answer = answered(self._known.in_world(query.checker), query, planning)
         if not answer.solved:
             failed = replace(answer, roadmap=live.held(live.proofs.free))
@@ -282,25 +278,26 @@ class Session:
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
-    def _asking(self, start: object, goal: object, beta: float | None) -> Planning:
+    def _asking(self, start: object, goal: object, beta: float | None, progress: Progress = QUIET) -> Planning:
         """How the session plans this question."""
         plain = self._planning.request
         beta = plain.quality.beta if beta is None else beta
-        request = plain.with_options(start=start, goal=goal, beta=beta)
-        return replace(self._planning, request=request)
+        return self._watched(
+            replace(self._planning, request=plain.with_options(start=start, goal=goal, beta=beta)), progress
+        )
 
     def _watched(self, planning: Planning, progress: Progress) -> Planning:
-        """The same, for one who watches and may stop it."""
+        """The same, until the session is closed or ``progress`` asks for a stop."""
         return replace(planning, progress=Progress(progress, lambda: self._closed.is_set() or progress.stopped))
 
-    def _change(self, what: str, apply: Callable[[LiveWorld], None]) -> Change:
+    def _change(self, apply: Callable[[LiveWorld], None]) -> Edges:
+        """Change the world; what the change means for the roadmap's edges."""
         with self._alone():
             go_on(self._planning.progress)
-            begin, before = time.perf_counter(), self.live
+            before = self.live
             apply(self.world)
             self._known = before.in_world(self.checker)
-            edges = self._known.proofs.since(before.proofs, checked=False)
-            return Change(what, edges, time.perf_counter() - begin)
+            return self._known.proofs.since(before.proofs, checked=False)
 
     def _held_at(self, at: object, role: str = "at") -> Floats:
         if at is not None:

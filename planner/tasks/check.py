@@ -1,35 +1,57 @@
-"""``planner.check``: a path, a trajectory, a file, a plan or a task checked again, whoever made it."""
+"""``planner.check``: a path, a trajectory, a file, a plan or a task checked again, whoever made it.
+
+A task is checked by a replay of its events: what is held and what stands where follows from them alone.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pydantic
+
 from planner.base.arrays import Floats, numbers
-from planner.base.errors import OptionError
+from planner.base.errors import FileError, OptionError, choices
 from planner.base.files import StrPath
+from planner.base.polynomials import evaluate
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import RECHECK
-from planner.base.yamlfile import read_text, validate
+from planner.base.yamlfile import Number, read_text, validate
+from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
+from planner.collision.looks import looks_along, straight
+from planner.kinematics.forward import tool_joint
 from planner.planning.result import JSON_NAME, Plan
 from planner.problem.options import RobotLike
+from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import open_world
+from planner.query.robots import let_go, placement_of, take
 from planner.roadmap.storage import world_in
-from planner.robot.robot import Robot
-from planner.tasks.replay import TaskRecord, check_task
+from planner.robot.poses import pose
+from planner.robot.robot import Robot, with_carried, with_tool, without_carried
+from planner.robot.shapes import Carried, Obstacle, extremes
+from planner.tasks.candidates import RELEASE
+from planner.tasks.modes import Pairs
 from planner.tasks.result import TaskPlan
+from planner.tasks.sampling import gripper_of, place_at, standing
+from planner.tasks.segments import Event, Segment
+from planner.tasks.task import Gripper, TaskError
 from planner.trajectory.check import check_path, check_trajectory, require_step
 from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory, parse_json
 from planner.trajectory.limits import MotionLimits, require_of_robot
-from planner.trajectory.recorded import FAR, read_motion
-from planner.trajectory.report import Report
+from planner.trajectory.recorded import FAR, read_motion, require_of_an_arm
+from planner.trajectory.report import Finding, Report
 from planner.trajectory.trajectory import Trajectory
+
+_SAME, _MOVED = 1e-6, 1e-3  # rad (m) between values in two files; m: an object so much elsewhere is held otherwise
+_NEAR = RELEASE + 1e-4  # m, and the margin: so near its rest an object may touch what it stands on
+_ORDERS = [], ["gripper", "attach"], ["detach", "gripper"]  # of events at the end of a segment
 
 
 def check(
@@ -60,10 +82,10 @@ def check(
     if isinstance(motion, Plan | TaskPlan) and (robot or scene):
         raise OptionError("robot and scene must be those of the plan: leave them out, or check its trajectory.")
     if isinstance(motion, TaskPlan):
-        return motion.check(step, checker)
+        return check_task(motion, checker or motion.judge, motion.trajectory, step)
     if isinstance(motion, Plan):
         checker, motion = checker or motion.checker, motion.path if motion.trajectory is None else motion.trajectory
-    checker = checker or open_world(with_config(given, {}))
+    checker = checker or open_world(_with_config(given, {}))
     if isinstance(motion, Trajectory):
         return check_trajectory(checker, motion, _limits(limits, checker.robot), step, progress)
     return check_path(checker, numbers("path", motion, ("k", checker.robot.dof), most=FAR), step, progress)
@@ -83,13 +105,12 @@ def check_file(
     """
     folder = path if os.path.isdir(path) else path.parent
     ours = os.path.isdir(path) or path.name in (JSON_NAME, TRAJECTORY_NAME)
-    record = read_record(folder) if ours or given.robot is None or given.scene is None else {}
+    record = _read_record(folder) if ours or given.robot is None or given.scene is None else {}
     config = record.get("config", {})
-    world = with_config(given, config)
+    world = _with_config(given, config)
     if ours and "segments" in record:
         _require_without(limits, f"{path} is of a task, which is judged by the limits that it was made for")
-        task = validate(TaskRecord, record, f"plan {folder / JSON_NAME}")
-        return _check_task(task, folder, checker or open_world(world), step)
+        return _check_task_in(folder, record, checker or open_world(world), step)
     if os.path.isdir(path) and not os.path.isfile(path / TRAJECTORY_NAME) and record:
         path = path / JSON_NAME
     read = cache(lambda robot: read_motion(path, robot, record if path.name == JSON_NAME and record else None))
@@ -104,7 +125,7 @@ def check_file(
     return check_path(checker, motion, step, progress)
 
 
-def read_record(folder: Path) -> dict[str, Any]:
+def _read_record(folder: Path) -> dict[str, Any]:
     """The content of the plan.json in a folder; empty where there is none, or it is not a plan's."""
     place = folder / JSON_NAME
     if not os.path.isfile(place):
@@ -113,7 +134,7 @@ def read_record(folder: Path) -> dict[str, Any]:
     return record if isinstance(record, dict) and isinstance(record.get("config", {}), dict) else {}
 
 
-def with_config(given: PartialWorld, config: Mapping[str, Any]) -> WorldRequest:
+def _with_config(given: PartialWorld, config: Mapping[str, Any]) -> WorldRequest:
     """The robot and scene that are ``given``, and what they leave out by the ``config`` of a plan.json.
 
     Of the config of another robot the scene, the margin and the constraints are taken.
@@ -128,10 +149,16 @@ def with_config(given: PartialWorld, config: Mapping[str, Any]) -> WorldRequest:
     return replace(world_in(options, "next to it"), **own)
 
 
-def _check_task(record: TaskRecord, folder: Path, checker: CollisionChecker, step: float) -> Report:
+def _check_task_in(folder: Path, data: dict[str, Any], checker: CollisionChecker, step: float) -> Report:
+    """The report on the task whose plan.json holds ``data``, with the motion next to it."""
+    record, joints = validate(TaskRecord, data, f"plan {folder / JSON_NAME}"), checker.robot.joints
     timed = any(segment.trajectory for segment in record.segments) or os.path.isfile(folder / TRAJECTORY_NAME)
     whole = load_trajectory(folder / TRAJECTORY_NAME) if timed else None
-    if whole is not None and whole.limits is not None and whole.joints == checker.robot.joints:
+    solved, count = record.outcome == Outcome.SOLVED.key, len(record.segments)
+    _require(solved and count, f"a task must be solved, got '{record.outcome}', {count} segments", "plan again")
+    same = tuple(record.joints) == joints and (whole is None or whole.joints == joints)
+    _require(same, f"joints of the task and its trajectory must be {choices(joints)} in this order", "plan again")
+    if whole is not None and whole.limits is not None:
         require_of_robot(checker.robot, whole.limits)
     return check_task(record, checker, whole, step)
 
@@ -149,3 +176,215 @@ def _require_without(limits: MotionLimits | LimitsRequest | None, why: str) -> N
     """Raise :class:`OptionError` for limits of a motion that has none, with the reason ``why``."""
     if limits is not None:
         raise OptionError(f"{why}: leave --limits, --velocity-scale, --acceleration, --jerk and their like out.")
+
+
+class TaskRecord(pydantic.BaseModel):
+    """The part of a task's ``plan.json`` that a check needs."""
+
+    outcome: str
+    joints: list[str]
+    path: list[list[Number]]
+    segments: list[Segment]
+    events: list[Event]
+
+
+def check_task(
+    plan: TaskPlan | TaskRecord, checker: CollisionChecker, whole: Trajectory | None, step: float = RECHECK
+) -> Report:
+    """The report on a task, with one part for each segment: its path and motion, its gripper, its releases.
+
+    ``checker`` is of the scene before the task, ``whole`` the motion of all segments where there is one. Pairs that the
+    plan lets touch may do so if they are a hand and the object that it goes to or leaves, or an object near its rest
+    and its support, as measured. Raises :class:`FileError` for a plan that does not fit together.
+    """
+    _require(plan.segments, "a task must be solved, got no segments", "plan again")
+    motions, replay, parts = _motions_of(plan, whole), _Replay(checker, plan.events), list[Report]()
+    begun, before = None, None
+    for number, (segment, motion) in enumerate(zip(plan.segments, motions, strict=True)):
+        _require_path(f"segment {number + 1}", segment, motion, before, replay)
+        events, before = [event for event in plan.events if event.segment == number], segment.path
+        following = next((event for event in events if event.kind != "gripper"), None)
+        hand, rests, faults = replay.excuse_pairs(segment, begun, following)
+        may_touch = hand.union(*rests.values())
+        report = check_path(replay.checker(may_touch), segment.path, step)
+        if report.ok and motion is not None:
+            report = check_trajectory(replay.checker(may_touch), motion, step=step)
+        if report.ok and rests:
+            faults += _find_contacts_off_rest(segment.path, motion, replay, hand, rests, step)
+        faults += _find_wrong_commands(events, replay.robot)
+        if number == len(plan.segments) - 1 and not _is_path_of(plan.path, plan.segments):
+            faults.append("the path of the task must be that of its segments: plan again")
+        found = tuple(Finding("constraint", ("task",), (number, number), text=text) for text in faults)
+        labels = {name: getattr(segment, name) for name in ("step", "doing", "part", "carried")}
+        labels["may_touch"] = sorted(map(sorted, may_touch))
+        title, measures = f"step {segment.step}, {segment.doing}: {segment.part}", report.measures | labels
+        parts.append(replace(report, findings=report.findings + found, measures=measures, title=title))
+        begun = following
+        for event in events:
+            replay.apply(event, segment.path[-1])
+    findings = tuple(finding for part in parts for finding in part.findings)
+    return Report(checker, step, whole is not None, findings, parts=tuple(parts))
+
+
+def _require(holds: object, text: str, remedy: str = "the files are damaged, plan again") -> None:
+    if not holds:
+        raise FileError(f"{text}: {remedy}.")
+
+
+def _is_path_of(path: Sequence | Floats, segments: Sequence[Segment]) -> bool:
+    rows = np.vstack([segments[0].path[:1], *(segment.path[1:] for segment in segments)])
+    return np.array_equal(np.array(path, dtype=object), rows)
+
+
+def _require_path(
+    head: str, segment: Segment, motion: Trajectory | None, before: Floats | None, replay: _Replay
+) -> None:
+    """Raise :class:`FileError` for a path that does not follow from the one ``before`` it and from the events."""
+    path, robot, held = segment.path, replay.robot, replay.held and replay.held.name
+    _require(path.shape[1] == robot.dof, f"{head} has {path.shape[1]} columns, {robot.name} has {robot.dof} joints")
+    require_of_an_arm(path, robot, head)
+    _require(len(path) > 1, f"{head} has a path of one waypoint")
+    joins = before is None or np.abs(path[0] - before[-1]).max() <= _SAME
+    _require(joins, f"{head} begins elsewhere than the one before it ends")
+    joins = motion is None or np.abs(motion.columns[0][[0, -1]] - path[[0, -1]]).max() <= _SAME
+    _require(joins, f"{head} of the task has another path than its trajectory")
+    said, truth = (f"'{name}'" if name else "nothing" for name in (segment.carried, held))
+    _require(segment.carried == held, f"{head} says that {said} is held, by the events it is {truth}")
+
+
+def _motions_of(plan: TaskPlan | TaskRecord, whole: Trajectory | None) -> Sequence[Trajectory | None]:
+    """The part of the whole motion that each segment is; :class:`FileError` where it moves, or events come, outside."""
+    last = max((event.segment for event in plan.events), default=0)
+    _require(last < len(plan.segments), "an event of the task comes after a segment that is not there")
+    if whole is None:
+        return [None] * len(plan.segments)
+    same = [dict(event) for event in whole.events] == [event.to_dict() for event in plan.events]
+    _require(same, "the task has other events than its trajectory")
+    edges, clock, motions = [int(whole.nanoseconds[0])], whole.nanoseconds, list[Trajectory]()
+    for segment in plan.segments:
+        times = segment.trajectory
+        if times is None:
+            raise FileError("the task has a trajectory, and segments without times: the files are damaged, plan again.")
+        edges += [round(times.begin * 1e9), round((times.begin + times.duration) * 1e9)]
+        rows = np.flatnonzero((clock >= edges[-2]) & (clock <= edges[-1]))
+        _require(len(rows) > 1, "the segments of the task have other times than its trajectory")
+        columns = tuple(column[rows] for column in whole.columns)
+        motions.append(Trajectory(whole.joints, clock[rows], columns, whole.law, whole.limits))
+    for number, (end, begin) in enumerate(zip(edges[::2], [*edges[1::2], int(clock[-1])], strict=True)):
+        rows, h = (clock >= end) & (clock <= begin), 1e-9 * (begin - end)
+        where = f"after segment {number}" if number else "before its first segment"
+        _require(rows.any(), f"the trajectory of the task has other times {where} than its segments")
+        rates = sum(np.abs(rate[rows]).max() * h**k for k, rate in enumerate(whole.columns) if k)
+        still = max(rates, np.ptp(whole.columns[0][rows], axis=0).max()) <= _SAME
+        _require(still, f"the trajectory of the task moves on {where}")
+        moments = [event.t for event in plan.events if event.segment == number - 1]
+        between = all(t is not None and end - 1 <= 1e9 * t <= begin + 1 for t in moments)
+        _require(between, f"an event of the task does not come {where}, where it belongs")
+    return motions
+
+
+def _find_wrong_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
+    """Yield faults of the gripper's commands at the end of a segment; a robot without fingers needs none."""
+    kinds = [event.kind for event in events if event.kind != "gripper" or event.joints]
+    if kinds not in _ORDERS and ("gripper" in kinds or gripper_of(robot, Gripper()).closed):
+        yield f"events at its end must be gripper, attach or detach, gripper; got {', '.join(kinds)}: plan again"
+    for event in events:
+        try:
+            gripper_of(robot, Gripper(open=event.joints or {}))
+        except TaskError as error:
+            yield str(error)
+
+
+def _find_contacts_off_rest(
+    path: Floats, motion: Trajectory | None, replay: _Replay, hand: Pairs, rests: dict[int, Pairs], step: float
+) -> Iterator[str]:
+    """Yield the first contact on path and motion off the rest of the held object that is excused at its rest only."""
+    strict, held = second_checker(replay.checker(hand)), replay.held
+    assert held is not None
+    for pieces in (straight(path[:-1], np.diff(path, axis=0)), *(() if motion is None else (motion.coefficients,))):
+        looks = looks_along(strict, pieces, step)
+        q = evaluate(pieces[looks.piece], looks.s)
+        at = np.array([replay.pose(held.name, row) for row in q])
+        off = np.min([_measure_shift(held, at, replay.pose(held.name, path[row])) for row in rests], axis=0)
+        far = off > _NEAR + strict.world.margin
+        if far.any() and (seen := strict.first_contact(q[far])):
+            touch = f"{seen[1]} {seen[1].how(strict.world.margin)} {1e3 * off[far][seen[0]]:.3g} mm"
+            yield f"{touch} off the rest of '{held.name}', they may within {1e3 * RELEASE:g} mm: plan again"
+
+
+def _measure_shift(item: Carried | Obstacle, a: Floats, b: Floats) -> Floats:
+    """How far (n,) m a point of an item at most is in placements ``a`` (n, 4, 4) from where it is in ``b`` (4, 4)."""
+    points = np.where(np.indices((2, 2, 2)).reshape(3, 8).T, *reversed(extremes(item.shape)))
+    return np.linalg.norm((a - b)[..., :3, :3] @ points.T + (a - b)[..., :3, 3:], axis=-2).max(axis=-1)
+
+
+class _Replay:
+    """What stands where and what is held, event after event, from the scene of a ``checker`` before the task on.
+
+    What the scene lets the arm carry, and the first event lets go of, is held at the beginning.
+    """
+
+    def __init__(self, checker: CollisionChecker, events: Sequence[Event]) -> None:
+        self._known, self.scene = checker, checker.world.scene
+        first = next((event for event in events if event.kind != "gripper"), None)
+        self._name = first.object if first is not None and first.kind == "detach" else None
+        self.robot = checker.robot if self.held is None else without_carried(checker.robot, self.held.name)
+
+    @property
+    def held(self) -> Carried | None:
+        """What the task holds; what the scene lets the arm carry besides is part of the robot."""
+        return next((item for item in self.scene.carried if item.name == self._name), None)
+
+    def checker(self, allowed: Pairs = frozenset(), with_held: bool = True) -> CollisionChecker:
+        """A checker of what there is now, where these pairs of names may touch besides."""
+        robot = with_carried(self.robot, [self.held]) if self.held is not None and with_held else self.robot
+        there = replace(self.scene, allowed=self.scene.allowed | allowed)
+        return type(self._known)(self._known.world.among(there, robot), self._known)
+
+    def excuse_pairs(
+        self, segment: Segment, begun: Event | None, following: Event | None
+    ) -> tuple[Pairs, dict[int, Pairs], list[str]]:
+        """Pairs of hand and object that may touch, pairs at a rest by its row of the path, and faults of a release."""
+        declared = frozenset(frozenset(pair) for pair in (*segment.may_touch, *segment.at_rest))
+        robot, held, hand, rests, found = self.robot, self.held, Pairs(), dict[int, Pairs](), list[str]()
+        links = [body.link for body in robot.bodies if tool_joint(robot)[0] in robot.model.supports[body.joint]]
+        for row, event in ((0, begun), (-1, following)):
+            if event is not None and held is not None and held.name == event.object:
+                item = Obstacle(held.name, held.shape, self.pose(held.name, segment.path[row]))
+                try:
+                    place = (place_at if row else standing)(item, item.placement, self.checker(with_held=False))
+                    rests[row] = declared & {frozenset((held.name, on)) for on in place.supports}
+                except TaskError as error:
+                    found.append(str(error))
+            elif event is not None:
+                hand |= declared & {frozenset((event.object, link)) for link in links}
+        return hand, rests, found
+
+    def pose(self, name: str, q: Floats) -> Floats:
+        """Where an object is (4, 4) in a configuration (dof,)."""
+        if self.held is not None and self.held.name == name:
+            return placement_of(self.held, self.robot, q)
+        return next(item for item in self.scene.obstacles if item.name == name).placement
+
+    def apply(self, event: Event, q: Floats) -> None:
+        """Take or let go, in a configuration (dof,); :class:`FileError` for an object that is not there."""
+        if event.kind == "gripper":
+            return
+        name, held, takes = event.object, self.held, event.kind == "attach"
+        where = f"in scene '{self.scene.name}'" if takes else "in the hand"
+        _require(not takes or held is None, f"the task takes '{name}' while it holds '{self._name}'")
+        there = self.scene.obstacles if takes else () if held is None else (held,)
+        item = next((item for item in there if item.name == name), None)
+        if item is None:
+            raise FileError(f"the task {event.kind}es '{name}', which is not {where}: give the scene of the task.")
+        if event.position is not None and event.quaternion is not None:
+            planned = pose(event.position, quaternion=event.quaternion)
+            away = float(_measure_shift(item, self.pose(name, q), planned))
+            off = f"at its {event.kind} '{name}' is {where} {1e3 * away:.3g} mm from where the plan has it"
+            _require(away <= _MOVED, off, "plan again")
+        if isinstance(item, Carried):
+            self.scene, self._name = let_go(self.scene, item, self.robot, q), None
+            return
+        with_hand = tool_joint(with_tool(self.robot, event.link))[0] == tool_joint(self.robot)[0]
+        _require(with_hand, f"the task takes '{name}' with '{event.link}', which does not move with the tool")
+        self.scene, self._name = take(self.scene, item, self.robot, event.link, q), name

@@ -1,7 +1,10 @@
-"""One network over all modes: the roadmap once for each mode, joined where a grasp or a placement is the same in two.
+"""One network over all modes, and the cheapest proven way through it.
 
-The layers share nodes, edges and costs; what differs is what has to be proven of an edge. All arcs are there from the
-beginning, proven or not, so every path over free arcs is a path of this network.
+The roadmap stands in it once for each mode, joined where a grasp or a placement is the same in two. The layers share
+nodes, edges and costs; what differs is what has to be proven of an edge. An arc is proven in its mode once the field's
+path uses it. No arc but a refused one ever goes, so the path costs exactly what the cheapest of all combinations of
+grasp, configuration, path and placement costs, planned one by one on the same roadmaps; see
+:mod:`planner.search.search`.
 """
 
 from __future__ import annotations
@@ -13,20 +16,26 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
+from planner.base.progress import QUIET, Progress
+from planner.collision.looks import second_look, straight
 from planner.cost.integral import costs_along
 from planner.cost.scale import cost_number, length_cost
 from planner.kinematics.forward import tool_path_lengths
+from planner.native.graphs import reached
 from planner.problem.request import Objective
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
+from planner.search.search import Found, search
 from planner.tasks.candidates import NOTHING, Candidate, Candidates
-from planner.tasks.modes import ARM, FREE, Mode, Motions
+from planner.tasks.modes import ARM, BLOCKED, FREE, OPEN, Mode, Modes, Motions
 from planner.tasks.task import TaskError
+from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 
 NEIGHBOURS = 10  # nodes of the roadmap that each end of a line is joined to
 MOST_NODES = 3_000_000  # of the network
 TRANSIT, APPROACH, RETREAT = 0, 1, 2
 _CHUNK = 256  # ends whose neighbours are looked for at once
+_AT_ONCE = 2000  # open motions of a clause that are proven once one of them is refused
 _COLUMNS = ("tails", "heads", "motion", "mode", "leg")  # of arcs
 
 
@@ -90,13 +99,13 @@ class TaskNetwork:
         found = motions.corners(int(self.motion[arc]))
         return found[::-1] if self.layered > self.tails[arc] > self.heads[arc] else found
 
-    def started(self, candidates: Candidates, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
+    def started(self, modes: Modes, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
         """The same from another start ``q`` (dof,), joined to its neighbours in the first layer."""
-        near = np.sort(_nearest(roadmap, candidates.modes.robot, q[None])[0])  # arcs in the order of the network
-        motion = candidates.modes.motions.straight(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
+        near = np.sort(_nearest(roadmap, modes.robot, q[None])[0])  # arcs in the order of the network
+        motion = modes.motions.straight(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
         arcs = dict(zip(_COLUMNS, _arcs(self.nodes, near, motion, 0, TRANSIT), strict=True))
         more = {name: np.append(getattr(self, name), rows) for name, rows in arcs.items()}
-        costs = np.vstack([self.costs, _motion_costs(candidates, roadmap, objective, motion)])
+        costs = np.vstack([self.costs, _motion_costs(modes, roadmap, objective, motion)])
         reaches = np.append(self.reaches, 0)
         return replace(self, nodes=self.nodes + 1, start=self.nodes, costs=costs, reaches=reaches, **more)
 
@@ -135,7 +144,7 @@ def task_network(candidates: Candidates, roadmap: Roadmap, objective: Objective)
         reaches.append(np.append(np.full(len(candidate.motions), stage), stage + 1))  # its last is behind the step
     columns = np.concatenate(arcs, axis=1)
     columns = columns[:, np.argsort(columns[0] * node + columns[1], kind="stable")]  # as the network has them
-    costs = _motion_costs(candidates, roadmap, objective, np.arange(modes.motions.count))
+    costs = _motion_costs(modes, roadmap, objective, np.arange(modes.motions.count))
     return TaskNetwork(
         nodes=node,
         start=int(roadmap.starts[0]),
@@ -173,10 +182,8 @@ def _layers(candidates: Candidates, n: int) -> tuple[list[tuple[int, Mode]], lis
                     queue.append(after)
                 crossings.append((layers[stage, mode], candidate, layers.get(after)))
         if len(layers) * n > MOST_NODES:
-            give = "give fewer grasps, fewer placements or fewer --nodes"
-            raise TaskError(
-                f"the task must have at most {MOST_NODES} nodes in all modes, got {len(layers) * n}: {give}."
-            )
+            have = f"the task must have at most {MOST_NODES} nodes in all modes, got {len(layers) * n}"
+            raise TaskError(f"{have}: give fewer grasps, fewer placements or fewer --nodes.")
     return queue, crossings
 
 
@@ -209,10 +216,10 @@ def _nearest(roadmap: Roadmap, robot: Robot, ends: Floats) -> Ints:
     return np.concatenate(rows)
 
 
-def _motion_costs(candidates: Candidates, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
+def _motion_costs(modes: Modes, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
     """(k, 2) Omega and D of motions as :func:`planner.search.network.build_network` charges edges, piece by piece."""
-    start, delta, owner = candidates.modes.motions.of(motions)
-    robot, length = candidates.modes.robot, np.linalg.norm(delta, axis=1)
+    start, delta, owner = modes.motions.of(motions)
+    robot, length = modes.robot, np.linalg.norm(delta, axis=1)
     tool = tool_path_lengths(robot, start, delta) if objective.metric == "workspace" else length
     distance = length_cost(roadmap.scale, objective.metric, length, tool)
     _, means = costs_along(robot, start, delta, roadmap.scale)
@@ -220,3 +227,100 @@ def _motion_costs(candidates: Candidates, roadmap: Roadmap, objective: Objective
     row = np.searchsorted(motions, owner)
     summed = (np.bincount(row, values, minlength=len(motions)) for values in (omega, distance))
     return np.column_stack([np.asarray(column, dtype=float) for column in summed])
+
+
+class LazySearch:
+    """The search of a network of modes at one beta after another; ``refused`` (arcs,) are its arcs without a proof.
+
+    It is a :class:`planner.search.search.LazyNetwork` of the network ``whole`` at the beta asked last. ``fields`` are
+    what earlier searches at each beta have found, of the nodes that all networks of a task have.
+    """
+
+    whole: gabf.Network
+
+    def __init__(
+        self, modes: Modes, network: TaskNetwork, law: gabf.Law, fields: dict[float, Floats] | None = None
+    ) -> None:
+        self.modes, self.tasks, self.law = modes, network, law
+        self.fields = {} if fields is None else fields
+        self.refused = np.zeros(len(network.tails), dtype=bool)
+        self._users: dict[Mode, list[int]] = {}
+        for number, mode in enumerate(network.modes):
+            for clause in modes.clauses(mode):
+                self._users.setdefault(clause, []).append(number)
+        for clause in list(modes.verdicts):
+            self._refuse(clause)
+
+    @property
+    def network(self) -> gabf.Network:
+        """The arcs that are not refused."""
+        return self.whole.without_arcs(np.flatnonzero(self.refused))
+
+    @property
+    def starts(self) -> Ints:
+        """The one start."""
+        return np.array([self.tasks.start])
+
+    def path(self, beta: float, progress: Progress = QUIET) -> tuple[Found, Ints]:
+        """The cheapest proven path from the start at ``beta`` and its arcs (k,), none where there is no path."""
+        self.whole = self.tasks.at(beta)
+        near = min(self.fields, key=lambda known: abs(known - beta), default=None)
+        report = progress.renamed(lambda _, done, total: progress("modes", done, total))
+        found = search(self, self.law, None if near is None else self.fields[near], progress=report)
+        if len(found.steps):
+            self.fields[beta] = found.field.x[: self.tasks.transitions[-1].last + 1]
+        return found, self.whole.arcs_along(found.steps)
+
+    def pieces(self) -> list[Piece]:
+        """Every path that some beta makes the cheapest proven one, with its interval of beta; none for no path."""
+        self.whole = self.tasks.at(0.5)
+        envelope = EnvelopeSearch(self, self.law)
+        while not envelope.done:
+            envelope.step()
+        return pieces(envelope.supports)
+
+    def holds(self, steps: Ints) -> bool:
+        """Whether a path is proven and holds a second look; if not, what is refused of it, and more, is gone."""
+        arcs = self.whole.arcs_along(steps)
+        for mode in np.unique(self.tasks.mode[arcs]).tolist():
+            mine = arcs[self.tasks.mode[arcs] == mode]
+            for clause in self.modes.clauses(self.tasks.modes[mode]):
+                self.modes.prove(clause, self.tasks.motion[mine])
+                if (self.modes.known(clause)[self.tasks.motion[mine]] == BLOCKED).any():
+                    self._prove_more(clause, mode, mine)
+                    self._refuse(clause)
+        return not self.refused[arcs].any() and self._looks_free(arcs)
+
+    def _prove_more(self, clause: Mode, mode: int, arcs: Ints) -> None:
+        """Prove more of a mode's motions in a clause that has refused some ``arcs``: all, or those at their nodes."""
+        net, mine = self.tasks, self.tasks.of_mode[mode]
+        mine = mine[(self.modes.known(clause)[net.motion[mine]] == OPEN) & ~self.refused[mine]]
+        if len(mine) > _AT_ONCE:
+            nodes = np.concatenate([net.tails[arcs], net.heads[arcs]])
+            mine = mine[np.isin(net.tails[mine], nodes) | np.isin(net.heads[mine], nodes)]
+        self.modes.prove(clause, net.motion[mine])
+
+    def _refuse(self, clause: Mode) -> None:
+        """The arcs that a clause blocks are refused in all modes that have it."""
+        blocked = self.modes.known(clause) == BLOCKED
+        for mode in self._users.get(clause, ()):
+            mine = self.tasks.of_mode[mode]
+            self.refused[mine[blocked[self.tasks.motion[mine]]]] = True
+
+    def _looks_free(self, arcs: Ints) -> bool:
+        """A second look at proven arcs: those on which it sees a contact are refused."""
+        for number in np.unique(self.tasks.mode[arcs]).tolist():
+            mine = arcs[self.tasks.mode[arcs] == number]
+            start, delta, owner = self.modes.motions.of(self.tasks.motion[mine])
+            seen = second_look(self.modes.checker_of(self.tasks.modes[number]), straight(start, delta))
+            if seen is not None:
+                self.refused[mine] |= self.tasks.motion[mine] == owner[seen.piece]
+                return False
+        return True
+
+    def reached(self) -> int:
+        """The step that no path over what is not refused gets beyond."""
+        net, begin = self.tasks, np.zeros(self.tasks.nodes, dtype=bool)
+        begin[net.start] = True
+        arcs = np.stack([net.tails, net.heads], axis=1)[~self.refused]
+        return int(net.reaches[reached(begin, arcs)].max())

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, Ints
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
@@ -21,15 +21,14 @@ from planner.query.query import open_world, states_of
 from planner.query.resolve import free_configuration, other_turns, resolve
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
-from planner.robot.frames import in_world
+from planner.robot.robot_in_scene import in_world
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
 from planner.tasks.candidates import NOTHING, Candidates, Rejected, require_sensible
 from planner.tasks.modes import Modes
-from planner.tasks.network import TaskNetwork, task_network
+from planner.tasks.network import LazySearch, TaskNetwork, task_network
 from planner.tasks.result import ModesRecord, StepFails, TaskPlan, scene_without
 from planner.tasks.sampling import gripper_of
-from planner.tasks.search import Found, LazySearch
 from planner.tasks.segments import join, segments_of, time_segments
 from planner.tasks.task import Move, Pick, Task, TaskError, step_text
 from planner.tradeoff.envelope import Piece
@@ -104,7 +103,7 @@ class TaskPlanner:
     @property
     def network(self) -> TaskNetwork | None:
         """The network over all modes; None where a step has no candidates."""
-        return None if self.search is None else self.search.network
+        return None if self.search is None else self.search.tasks
 
     def plan(
         self,
@@ -124,34 +123,35 @@ class TaskPlanner:
             draft = replace(draft, end_notes=tuple(told))
         if self.search is None or self.roadmap is None:
             return replace(draft, reason=why_stuck(self.candidates, None))
-        search = known = self.search
+        search = self.search
         with clock("gabf"):
             if start is not None:
-                checker = self.candidates.modes.checker_of(self.candidates.first)
-                q = free_configuration(np.asarray(start, dtype=float), checker, "start")
-                search = known.started(known.network.started(self.candidates, self.roadmap, q, quality.objective))
-            found = search.path(quality.beta, progress)
-            known.refused |= search.refused[: len(known.refused)]
+                modes = self.candidates.modes
+                q = free_configuration(np.asarray(start, dtype=float), modes.checker_of(self.candidates.first), "start")
+                network = search.tasks.started(modes, self.roadmap, q, quality.objective)
+                search = LazySearch(modes, network, search.law, search.fields)
+            found, arcs = search.path(quality.beta, progress)
+        network = search.tasks
         draft = replace(
             draft,
             roadmap=self.roadmap,
-            network=search.network,
+            network=network,
             cost_to_go=found.field,
             modes=ModesRecord(
-                modes=len(search.network.modes),
-                nodes=search.network.nodes,
-                arcs=len(search.network.tails),
+                modes=len(network.modes),
+                nodes=network.nodes,
+                arcs=len(network.tails),
                 pieces_proven=self.candidates.modes.pieces_proven,
                 rounds=found.rounds,
-                arcs_refused=found.refused,
+                arcs_refused=int(search.refused.sum()),
             ),
         )
         if progress.stopped:
             return replace(draft, outcome=Outcome.INTERRUPTED)
-        if not len(found.arcs):
+        if not len(arcs):
             return replace(draft, reason=why_stuck(self.candidates, search))
         with clock("timing"):
-            return self._solved(draft, found, timing)
+            return self._solved(draft, network, self.roadmap, arcs, timing)
 
     def intervals(self) -> list[Piece]:
         """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
@@ -160,21 +160,20 @@ class TaskPlanner:
         """
         return [] if self.search is None else self.search.pieces()
 
-    def _solved(self, draft: TaskPlan, found: Found, timing: TimingRequest | None) -> TaskPlan:
-        network, quality = draft.network, draft.request.quality
-        assert network is not None and self.roadmap is not None  # noqa: PT018
-        omega, distance = (float(total) for total in network.costs[found.arcs].sum(axis=0))
-        cost = PathCost(quality.objective.total(omega, distance), omega, distance, quality.beta)
-        segments, modes = segments_of(self.candidates, network, found.arcs)
+    def _solved(
+        self, draft: TaskPlan, network: TaskNetwork, roadmap: Roadmap, arcs: Ints, timing: TimingRequest | None
+    ) -> TaskPlan:
+        objective = draft.request.quality.objective
+        omega, distance = (float(total) for total in network.costs[arcs].sum(axis=0))
+        segments, modes = segments_of(self.candidates, network, arcs)
         motions = None
         if timing is not None:
-            how = timing, quality.objective, self.roadmap.scale
-            motions = time_segments(segments, modes, self.candidates, *how)
+            motions = time_segments(segments, modes, self.candidates, timing, objective, roadmap.scale)
         timed, events, trajectory = join(segments, modes, motions, self.candidates)
         return replace(
             draft,
             outcome=Outcome.SOLVED,
-            cost=cost,
+            cost=PathCost(objective.total(omega, distance), omega, distance, objective.beta),
             segments=tuple(timed),
             events=tuple(events),
             trajectory=trajectory,
@@ -242,10 +241,9 @@ def _beyond(candidates: Candidates, rejected: Rejected) -> float | None:
 
 def _all_blocked(candidates: Candidates, search: LazySearch, number: int, rejected: Rejected) -> bool:
     """Whether the lines of every candidate of a step are refused in every mode; their contacts are counted."""
-    net, hits, left = search.network, [], False
-    whole = net.at(0.5)
+    net, hits, left = search.tasks, [], False
     for way in (way for way in net.transitions if way.step == number):
-        arcs = whole.arcs_along(np.arange(way.first, way.last + 1))
+        arcs = search.whole.arcs_along(np.arange(way.first, way.last + 1))
         refused = arcs[search.refused[arcs]].tolist()
         left = left or not refused
         why = (candidates.modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused)

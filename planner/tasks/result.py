@@ -13,10 +13,10 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import Reason, choices, metric
-from planner.base.resolutions import RECHECK
 from planner.base.yamlfile import Whole
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
+from planner.kinematics.forward import tool_pose
 from planner.planning.result import Plan
 from planner.planning.run import ROADMAP_NAME, FieldRecord, MotionRecord, Result, RunRecord, cost_text
 from planner.problem.outcome import Record, Rows
@@ -29,11 +29,9 @@ from planner.robot.scene import Scene
 from planner.search.network import PathCost
 from planner.tasks.candidates import Candidates
 from planner.tasks.network import TaskNetwork
-from planner.tasks.replay import EventReplay, TaskRecord, check_task
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Task
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
-from planner.trajectory.report import Report
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownMotion, ShownPath, path_rows
 from planner.view.page import Page
@@ -176,17 +174,6 @@ class TaskPlan(Result[TaskPlanRecord]):
             return np.zeros((0, self.robot.dof))
         return np.vstack([self.segments[0].path[:1], *(segment.path[1:] for segment in self.segments)])
 
-    def check(self, step: float = RECHECK, checker: CollisionChecker | None = None) -> Report:
-        """The report on the task, from its record as :func:`planner.tasks.replay.check_task` replays it."""
-        record = TaskRecord(
-            outcome=self.outcome.key,
-            joints=list(self.robot.joints),
-            path=self.path.tolist(),
-            segments=list(self.segments),
-            events=list(self.events),
-        )
-        return check_task(record, checker or self.judge, self.trajectory, step)
-
     @cached_property
     def judge(self) -> CollisionChecker:
         """A checker of the scene before the task."""
@@ -245,23 +232,34 @@ class TaskPlan(Result[TaskPlanRecord]):
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     """The scene with what is picked as obstacles that move as the hand moves them."""
-    names, stage = plan.candidates.modes.objects, EventReplay(plan.judge, plan.events)
     times = np.linspace(0.0, motion.duration, max(2, int(motion.duration / _SHOWN_APART)))
-    left = [(event.t, event) for event in plan.events if event.t is not None]
-    at = np.unique(np.concatenate([times, [t for t, _ in left]]))
+    events = [(event.t, event) for event in plan.events if event.kind != "gripper" and event.t is not None]
+    at = np.unique(np.concatenate([times, [t for t, _ in events]]))
     at = at[np.append(True, np.diff(at) > 1e-5)]
-    poses: dict[str, list[Floats]] = {name: [] for name in names}
+    modes, first = plan.candidates.modes, plan.candidates.first.held
+    poses = {name: [item.placement] for name, item in modes.objects.items()}
+    held = None if first is None else (modes.grasps[first].object, np.linalg.inv(modes.grasps[first].tool))
+
+    def hand(t: float) -> Floats:
+        return tool_pose(plan.robot, motion.at(t)[0]).homogeneous
+
     for now in at.tolist():
-        while left and left[0][0] <= now:
-            t, event = left.pop(0)
-            stage.apply(event, motion.at(t)[0])
-        for name, found in poses.items():
-            found.append(stage.pose(name, motion.at(now)[0]))
+        while events and events[0][0] <= now:
+            t, event = events.pop(0)
+            if event.kind == "attach":
+                held = event.object, np.linalg.inv(hand(t)) @ poses[event.object][-1]
+            elif held is not None:
+                poses[held[0]][-1], held = hand(t) @ held[1], None
+        if held is not None:
+            poses[held[0]][-1] = hand(now) @ held[1]
+        for listed in poses.values():
+            listed.append(listed[-1])
     moving = tuple(
-        MovingObstacle(name, item.shape, KnownMotion(at, np.array(poses[name]))) for name, item in names.items()
+        MovingObstacle(name, item.shape, KnownMotion(at, np.array(poses[name][:-1])))
+        for name, item in modes.objects.items()
     )
-    carried = tuple(item for item in plan.scene.carried if item.name not in names)
-    return replace(scene_without(plan.scene, set(names)), moving=moving, carried=carried)
+    carried = tuple(item for item in plan.scene.carried if item.name not in modes.objects)
+    return replace(scene_without(plan.scene, set(modes.objects)), moving=moving, carried=carried)
 
 
 def scene_without(scene: Scene, names: set[str]) -> Scene:

@@ -16,7 +16,7 @@ from planner.base.errors import FileError
 from planner.base.yamlfile import Name, Number, Whole
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
-from planner.planning.motion import looked_at_again
+from planner.planning.solve import looked_at_again
 from planner.problem.outcome import Record
 from planner.problem.request import Objective, TimingRequest
 from planner.robot.poses import quaternion_of

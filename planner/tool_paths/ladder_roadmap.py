@@ -1,44 +1,51 @@
-"""The ladder of a tool path as a roadmap, alone or behind a free one, and its network, which leads forward only."""
+"""The ladder of a tool path as a roadmap, alone or behind a free one, and why it leads no farther."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections import Counter
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.progress import QUIET, Progress
-from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import EdgeProver, Proofs
+from planner.collision.checker import CollisionChecker, contact_of
+from planner.collision.edge_prover import EdgeProver
 from planner.cost.scale import CostScale, measure_scale
+from planner.kinematics.inverse import POSITION_TOLERANCE
 from planner.kinematics.manipulability import node_manipulability
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.graphs import reached
+from planner.problem.outcome import CannotFollow
 from planner.roadmap.measure import measure_edges, nobody
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
 from planner.robot.robot import Robot
-from planner.tool_paths.ladder import Ladder
+from planner.tool_paths.ladder import Ladder, solutions_at
+from planner.tool_paths.tube import Tube
 
 NEW, LEFT_OUT = -1, -2  # what becomes of a ladder's nodes
+_STARTS = 300  # descents at a place that a reason is given for
+_CONES = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)  # rad
+_LOOKED_AT = 40  # solutions whose contacts are named
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
     """What of a ``ladder`` is joined to its first rungs by motions that are free and above a floor.
 
-    The starts of ``roadmap`` are these, its goals the rungs farthest along the path; None without any such motion.
-    ``along`` (n,): where its nodes are, m along the path.
+    The starts of ``roadmap`` are these, its goals the rungs farthest along the path; without any such motion it is the
+    robot's home alone, and has no goal. ``along`` (n,): where its nodes are, m along the path.
     """
 
     ladder: Ladder
-    roadmap: Roadmap | None = None
-    along: Floats = field(default_factory=lambda: np.zeros(0))
+    roadmap: Roadmap
+    along: Floats
 
     @property
     def share(self) -> float:
         """Of the path's length."""
-        return float(self.along.max() / self.ladder.stations[-1]) if self.roadmap else 0.0
+        return float(self.along.max() / self.ladder.stations[-1])
 
     @property
     def whole(self) -> bool:
@@ -48,7 +55,7 @@ class Reached:
     @property
     def ends(self) -> Floats:
         """(k, dof) as far as it comes; none where it does not begin."""
-        return self.roadmap.nodes[self.roadmap.goals] if self.roadmap else self.ladder.q[:0]
+        return self.roadmap.nodes[self.roadmap.goals]
 
 
 def reached_on(
@@ -67,8 +74,20 @@ def reached_on(
     arcs, rows = arcs[good], np.flatnonzero(good)
     kept = _on_the_way(along, arcs)
     if not kept.any():
-        return Reached(ladder)
-    return _roadmap(ladder, arcs[kept], proofs, rows[kept], checker, seed)
+        return Reached(ladder, roadmap_of(checker, robot.home[None], seed), np.zeros(1))
+    arcs, rows = arcs[kept], rows[kept]
+    used = np.unique(arcs)
+    places = along[used]
+    first, last = places <= 1e-9, places >= places.max() - 1e-9
+    order = np.concatenate([np.flatnonzero(first), np.flatnonzero(last), np.flatnonzero(~first & ~last)])
+    number = np.full(len(along), -1)
+    number[used[order]] = np.arange(len(order))
+    edges = np.sort(number[arcs], axis=1)
+    by_ends = np.lexsort((edges[:, 1], edges[:, 0]))
+    ends, rows = (np.arange(first.sum()), first.sum() + np.arange(last.sum())), rows[by_ends]
+    free = np.maximum(proofs.clearance[rows], 0.0), proofs.samples[rows]
+    made = _roadmap(checker, seed, ladder.q[used[order]], ends, edges[by_ends], *free)
+    return Reached(ladder, made, places[order])
 
 
 def _on_the_way(along: Floats, arcs: Ints) -> Bools:
@@ -86,28 +105,13 @@ def _on_the_way(along: Floats, arcs: Ints) -> Bools:
     return ahead[arcs[:, 0]] & back[arcs[:, 1]]
 
 
-def _roadmap(ladder: Ladder, arcs: Ints, proofs: Proofs, rows: Ints, checker: CollisionChecker, seed: int) -> Reached:
-    used = np.unique(arcs)
-    along = ladder.along[used]
-    first, last = along <= 1e-9, along >= along.max() - 1e-9
-    order = np.concatenate([np.flatnonzero(first), np.flatnonzero(last), np.flatnonzero(~first & ~last)])
-    number = np.full(len(ladder.q), -1)
-    number[used[order]] = np.arange(len(order))
-    edges = np.sort(number[arcs], axis=1)
-    sorted_ = np.lexsort((edges[:, 1], edges[:, 0]))
-    ends = np.arange(first.sum()), first.sum() + np.arange(last.sum())
-    rows = rows[sorted_]
-    free = np.maximum(proofs.clearance[rows], 0.0), proofs.samples[rows]
-    return Reached(ladder, _made(checker, seed, ladder.q[used[order]], ends, edges[sorted_], *free), along[order])
-
-
 def roadmap_of(checker: CollisionChecker, nodes: Floats, seed: int) -> Roadmap:
     """A roadmap of ``nodes`` (n, dof) alone, the first of them its start, for what is followed nowhere."""
     none = np.zeros(0, dtype=np.int64)
-    return _made(checker, seed, nodes, (np.zeros(1, np.int64), none), np.zeros((0, 2), np.int64), np.zeros(0), none)
+    return _roadmap(checker, seed, nodes, (np.zeros(1, np.int64), none), np.zeros((0, 2), np.int64), np.zeros(0), none)
 
 
-def _made(
+def _roadmap(
     checker: CollisionChecker,
     seed: int,
     nodes: Floats,
@@ -143,3 +147,75 @@ def attached(robot: Robot, roadmap: Roadmap, ladder: Roadmap, number: Ints) -> t
     joined = {name: np.concatenate([getattr(roadmap, name), arcs[name]]) for name in EDGE_ARRAYS}
     order = np.lexsort((joined["edges"][:, 1], joined["edges"][:, 0]))
     return replace(roadmap, **nodes, **{name: array[order] for name, array in joined.items()}), number
+
+
+def why_not(
+    checker: CollisionChecker, ladder: Ladder, share: float, ends: Floats, floor: float | None = None
+) -> CannotFollow:
+    """The reason why a path is not followed beyond a ``share`` of it, by the next station of its ladder.
+
+    ``ends`` (k, dof) is where it ends; ``floor`` is one that lets it go on, where the one asked for is all that is in
+    the way.
+    """
+    robot, path, stations = ladder.robot, ladder.tube.path, ladder.stations
+    beyond = stations[stations > share * stations[-1] + 1e-9] if len(ends) else stations[:1]
+    there = float(beyond[0]) if len(beyond) else float(stations[-1])
+    line = min(int(np.searchsorted(path.along, there - 1e-9)), len(path.along) - 1)
+    begun: dict[str, Any] = {"point": int(path.given[line]), "followed": share}
+    if floor is not None:
+        return CannotFollow(cause="below_floor", reachable=floor, **begun)
+    q, miss = _solutions(robot, ladder.tube, there)
+    if not len(q):
+        begun |= {"cone": _cone(robot, ladder.tube, there)}
+        return _no_solution(robot, ladder.tube, there, miss, begun)
+    keeps = checker.world.keeps
+    kept = keeps.holds(q)
+    if not kept.any():
+        spare = max(keeps.spare(q), key=np.min)
+        return CannotFollow(
+            cause="strays", between=(keeps.texts[spare.argmin()],), distance=float(-spare.min()), **begun
+        )
+    q = q[kept]
+    contacts = [contact_of(checker, one) for one in q[:_LOOKED_AT]]
+    if all(contacts):
+        named = Counter((found.first, found.second) for found in contacts if found)
+        return CannotFollow(cause="touching", between=named.most_common(1)[0][0], **begun)
+    free = q[[k for k, found in enumerate(contacts) if found is None]]
+    away = 0.0
+    if len(ends):
+        away = float(np.abs(robot.difference(ends[:, None], free[None])).max(axis=2).min())
+    return CannotFollow(cause="jump", distance=away, **begun)
+
+
+def _solutions(robot: Robot, tube: Tube, along: float) -> tuple[Floats, Floats]:
+    """Solutions (k, dof) at a place of the path, and by how much (m, rad) the nearest try misses it."""
+    q, off = solutions_at(robot, tube, along, _STARTS, np.random.default_rng(0))
+    return q[np.isfinite(q[:, 0])], off[(off[:, 0] + 0.1 * off[:, 1]).argmin()]
+
+
+def _no_solution(robot: Robot, tube: Tube, there: float, miss: Floats, begun: dict[str, Any]) -> CannotFollow:
+    """By how much it is out of reach, or which limits keep the arm from it."""
+    wide = np.where(robot.prismatic, 10.0, 4.0 * np.pi)
+    unlimited = replace(robot, lower=frozen(robot.lower - wide), upper=frozen(robot.upper + wide))
+    q, _ = _solutions(unlimited, tube, there)
+    if len(q):
+        turned = np.where(robot.prismatic, q, np.mod(q - robot.lower, 2 * np.pi) + robot.lower)
+        over = np.where(robot.continuous, 0.0, np.maximum(robot.lower - turned, turned - robot.upper))
+        least = over[np.maximum(over, 0.0).sum(axis=1).argmin()]
+        joints = tuple(name for name, more in zip(robot.joints, least, strict=True) if more > 0)
+        return CannotFollow(cause="beyond_limit", between=joints or robot.joints, **begun)
+    if miss[0] > POSITION_TOLERANCE:
+        return CannotFollow(cause="out_of_reach", distance=float(miss[0]), **begun)
+    return CannotFollow(cause="turned", distance=float(miss[1]), **begun)
+
+
+def _cone(robot: Robot, tube: Tube, there: float) -> float | None:
+    """The narrowest cone (rad) with which solutions are found at a place; 0 where a free turn will do."""
+    path = tube.path
+    n = len(path.positions)
+    for cone in _CONES:
+        if (cone > path.cones.max()) if cone else not path.free.any():
+            wider = replace(path, free=np.ones(n, bool), cones=np.full(n, cone))
+            if len(_solutions(robot, replace(tube, path=wider), there)[0]):
+                return cone
+    return None

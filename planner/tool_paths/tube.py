@@ -115,16 +115,16 @@ class Tube:
             _FINEST * min(self.path.tube.position, self.path.tube.angle),
         )
 
-    def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, Deviation]:
-        """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here, and how far it is off.
+    def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> Deviation:
+        """How far the tool is off at most, sampled, on a joint path (k, dof) that is ``along`` (k,) m here.
 
-        At most, sampled; off arcs by so much more as these may be off the lines for them.
+        Off arcs by so much more as these may be off the lines for them.
         """
         shares = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None]
         q = (path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof)
         places = np.append((along[:-1, None] + shares[:, 0, 0] * np.diff(along)[:, None]).ravel(), along[-1])
         rotation, position = Frame.tool(robot).poses(robot, np.concatenate([q, path[-1:]]))
-        return position, self._off(rotation, position, places)
+        return self._off(rotation, position, places)
 
     def deviation_of(self, motion: Trajectory, robot: Robot, along: Floats) -> Deviation:
         """The same of a motion along a joint path that is ``along`` (k,) m here: corners are rounded."""

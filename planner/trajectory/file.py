@@ -13,7 +13,7 @@ import pydantic
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.files import StrPath, write_json
-from planner.base.yamlfile import Number, Strict, read_text, validate
+from planner.base.yamlfile import Number, Strict, read_text, repeated, shown, validate
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.trajectory import DEGREE, Interpolation, Trajectory
 
@@ -113,11 +113,17 @@ def load_trajectory(path: StrPath) -> Trajectory:
 
 
 def parse_json(text: str, where: str) -> Any:
-    """Plain data out of JSON text."""
+    """Plain data out of JSON text in which no key stands twice in one object."""
     try:
-        return json.loads(text)
+        return json.loads(text, object_pairs_hook=_object_of)
     except (ValueError, RecursionError) as error:
         raise FileError(f"{where} is no JSON: {error}; mend the file.") from None
+
+
+def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    if twice := repeated(key for key, _ in pairs):
+        raise ValueError(f"key {shown(twice[0])} stands twice")
+    return dict(pairs)
 
 
 def trajectory_in(file: TrajectoryFile, where: str) -> Trajectory:

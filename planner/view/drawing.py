@@ -1,30 +1,23 @@
-"""Robot, obstacles, roadmap and paths as objects on a canvas.
-
-Reading detailed meshes and smoothing them takes seconds, so the bodies of a robot are kept in the user's cache.
-"""
+"""Robot, obstacles, roadmap and paths as objects on a canvas."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Collection, Iterable, Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Sequence, Set
 from dataclasses import replace
+from functools import lru_cache
 from itertools import cycle
-from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
-from planner.base.cache import cached
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.kinematics.tool_bound import Frame
-from planner.problem.outcome import Gap
 from planner.roadmap.roadmap import Roadmap
-from planner.robot.files.urdf_geometry import mesh_files
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, load_visuals
 from planner.robot.scene import Scene
-from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere, corners, extremes
+from planner.robot.shapes import Body, Sphere, corners, extremes
 from planner.trajectory.measure import dense_path
 from planner.view.canvas import Canvas
 from planner.view.surfaces import smoothed, tube
@@ -44,13 +37,10 @@ _OBSTACLES = (  # one after another: neighbours in the list are told apart, and 
 _WAY = (0.70, 0.74, 0.78, 0.6)
 _COLLISION = (0.10, 0.55, 0.90, 0.6)
 TOUCHING = (0.90, 0.12, 0.12, 0.9)
-_WANTED, _TOOL_PATH = 0.012, (0.10, 0.55, 0.95, 0.45)  # m: around the tube of the path that is reached
 _RUNG, _RUNG_COLOUR = 0.025, (0.25, 0.30, 0.40)  # m from the tool's origin to either end
 PATH, START, GOAL = (0.85, 0.25, 0.10, 1.0), (0.15, 0.65, 0.25, 1.0), (0.80, 0.10, 0.15, 1.0)
 _DOT = 0.022  # m
 _TUBE, _TUBE_STEP = 0.006, 0.08  # m, rad: between two rings the tool leaves the chord by less than a tube's radius
-_FORMAT = 7  # of the arrays, and of how meshes are smoothed
-_SHAPES: dict[str, type[Any]] = {kind.__name__: kind for kind in (Box, Sphere, Cylinder, Capsule)}
 EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
 MOST_EDGES = 8_000  # that a page draws: more make a black cloud of tens of megabytes
 
@@ -170,21 +160,11 @@ def draw_path(
     canvas.shape(name, along, np.eye(4), rgba)
 
 
-def draw_tool_line(canvas: Canvas, name: str, points: Floats, radius: float) -> None:
-    """What the tool was to follow, through points (k, 3), as its tube of a ``radius`` (m), one to be seen at least."""
-    canvas.shape(name, tube(points, max(radius, _WANTED), 8), np.eye(4), _TOOL_PATH)
-
-
 def draw_rungs(canvas: Canvas, robot: Robot, q: Floats) -> None:
     """Solutions (n, dof) along a tool path, each a bar across it that lies as the tool's x axis does."""
     rotation, position = Frame.tool(robot).poses(robot, q[:MOST_EDGES])
     ends = position[:, None] + np.array([[-_RUNG], [_RUNG]]) * rotation[:, None, :, 0]
     canvas.segments("tool_path/rungs", ends.reshape(-1, 3), np.tile(_RUNG_COLOUR, (2 * len(ends), 1)))
-
-
-def draw_gap(canvas: Canvas, robot: Robot, gap: Gap) -> None:
-    """The tool's path along the shortest motion between the parts of a roadmap, which is blocked."""
-    draw_path(canvas, "gap", robot, np.array([gap.start_side, gap.goal_side]), TOUCHING)
 
 
 def joint_matrices(robot: Robot, q: Floats) -> Floats:
@@ -233,10 +213,6 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
     return np.vstack(rows)
 
 
-class _StandIns(Exception):
-    """The meshes cannot be read: what stands in for them is not kept."""
-
-
 def draw_robot(
     canvas: Canvas, robot: Robot, q: Floats, touching: Set[str] = frozenset()
 ) -> tuple[dict[str, str], tuple[Body, ...]]:
@@ -253,68 +229,16 @@ def draw_robot(
     return names, visual
 
 
+@lru_cache(maxsize=8)
 def drawn_bodies(robot: Robot) -> tuple[tuple[Body, ...], tuple[Body, ...]]:
     """The visual bodies of ``robot``, see :func:`planner.robot.robot.load_visuals`, and those that collide.
 
-    With smoothed meshes, and without the bodies that the robot carries. They come from the cache where it has them.
+    Meshes are smoothed. The bodies that the robot carries are not among them.
     """
-    own = _own(robot)
-    made_of = [_FORMAT, robot.source.xml, *robot.joints, *sorted(robot.fixed_joints.items()), robot.base]
-    made_of += [_stamp(file) for file in mesh_files(robot.source, "visual")]
-    made_of += [part for body in own for part in (body.placement, *body.shape.content())]
-
-    def make() -> dict[str, Any]:
-        loaded = load_visuals(replace(robot, carried=()))
-        if loaded is robot.bodies:
-            raise _StandIns
-        return _arrays(_smoothed([*loaded, *own]))
-
-    try:
-        bodies = _bodies(cached("drawn", made_of, make))
-    except _StandIns:
-        bodies = tuple(_smoothed([*own, *own]))
-    visual = len(bodies) - len(own)
-    return bodies[:visual], bodies[visual:]
-
-
-def _own(robot: Robot) -> list[Body]:
-    """The bodies that collide, without what the robot carries."""
     carried = {body.link for body in robot.carried}
-    return [body for body in robot.bodies if body.link not in carried]
+    own = [body for body in robot.bodies if body.link not in carried]
+    return _smoothed(load_visuals(replace(robot, carried=()))), _smoothed(own)
 
 
-def _smoothed(bodies: Iterable[Body]) -> list[Body]:
-    return [replace(body, shape=smoothed(body.shape)) for body in bodies]
-
-
-def _stamp(file: Path) -> tuple[str, int, int, int]:
-    """What changes whenever a file does: reading detailed meshes to hash them would take longer than what is kept."""
-    found = file.stat()
-    return (str(file), found.st_ino, found.st_size, found.st_ctime_ns)
-
-
-def _arrays(bodies: Iterable[Body]) -> dict[str, Any]:
-    """Bodies as arrays by name: one with text, one with a placement for each, and those of the meshes."""
-    rows: list[dict[str, Any]] = []
-    arrays: dict[str, Any] = {}
-    for k, body in enumerate(bodies):
-        shape = None if isinstance(body.shape, Mesh) else [type(body.shape).__name__, *vars(body.shape).values()]
-        rows.append({"name": body.name, "link": body.link, "joint": body.joint, "color": body.color, "shape": shape})
-        arrays[f"placement_{k}"] = body.placement
-        if isinstance(body.shape, Mesh):
-            arrays |= {f"vertices_{k}": body.shape.vertices, f"triangles_{k}": body.shape.triangles}
-    return {"bodies": np.frombuffer(json.dumps(rows).encode(), dtype=np.uint8), **arrays}
-
-
-def _bodies(arrays: Mapping[str, Any]) -> tuple[Body, ...]:
-    """The bodies that :func:`_arrays` was given."""
-    found = []
-    for k, row in enumerate(json.loads(arrays["bodies"].tobytes())):
-        if row["shape"] is None:
-            shape = Mesh(arrays[f"vertices_{k}"], arrays[f"triangles_{k}"])
-        else:
-            kind, *numbers = row["shape"]
-            shape = _SHAPES[kind](*(tuple(v) if isinstance(v, list) else v for v in numbers))
-        about = {**row, "color": tuple(row["color"]), "shape": shape}
-        found.append(Body(placement=arrays[f"placement_{k}"], **about))
-    return tuple(found)
+def _smoothed(bodies: Iterable[Body]) -> tuple[Body, ...]:
+    return tuple(replace(body, shape=smoothed(body.shape)) for body in bodies)

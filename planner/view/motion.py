@@ -73,64 +73,46 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
     ]
 
 
-@dataclass(frozen=True)
-class WorstPoint:
-    """A local minimum of w along a path: at ``share`` of its joint motion, with the tool at ``position`` (m)."""
-
-    share: float
-    w: float
-    position: tuple[float, float, float]
-
-
 def motion_data(robot: Robot, path: Floats, motion: ShownMotion | None = None) -> dict[str, Any]:
     """What the page's script moves the robot by, along a joint path (k, dof) of one configuration or more.
 
     With a ``motion`` its states at evenly spaced times take the place of the path's waypoints: shares are of time then.
     """
-    if motion is not None:
-        return _motion_in_time(robot, path, motion)
-    shares, total = path_shares(path)
-    q = configurations_at(path, shares, np.linspace(0.0, 1.0, SHOWN_STATES))
+    (shares, total), even = path_shares(path), np.linspace(0.0, 1.0, SHOWN_STATES)
+    if motion is None:
+        waypoints, states, fine = path, configurations_at(path, shares, even), dense_path(path)
+        worst = worst_points(robot, fine, path_shares(fine)[0])
+        seconds, more = max(2.0, total * _SECONDS_PER_RADIAN) if len(path) > 1 else 0.0, {}
+    else:
+        waypoints = states = motion.states
+        trajectory, shares, fine = motion.trajectory, even, np.linspace(0.0, 1.0, _FINE)
+        worst = worst_points(robot, trajectory.at(trajectory.times[0] + fine * trajectory.duration), fine)
+        seconds, more = trajectory.duration, {"motion": _in_time(motion)}
     return {
-        "waypoints": np.round(path, 9).tolist(),
+        "waypoints": np.round(waypoints, 9).tolist(),
         "shares": shares.tolist(),
         "length": round(total, 6),
-        "worst": [vars(point) for point in worst_points(robot, path)],
-        "seconds": max(2.0, total * _SECONDS_PER_RADIAN) if len(path) > 1 else 0.0,
-        **_along(robot, q),
+        "worst": worst,
+        "seconds": seconds,
+        "w": np.round(manipulability(robot, states), 7).tolist(),
+        "ellipsoids": np.round(ellipsoids(robot, states[::2]), 4).tolist(),
+        **more,
     }
 
 
-def _along(robot: Robot, q: Floats) -> dict[str, Any]:
-    """What is drawn of the states (n, dof) of a path at even shares."""
-    return {
-        "w": np.round(manipulability(robot, q), 7).tolist(),
-        "ellipsoids": np.round(ellipsoids(robot, q[::2]), 4).tolist(),
-    }
-
-
-def _motion_in_time(robot: Robot, path: Floats, motion: ShownMotion) -> dict[str, Any]:
-    trajectory = motion.trajectory
-    times, fine = (np.linspace(trajectory.times[0], trajectory.times[-1], n) for n in (SHOWN_STATES, _FINE))
-    of_limits = {}
+def _in_time(motion: ShownMotion) -> dict[str, Any]:
+    """The clearance of a motion, and its shares of the limits, at evenly spaced times."""
+    trajectory, found = motion.trajectory, {}
     if trajectory.limits is not None:
+        times = np.linspace(trajectory.times[0], trajectory.times[-1], SHOWN_STATES)
         for order, kind in ((1, "velocity"), (2, "acceleration")):
             share = trajectory.at(times, order) / getattr(trajectory.limits, kind)
-            of_limits[kind] = np.round(share.T, 4).tolist()
-    clearance = None if motion.clearance is None else np.round(motion.clearance, 5).tolist()
+            found[kind] = np.round(share.T, 4).tolist()
     return {
-        "waypoints": np.round(motion.states, 9).tolist(),
-        "shares": np.linspace(0.0, 1.0, SHOWN_STATES).tolist(),
-        "length": round(path_shares(path)[1], 6),
-        "worst": [vars(point) for point in _lowest(robot, trajectory.at(fine), np.linspace(0.0, 1.0, _FINE))],
-        "seconds": trajectory.duration,
-        "motion": {
-            "begin": float(trajectory.times[0]),
-            "duration": trajectory.duration,
-            "clearance": clearance,
-            **of_limits,
-        },
-        **_along(robot, motion.states),
+        "begin": float(trajectory.times[0]),
+        "duration": trajectory.duration,
+        "clearance": None if motion.clearance is None else np.round(motion.clearance, 5).tolist(),
+        **found,
     }
 
 
@@ -188,25 +170,18 @@ def ellipsoids(robot: Robot, q: Floats) -> Floats:
     return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
 
 
-def worst_points(robot: Robot, path: Floats) -> list[WorstPoint]:
-    """The two lowest local minima of w, densely sampled along a path; the lowest first, ends included."""
-    dense = dense_path(path)
-    return _lowest(robot, dense, path_shares(dense)[0])
+def worst_points(robot: Robot, q: Floats, shares: Floats) -> list[dict[str, Any]]:
+    """The two lowest local minima of w over states ``q`` (n, dof) at ``shares`` (n,) of the way, ends included.
 
-
-def _lowest(robot: Robot, dense: Floats, shares: Floats) -> list[WorstPoint]:
-    """The two lowest local minima of w over states (n, dof) at ``shares`` (n,) of the way."""
-    w = manipulability(robot, dense)
-    chosen: list[int] = []
+    The lowest comes first; each has its ``share``, ``w`` and the tool's ``position`` (m).
+    """
+    w, chosen = manipulability(robot, q), list[int]()
     for row in _local_minima(w):
-        if all(abs(shares[row] - shares[other]) > _APART for other in chosen):
+        if len(chosen) < 2 and all(abs(shares[row] - shares[other]) > _APART for other in chosen):
             chosen.append(int(row))
-        if len(chosen) == 2:
-            break
-    places = tool_positions(robot, dense[chosen]).tolist()
-    return [
-        WorstPoint(float(shares[row]), float(w[row]), (x, y, z)) for row, (x, y, z) in zip(chosen, places, strict=True)
-    ]
+    places = tool_positions(robot, q[chosen]).tolist()
+    rows = zip(chosen, places, strict=True)
+    return [{"share": float(shares[row]), "w": float(w[row]), "position": place} for row, place in rows]
 
 
 def _local_minima(values: Floats) -> Ints:

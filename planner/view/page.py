@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -19,20 +19,20 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.view.canvas import Canvas, render_page
 from planner.view.drawing import (
-    draw_gap,
+    TOUCHING,
     draw_path,
     draw_roadmap,
     draw_robot,
     draw_rungs,
     draw_scene,
-    draw_tool_line,
     drawn_part,
     extent,
     moving_data,
 )
 from planner.view.motion import W_UNIT, ShownPath, chain_data, configurations_at, joint_data, motion_data, path_shares
-from planner.view.surfaces import css_gradient, ramp_stops
+from planner.view.surfaces import css_gradient, ramp_stops, tube
 
+_WANTED, _TOOL_PATH = 0.012, (0.10, 0.55, 0.95, 0.45)  # m: around the tube of the path that is reached
 _LOOKS = 9  # places of each path that the picture is made to hold
 
 
@@ -86,7 +86,8 @@ class Page:
             "joints": joint_data(robot),
         }
         if isinstance(reason, NoWay):
-            draw_gap(self.canvas, robot, reason.gap)
+            between = np.array([reason.gap.start_side, reason.gap.goal_side])  # the shortest motion, which is blocked
+            draw_path(self.canvas, "gap", robot, between, TOUCHING)
 
     def add_roadmap(self, roadmap: Roadmap, cost_to_go: Floats | None = None) -> None:
         """Draw a roadmap; its nodes are coloured by their ``cost_to_go`` (n,) where no path brings its own."""
@@ -126,7 +127,8 @@ class Page:
 
     def add_tool_line(self, points: Floats, radius: float) -> None:
         """Draw a line (k, 3) m that the tool is to follow, with the ``radius`` (m) of its tube."""
-        draw_tool_line(self.canvas, f"tool_path/{len(self._points)}", points, radius)
+        line = tube(points, max(radius, _WANTED), 8)
+        self.canvas.shape(f"tool_path/{len(self._points)}", line, np.eye(4), _TOOL_PATH)
         self._points.append(points)
 
     def add_rungs(self, q: Floats) -> None:
@@ -158,21 +160,6 @@ class Page:
         return [value if np.isfinite(value) else None for value in np.round(x[self._nodes], 4).tolist()]
 
 
-def roadmap_page(roadmap: Roadmap, checker: CollisionChecker) -> str:
-    """The page of a roadmap by itself, in the world that ``checker`` knows."""
-    q = roadmap.nodes[roadmap.starts[0] if len(roadmap.starts) else 0]
-    message = f"A roadmap of {len(roadmap.nodes)} configurations."
-    page = Page(checker.robot, checker.world.scene, q, message, [("roadmap", roadmap.record().text)])
-    page.add_roadmap(roadmap)
-    return page.html()
-
-
-class HasPage(Protocol):
-    """A plan, a trade-off, a task: everything that draws its page as HTML text."""
-
-    def page(self) -> str: ...
-
-
 @dataclass(frozen=True, repr=False)
 class InlinePage:
     """A page as a notebook cell shows it, ``height`` pixels high."""
@@ -189,8 +176,8 @@ class InlinePage:
         return f"<page of {len(self.html) / 1e6:.1f} MB>"
 
 
-def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, height: int = 640) -> InlinePage:
-    """The page of a result in a notebook cell; of a roadmap, with the checker of its world.
+def show(thing: Any, checker: CollisionChecker | None = None, height: int = 640) -> InlinePage:
+    """The page of a plan, a trade-off or a task in a notebook cell; of a roadmap, with the checker of its world.
 
         planner.show(plan)
         planner.show(roadmap, checker)
@@ -203,4 +190,8 @@ def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, heig
         raise OptionError(
             "A roadmap holds no geometry: give the checker that it was grown with, show(roadmap, checker)."
         )
-    return InlinePage(roadmap_page(thing, checker), height)
+    q = thing.nodes[thing.starts[0] if len(thing.starts) else 0]
+    message = f"A roadmap of {len(thing.nodes)} configurations."
+    page = Page(checker.robot, checker.world.scene, q, message, [("roadmap", thing.record().text)])
+    page.add_roadmap(thing)
+    return InlinePage(page.html(), height)

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.collision.looks import Clearance
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.problem.outcome import Rows
 from planner.query.resolve import beyond_limits
 from planner.trajectory.measure import SHOWN, clearance_text
 from planner.view.motion import W_UNIT, ShownPath
@@ -24,7 +23,7 @@ class StateReport:
     """Everything that the page shows about a configuration ``q`` (dof,) in a scene.
 
     ``contacts`` are all pairs no farther apart than the margin, ``clearance`` (m) is the distance of the nearest pair
-    that some joint can part, inf where no pair is checked. ``outside`` (dof,) says which joints are beyond a limit.
+    that some joint can part, inf where no pair is checked. ``outside`` names joints beyond a limit, ``tool`` is in m.
     """
 
     checker: CollisionChecker
@@ -32,31 +31,42 @@ class StateReport:
     contacts: tuple[Contact, ...]
     clearance: float
     w: float
-    tool: Floats  # (3,) m
-    outside: Bools
+    tool: Floats
+    outside: tuple[str, ...]
 
     @property
     def sentence(self) -> str:
         """Whether the robot could be here, and if not why."""
-        robot, margin = self.checker.robot, self.checker.world.margin
         problems = []
         for first in self.contacts[:1]:
             more = f" ({len(self.contacts)} pairs in all)" if len(self.contacts) > 1 else ""
-            how = first.how(margin)
-            problems.append(f"{first} {how}{more}")
-        beyond = [joint for joint, out in zip(robot.joints, self.outside, strict=True) if out]
-        if beyond:
-            problems.append(f"out of limits: {', '.join(beyond)}")
+            problems.append(f"{first} {first.how(self.checker.world.margin)}{more}")
+        if self.outside:
+            problems.append(f"out of limits: {', '.join(self.outside)}")
         if problems:
             return "; ".join(problems) + "."
         if self.clearance < SHOWN:
             return f"Within limits, and no contact was found; but the clearance is {clearance_text(self.clearance)}."
         return "Free and within limits."
 
+    def page(self) -> str:
+        """The page of the robot standing still; what touches is red."""
+        robot, scene = self.checker.robot, self.checker.world.scene
+        rows = [("contact", str(pair).replace("'", "")) for pair in self.contacts]
+        if np.isfinite(self.clearance):
+            touches = self.clearance == 0.0 and self.contacts
+            rows.append(("clearance", "none" if touches else clearance_text(self.clearance)))
+        rows.append(("w", f"{self.w:.3g} {W_UNIT[robot.manipulability]}"))
+        rows.append((f"{robot.tool} (m)", ", ".join(f"{value:z.3f}" for value in self.tool)))
+        touching = {name for pair in self.contacts for name in (pair.first, pair.second)}
+        page = Page(robot, scene, self.q, self.sentence, touching=touching, wrong=("contact", *self.outside))
+        page.add_paths([ShownPath(self.q[None], rows)])
+        return page.html()
+
 
 def inspect_state(checker: CollisionChecker, q: Floats) -> StateReport:
     """Everything about the configuration ``q`` (dof,), which may touch anything and be out of any limit."""
-    robot = checker.robot
+    robot, beyond = checker.robot, beyond_limits(checker.robot, q) > 0
     return StateReport(
         checker,
         q,
@@ -64,18 +74,8 @@ def inspect_state(checker: CollisionChecker, q: Floats) -> StateReport:
         float(Clearance(checker)(q)[0]),
         float(manipulability(robot, q)[0]),
         tool_positions(robot, q)[0],
-        beyond_limits(robot, q) > 0,
+        tuple(joint for joint, out in zip(robot.joints, beyond, strict=True) if out),
     )
-
-
-def state_page(report: StateReport) -> str:
-    """The page of a robot standing still; what touches is red."""
-    world = report.checker.world
-    beyond = [joint for joint, out in zip(world.robot.joints, report.outside, strict=True) if out]
-    touching = {name for pair in report.contacts for name in (pair.first, pair.second)}
-    page = Page(world.robot, world.scene, report.q, report.sentence, touching=touching, wrong=("contact", *beyond))
-    page.add_paths([ShownPath(report.q[None], _facts(report))])
-    return page.html()
 
 
 def _contacts(checker: CollisionChecker, q: Floats) -> tuple[Contact, ...]:
@@ -88,14 +88,3 @@ def _contacts(checker: CollisionChecker, q: Floats) -> tuple[Contact, ...]:
     pairs = np.concatenate([scene, world.checked.size + np.arange(len(world.self_pairs))])
     near = pairs[checker.gaps(q, pairs) <= world.margin]
     return tuple(dict.fromkeys([first, *(world.contact(int(pair)) for pair in near)]))
-
-
-def _facts(report: StateReport) -> Rows:
-    robot = report.checker.robot
-    rows = [("contact", str(pair).replace("'", "")) for pair in report.contacts]
-    if np.isfinite(report.clearance):
-        touches = report.clearance == 0.0 and report.contacts
-        rows.append(("clearance", "none" if touches else clearance_text(report.clearance)))
-    rows.append(("w", f"{report.w:.3g} {W_UNIT[robot.manipulability]}"))
-    rows.append((f"{robot.tool} (m)", ", ".join(f"{value:z.3f}" for value in report.tool)))
-    return rows

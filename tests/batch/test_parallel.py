@@ -84,12 +84,6 @@ def test_workers_stop_where_the_command_is_killed(tmp_path: Path) -> None:
     until(lambda: (tmp_path / "case").read_text() == "stopped")
 
 
-@pytest.mark.parametrize("options", [{"jobs": 0}, {"workers": "tcp://x:1"}, {"jobs": 2, "workers": "dask:tcp://x:1"}])
-def test_other_workers_are_refused(options: dict) -> None:
-    with pytest.raises(OptionError):
-        WorkersRequest(**options)
-
-
 def test_a_worker_of_other_software_is_refused(dask: WorkersRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parallel, "software", lambda: "another planner")
     with pytest.raises(InstallationError, match="must have another planner in"):

@@ -29,13 +29,6 @@ def test_a_csv_file_leaves_options_out_and_names_files_beside_it(tmp_path: Path)
     )
 
 
-def test_goals_and_keeps_may_be_lists_as_in_scene_files(tmp_path: Path) -> None:
-    text = "plans: [{goal: [home, 'q:0,1'], keep: ['plane:0,0,1,0.1', 'plane:1,0,0,-1'], path-only: yes}]\n"
-    (task,) = read_plans(written(tmp_path, text.replace("yes", "true")), PLAIN.__class__())
-    assert len(task.request.what.goal) == len(task.request.what.keep) == 2
-    assert task.request.quality.path_only
-
-
 def test_a_row_is_for_the_files_that_are_read(tmp_path: Path) -> None:
     """With another scene, another mesh in it or another robot a plan is planned again."""
     written(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "part.obj")

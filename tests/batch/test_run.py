@@ -104,24 +104,6 @@ def test_a_plan_that_kills_its_process_is_a_row(source: Path, tmp_path: Path, mo
     assert timeless(run_batch(source, tmp_path / "out", PLAIN, TWO)) == timeless(before)
 
 
-def test_workers_that_somebody_kills_cost_nothing(source: Path, tmp_path: Path) -> None:
-    psutil = pytest.importorskip("psutil")
-    source.write_text(PLANS + LONG.replace("100000", "400"))
-    killed: list[int] = []
-
-    def kill_workers_once() -> bool:
-        for process in psutil.process_iter(["ppid", "cmdline"]):
-            is_worker = "LokyProcess" in " ".join(process.info["cmdline"] or []) and process.info["ppid"] == os.getpid()
-            if is_worker and not killed and (tmp_path / "out" / "one" / "row.json").exists():
-                killed.append(process.pid)
-                process.kill()
-        return False
-
-    found = run_batch(source, tmp_path / "out", PLAIN, TWO, progress=Progress(stop=kill_workers_once))
-    assert killed
-    assert [row["outcome"] for row in found.rows] == [SOLVED, SOLVED, REFUSED, SOLVED]
-
-
 def test_an_error_of_python_is_a_crash(source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "plan", lambda request, progress: 1 / 0)
     found = run_batch(source, tmp_path / "out", PLAIN)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.command_line import Run
@@ -67,26 +66,6 @@ def test_free_and_not_free(run: Run, tmp_path: Path, backend: str) -> None:
     code, out, err = run("check", written(tmp_path, THROUGH), *WINDOW, "--collision", backend)
     assert code == 4, err
     assert "Not usable: 'link_" in out
-
-
-def test_json_on_standard_output_and_nothing_else(run: Run, tmp_path: Path) -> None:
-    code, out, err = run("check", written(tmp_path, THROUGH), *WINDOW, "--json")
-    record = json.loads(out)
-    assert (code, err, record["ok"]) == (4, "", False)
-    (finding,) = record["findings"]
-    segment, share = divmod(finding["where"][0], 1)
-    a, b = (np.array(row) for row in THROUGH[int(segment) : int(segment) + 2])
-    np.testing.assert_allclose(finding["q"], a + share * (b - a))
-    assert finding["what"][0].startswith("link_")
-
-
-def test_step_and_margin_matter(run: Run, tmp_path: Path) -> None:
-    path = written(tmp_path, FREE)
-    plain = json.loads(run("check", path, *WINDOW, "--json", "--step", "0.01")[1])
-    assert plain["step"] == 0.01
-    code, out, _ = run("check", path, *WINDOW, "--margin", str(plain["clearance"]["min"] + 0.01))
-    assert code == 4
-    assert "closer than the margin" in out
 
 
 def test_a_trajectory_is_judged_by_its_own_limits_whatever_its_name(run: Run, tmp_path: Path) -> None:

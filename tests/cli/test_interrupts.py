@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from planner.base.interrupts import StopRequest
-from tests.command_line import Run, command
+from planner.cli.common import file_for_interrupted, folder_for_interrupted
+from tests.command_line import command
 
 LIMIT = 30  # s: machines that run tests are busy
 
@@ -83,15 +83,14 @@ def test_a_solved_plan_is_kept(tmp_path: Path) -> None:
         assert {path.name for path in (out / "interrupted").iterdir()} == {"plan.json", "roadmap.npz"}
 
 
-def test_an_interrupted_build_keeps_the_roadmap_there(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file = tmp_path / "r.npz"
-    assert run("roadmap", "build", str(file), "--robot", "planar_2r", "--nodes", "40")[0] == 0
-    before = file.read_bytes()
-    monkeypatch.setattr(StopRequest, "__call__", lambda self: True)
-    code, out, err = run("roadmap", "build", str(file), "--robot", "planar_2r", "--nodes", "500")
-    assert code == 130, err
-    assert f"What was in {file} is kept" in " ".join(out.split())
-    assert file.read_bytes() == before
-    assert (tmp_path / "r.interrupted.npz").is_file()
+def test_no_result_is_overwritten_by_an_interrupted_one(tmp_path: Path) -> None:
+    names = ("plan.json", "plan.html", "roadmap.npz")
+    assert folder_for_interrupted(tmp_path / "new", names) == tmp_path / "new"
+    assert folder_for_interrupted(tmp_path, names) == tmp_path
+    (tmp_path / "roadmap.npz").touch()  # perhaps of hours of work
+    for name in ("interrupted", "interrupted-2", "interrupted-3"):
+        assert folder_for_interrupted(tmp_path, names) == tmp_path / name
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "plan.json").touch()
+    assert file_for_interrupted(tmp_path / "roadmap.npz") == tmp_path / "roadmap.interrupted.npz"
+    assert file_for_interrupted(tmp_path / "none.npz") == tmp_path / "none.npz"

@@ -33,21 +33,6 @@ def test_plan_writes_a_trajectory_and_says_how_long_it_takes(run: Run, tmp_path:
     assert json.loads((tmp_path / "plan.json").read_text())["trajectory"] is None
 
 
-def test_a_floor_in_motion_is_told_by_its_pieces(run: Run, tmp_path: Path) -> None:
-    low = ("q:-1,0.1", "q:1,0.1")
-    words = [{"q:-1,0.5": low[0], "q:1,0.9": low[1]}.get(word, word) for word in PLAN]
-    code, out, _ = run(*words, "--min-manipulability", "0.15", "--out", str(tmp_path))
-    assert code == 0
-    proof = json.loads((tmp_path / "trajectory.json").read_text())["proof"]
-    floor = json.loads((tmp_path / "plan.json").read_text())["trajectory"]["floor"]
-    assert floor == proof["floor"]
-    assert floor["pieces_above"] + floor["pieces_exempt"] == proof["pieces"]
-    assert min(floor["pieces_above"], floor["pieces_exempt"]) > 0 == floor["pieces_below"]
-    assert floor["proven"]
-    said = f"w is proven above the floor of 0.15 in {floor['pieces_above']} of {proof['pieces']} pieces"
-    assert said in " ".join(out.replace("│", " ").split())
-
-
 def test_a_jump_is_judged_by_limits_that_are_given(run: Run, tmp_path: Path) -> None:
     lines = tmp_path / "lines.csv"
     lines.write_text("t,joint_1,joint_2\n0,0.1,0.5\n1,0.4,0.5\n2,0.5,0.7\n")

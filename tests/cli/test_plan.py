@@ -13,10 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.problem.request import PlanRequest
-from planner.query.query import make_query
-from tests.command_line import Run, assert_refused, assert_total_covers, command
-from tests.worlds import ROBOTS, load, planar_trap
+from tests.command_line import Run, assert_total_covers, command
+from tests.worlds import planar_trap
 
 
 @pytest.fixture(scope="module")
@@ -86,45 +84,6 @@ def test_a_written_roadmap_is_planned_on_again(solved: Path, tmp_path: Path, run
     assert after["roadmap"]["scale"] == before["roadmap"]["scale"]
 
 
-FOLDED = ("--robot", "planar_2r", "--scene", "empty", "--nodes", "30")
-
-
-def test_goals_given_several_times_are_of_equal_right(run: Run, tmp_path: Path) -> None:
-    """The nearer one is reached, wherever it stands among them, and named in summary and record."""
-    near, far = "q:0.2,1.1", "xyz:-0.3,-0.5,0"
-    for k, goals in enumerate((("--goal", far, f"--goal={near}"), ("--goal", near, "--goal", far))):
-        out = tmp_path / str(k)
-        code, words, _ = run("plan", *FOLDED, "--start", "q:0,1", *goals, "--beta", "1", "--out", str(out))
-        assert code == 0
-        assert near in words
-        record = json.loads((out / "plan.json").read_text())
-        assert record["goal"] == near
-        assert record["path"][-1] == [0.2, 1.1]
-
-
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_home_is_known_everywhere(robot: str) -> None:
-    """As ``view`` knows it: the scene's own, or else the robot's."""
-    query = make_query(PlanRequest.from_options(robot=robot, scene="empty", start="home", goal="home").what)
-    home = load(robot).normalise(load(robot).home)
-    np.testing.assert_allclose(query.starts, home[None], atol=1e-12)
-    np.testing.assert_allclose(query.goals, home[None], atol=1e-12)
-    assert query.goal_names == ("home",)
-
-
-def test_damaged_and_foreign_roadmaps(run: Run, solved: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    whole = (solved / "roadmap.npz").read_bytes()
-    (tmp_path / "cut.npz").write_bytes(whole[: len(whole) // 2])
-    result = run("plan", "--roadmap", str(tmp_path / "cut.npz"), "--out", str(out))
-    assert_refused(result, 3, "is damaged or no roadmap", out)
-    result = run("plan", "--roadmap", str(solved / "roadmap.npz"), "--robot", "panda", "--start",
-                 "q:0,-0.785,0,-2.356,0,1.571,0.785", "--goal", "q:0.5,-0.785,0,-2.356,0,1.571,0.785",
-                 "--scene", "empty", "--out", str(out))  # fmt: skip
-    assert_refused(result, 3, "build one for this robot", out)
-    assert (solved / "roadmap.npz").read_bytes() == whole
-
-
 def test_no_path_is_an_outcome(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "out"
     code, text, _ = run("plan", "--robot", "planar_2r", "--scene", str(planar_trap(tmp_path)), "--start", "q:0,0.5",
@@ -156,18 +115,6 @@ def test_ctrl_c_saves_what_there_is(tmp_path: Path) -> None:
     assert record["outcome"] == "interrupted"
     assert record["roadmap"]["nodes"] > 10
     assert (tmp_path / "o" / "roadmap.npz").is_file()
-
-
-def test_every_law_plans(solved: Path, tmp_path: Path, run: Run) -> None:
-    paths = []
-    for law in ("nominal", "prescribed-time", "fixed-time", "singularity-free"):
-        out = tmp_path / law
-        code, _, error = run("plan", "--law", law, "--roadmap", str(solved / "roadmap.npz"), "--out", str(out))
-        assert code == 0, error
-        record = json.loads((out / "plan.json").read_text())
-        assert record["gabf"]["max_error_vs_oracle"] <= 1e-9
-        paths.append(record["path"])
-    assert all(path == paths[0] for path in paths)
 
 
 def test_every_option_changes_what_it_says(solved: Path, tmp_path: Path, run: Run) -> None:

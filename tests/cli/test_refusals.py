@@ -85,6 +85,9 @@ ROWS = [
     ("plan --goal xyz:1,2", 2, "has 2 numbers and must have 3"),
     ("plan --betta 0.5", 2, "--betta"),
     ("plan --start home --start=goal", 2, "option --start is given twice"),
+    ("plan --out=", 2, "--out is empty"),  # it would be the folder that the shell stands in
+    ("plan --ik-solutions 3 --ik_solutions 4", 2, "--ik-solutions is given twice"),
+    ("plan --goal", 2, "goal"),
     ("plan --acceleration 0", 2, "acceleration"),
     ("plan --velocity-scale nan", 2, "velocity scale"),
     ("plan --velocity-scale 0.5 --no-timing", 2, "--no-timing"),
@@ -134,7 +137,7 @@ ROWS = [
     (f"robot-yaml {ARM} --joints a,,b", 2, "name each once"),
     (f"robot-yaml {ARM} --joints a --group b", 2, "give one of them"),
     (f"robot-yaml {ARM} --group arm", 3, "give --srdf, or use --joints"),
-    (f"robot-yaml {ARM} --joints nose", 3, "joint 'nose' not found; joints are"),
+    (f"robot-yaml {ARM} --joints nose", 3, "joint 'nose' not found among"),
     ("schema roadmap", 2, "sweep"),
     ("sweep --beta 0.5", 2, "--beta"),
     ("sweep --roadmap none.npz", 3, "none.npz not found"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,6 @@ import pytest
 from planner.base.resources import robots_folder
 from planner.robot.robot import Robot
 from tests.command_line import Run
-from tests.worlds import joint_xml, link_xml
 
 ARM = str(robots_folder() / "examples" / "arm.urdf")
 
@@ -25,30 +23,6 @@ def made(run: Run, tmp_path: Path) -> Path:
     assert "pairs of links that need no check" in text
     assert "home is free, 8 of 8 tool positions are reached" in text
     return out
-
-
-def under_a_disc(urdf_file: Callable[..., str]) -> str:
-    """A block that goes round below a disc and touches it, unless that is high or low enough."""
-    links = link_xml("a") + link_xml("m") + link_xml("disc", '<cylinder radius="0.55" length="0.01"/>')
-    links += link_xml("b", '<box size="0.02 0.02 0.02"/>', origin='<origin xyz="0.5 0 0"/>')
-    joints = joint_xml("j", "a", "b", limit="-3 3") + joint_xml("weld", "a", "m", "fixed")
-    joints += joint_xml("k", "m", "disc", "prismatic", limit="-0.025 0.025")
-    return urdf_file(links + joints)
-
-
-OF_DISC = ("--joints", "j,k", "--tool", "b", "--out")
-
-
-def test_pairs_that_stand_in_the_way_are_named(run: Run, tmp_path: Path, urdf_file: Callable[..., str]) -> None:
-    own = tmp_path / "own.yaml"
-    own.write_text(f"urdf: {{file: {under_a_disc(urdf_file)}}}\njoints: [j, k]\ntool: b\nhome: [0.1, 0.0]\n")
-    code, text, error = run("robot-yaml", str(own), *OF_DISC, str(tmp_path / "r.yaml"))
-    assert code == 0, error
-    text = " ".join(text.split())
-    assert "home is in collision" in text, "the file says where home is: it stays there"
-    assert "'b' and 'disc' touch at home and in" in text
-    assert 'add ["b", "disc"] to disabled_pairs' in text
-    assert "\nhome: [0.1, 0.0]\n" in (tmp_path / "r.yaml").read_text()
 
 
 def test_the_file_loads_is_the_same_again_and_is_not_overwritten(run: Run, made: Path, tmp_path: Path) -> None:

@@ -50,15 +50,6 @@ def test_sweep_writes_the_contract(swept: tuple[Path, str]) -> None:
     assert f"{out / 'sweep.html'}" in text
 
 
-def test_the_end_of_a_sweep_is_a_plan(swept: tuple[Path, str], tmp_path: Path, run: Run) -> None:
-    out, record = swept[0], read(swept[0])
-    code, _, _ = run("plan", "--roadmap", str(out / "roadmap.npz"), "--beta", "1", "--out", str(tmp_path / "o"))
-    assert code == 0
-    plan = json.loads((tmp_path / "o" / "plan.json").read_text())
-    assert plan["cost"]["total"] == pytest.approx(record["intervals"][-1]["distance_cost"], rel=1e-12)
-    assert plan["roadmap"]["sha256"] == record["roadmap"]["sha256"]
-
-
 @pytest.mark.parametrize("step", [1, 2])
 def test_ctrl_c_saves_what_is_proven(
     swept: tuple[Path, str], tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch, step: int

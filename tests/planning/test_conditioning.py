@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.kinematics.manipulability import manipulability
-from planner.planning.conditioning import judge_conditioning
 from planner.planning.plan import plan
+from planner.planning.quality import judge_conditioning
 from planner.problem.request import PlanRequest
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
@@ -34,30 +33,12 @@ def test_a_singular_place_is_found():
     assert "--charge" not in found.advice
 
 
-def test_what_is_well_conditioned_gets_no_advice():
-    path = np.array([[-1.0, 1.2], [-0.9, 1.0]])
-    found = judge_conditioning(ROBOT, post_roadmap(), path, PlanRequest.from_options(robot="planar_2r").quality)
-    assert (found.poor, found.advice, found.reachable_floor) == (False, None, None)
-
-
 def test_an_end_that_is_singular_is_named():
     path = np.array([[-1.0, 1.2], [-0.9, 0.001]])
     found = judge_conditioning(ROBOT, ends(0, 1), path, PlanRequest.from_options(robot="planar_2r", beta=1.0).quality)
     assert found.advice is not None
     assert "at the goal itself" in found.advice
     assert "a --beta below 1" in found.advice
-
-
-@pytest.mark.parametrize("q", [[0.4, 1e-6], [0.4, 0.0]])
-def test_a_singular_start_that_is_the_goal(q: list[float]) -> None:
-    """Its path has no edge, and the highest floor is its own w."""
-    found = plan(PlanRequest.from_options(robot="planar_2r", scene="empty", nodes=10, effort=0), start=q, goal=q)
-    worst = found.record.conditioning
-    assert worst is not None
-    assert worst.poor
-    floor = worst.reachable_floor
-    assert floor is not None
-    assert 0.0 <= floor <= manipulability(found.robot, np.array([q]))[0]
 
 
 def test_the_floor_that_is_advised_can_be_kept(tmp_path):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.checker import keeping
 from planner.collision.looks import Clearance, dense_states
-from planner.planning.extra_clearance import clearance_of_path, halves, with_clearance
+from planner.planning.improvement import clearance_of_path, halves, roomy_roadmap
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
@@ -60,19 +58,10 @@ def test_a_narrow_goal_leaves_half_of_it_or_less_and_says_so() -> None:
     assert "Refined paths keep 2.5 of 5 mm" in found._repr_html_()
 
 
-def test_a_base_that_stands_on_its_table_takes_nothing_away() -> None:
-    """Pairs that no joint can move are as near as they are."""
-    table = Obstacle("table", Box((0.3, 0.3, 0.1)), pose([0, 0, -0.0501 - 0.025]))
-    for name in ("panda", "ur5"):
-        robot = load(name)
-        top = make_checker(robot, Scene("t", (replace(table, placement=pose([0, 0, -0.0505])),)))
-        assert keeping(top, 0.01).static_contact is None
-
-
 def test_certificates_of_a_level_are_proofs() -> None:
     """Every edge that is said to keep a clearance does so at dense states, by coal; others do not all."""
     roadmap, checker = post_roadmap(), make_post()
-    found, kept = with_clearance(roadmap, checker, 0.03, lambda judged, level: level <= 0.03)
+    found, kept = roomy_roadmap(roadmap, checker, ASKED.with_options(room=0.03).quality)
     assert kept == 0.03
     judge = Clearance(make_checker(checker.robot, checker.world.scene, "coal"))
     least = np.array([
@@ -88,11 +77,9 @@ def test_certificates_of_a_level_are_proofs() -> None:
 
 def test_halves_down_to_nothing() -> None:
     assert halves(0.008)[:3] == [0.008, 0.004, 0.002]
-    roadmap, checker = post_roadmap(), make_post()
-    assert with_clearance(roadmap, checker, 0.008, lambda judged, level: level == 0.0)[1] == 0.0
-    assert with_clearance(roadmap, checker, 0.008, lambda judged, level: level < 0.003)[1] == 0.002
+    roadmap, asked = post_roadmap(), ASKED.with_options(room=0.008).quality
     alone = roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), np.zeros(len(roadmap.edges), dtype=bool))
-    assert with_clearance(alone, checker, 0.008, lambda judged, level: False) == (alone, 0.0)
+    assert roomy_roadmap(alone, make_post(), asked) == (alone, 0.0)
 
 
 def test_of_a_path() -> None:

@@ -11,8 +11,8 @@ import pytest
 
 from planner import gabf
 from planner.kinematics.manipulability import manipulability
-from planner.planning.improvement import improved_roadmap, motion_cost, of_size_asked, with_path_above_ends
-from planner.problem.request import Objective, PlanRequest
+from planner.planning.improvement import improved_roadmap, of_size_asked, with_path_above_ends
+from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import build_network
 from planner.trajectory.measure import path_manipulability
@@ -71,16 +71,3 @@ def test_the_cost_decides_about_a_dip() -> None:
     found = with_path_above_ends(roadmap, make_post(), REQUEST.with_options(beta=0.2, effort=2).quality)
     assert len(found.nodes) > len(roadmap.nodes)
     assert best(found, 0.2)[0] <= best(roadmap, 0.2)[0]
-
-
-def test_a_dip_that_no_path_avoids_stays() -> None:
-    """From one side bent to the other the arm has to stretch."""
-    assert with_path_above_ends(post_roadmap(seed=1), make_post(), REQUEST.quality) == post_roadmap(seed=1)
-
-
-def test_motions_cost_what_the_request_asks_for() -> None:
-    request = REQUEST.with_options(
-        min_manipulability=0.02, metric="workspace", charge="nodes", manipulability_cost="log"
-    )
-    cost = motion_cost(post_roadmap(seed=1), make_post(), request.quality, 0.3)
-    assert cost.objective == Objective(0.3, "log", "workspace", "nodes", 0.02)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.planning.record import cost_lower_bound
+from planner.planning.quality import cost_lower_bound
 from planner.problem.options import Charge, Metric
 from planner.problem.request import Objective
 from planner.roadmap.roadmap import Roadmap

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import errno
-import itertools
 import json
 import os
 import pickle
@@ -22,11 +21,7 @@ from planner.planning.result import Plan
 from planner.problem.options import Backend
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
-from planner.roadmap.refine import TOLERANCE
 from planner.roadmap.storage import load_roadmap
-from planner.robot.poses import pose
-from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Obstacle
 from planner.trajectory.measure import path_manipulability, tool_path_length
 from planner.trajectory.timing import time_path
 
@@ -67,23 +62,6 @@ def test_the_contracts_keys_and_what_they_hold(solved: Plan) -> None:
     assert record["config"] == solved.request.config()
 
 
-def test_the_bound_and_the_curve() -> None:
-    solved = plan(PlanRequest.from_options(nodes=150, seed=2))  # whose first path leaves much to refine
-    quality, cost, roadmap = solved.record.quality, solved.cost, solved.roadmap
-    assert cost is not None
-    assert quality is not None
-    apart = [np.linalg.norm(roadmap.nodes[goal] - solved.path[0]) for goal in roadmap.goals]
-    share = 0.5 + 0.5 * roadmap.scale.zeta
-    assert quality.lower_bound == pytest.approx(share * min(apart) / roadmap.scale.joint_length)
-    assert quality.lower_bound <= cost.total
-    assert quality.gap == pytest.approx(cost.total / quality.lower_bound - 1.0)
-    costs = [point.cost for point in quality.curve]
-    assert len(costs) == 1 + quality.effort == 1 + solved.request.quality.rounds
-    # fewer corners may cost a bit
-    assert all(later <= (1.0 + TOLERANCE) * before for before, later in itertools.pairwise(costs))
-    assert cost.total < 0.9 * costs[0]
-
-
 def test_the_files(solved: Plan, tmp_path: Path) -> None:
     folder, clock = tmp_path / "some" / "where", Stopwatch({"import": 0.5})
     record = solved.save_page(folder, solved.save_without_page(folder, clock), clock)
@@ -93,7 +71,7 @@ def test_the_files(solved: Plan, tmp_path: Path) -> None:
     assert load_roadmap(folder / "roadmap.npz").sha256 == record.roadmap.sha256
     assert sorted(path.name for path in folder.iterdir()) == ["plan.html", "plan.json", "roadmap.npz"]
     (tmp_path / "file").write_text("")
-    with pytest.raises(FileError, match="cannot be made"):
+    with pytest.raises(FileError, match="cannot be written"):
         solved.save(tmp_path / "file" / "no")
 
 
@@ -157,15 +135,3 @@ def test_a_plan_can_be_copied_and_pickled(backend: Backend) -> None:
         np.testing.assert_array_equal(again.coefficients, time_path(found.path, found.checker).coefficients)
         middle = 0.5 * (found.path[:-1] + found.path[1:])
         assert other.checker.first_contact(middle) == found.checker.first_contact(middle)
-
-
-def test_a_plan_that_failed_and_one_with_meshes_can_be_pickled() -> None:
-    wall = Scene("shut", (Obstacle("wall", Box((0.02, 2.0, 0.2)), pose([0.6, 0, 0])),))
-    for request in (
-        PlanRequest.from_options(robot="panda", scene="shelf", nodes=12, effort=0),
-        PlanRequest.from_options(
-            robot="planar_2r", scene=wall, start=[1.2, 1.0], goal=[-1.2, -1.0], nodes=20, effort=0
-        ),
-    ):
-        found = plan(request)
-        assert pickle.loads(pickle.dumps(found)).to_dict() == found.to_dict()

@@ -81,8 +81,3 @@ def test_names_of_names_end():
     for name in ("x", "me"):
         with pytest.raises(StateError, match="leads back to itself"):
             follow(name, states)
-    chain = {f"s{k}": f"s{k + 1}" for k in range(5000)}
-    bomb = {f"s{k}": f"s{k + 1},s{k + 1}" for k in range(60)}
-    for many in (chain, bomb):
-        with pytest.raises(StateError, match="more than 100"):
-            follow("s0", many)

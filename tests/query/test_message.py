@@ -18,9 +18,9 @@ from planner.problem.conditions import KeepAxis, KeepTurn
 from planner.problem.request import LimitsRequest, PlanRequest
 from planner.problem.targets import ToolGoal
 from planner.query.query import Query, make_query
-from planner.robot.model_checks import notes
 from planner.robot.moveit.requests import goals_of, read_motion_plan_request
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
 from planner.trajectory.limits import MotionLimits
 from tests.linkages import palletizer
@@ -77,16 +77,6 @@ def test_a_goal_of_any_link_brings_that_link_there(link: str, tmp_path: Path) ->
     assert (f" of {link}" in query.goal_names[0]) == (link != "panda_hand_tcp")
 
 
-def test_every_place_of_a_region_is_a_goal(tmp_path: Path) -> None:
-    goal = link_goal("panda_hand")
-    region = goal["goal_constraints"][0]["position_constraints"][0]["constraint_region"]
-    region["primitives"] *= 2
-    region["primitive_poses"].append({"position": [0.45, -0.25, 0.5]})
-    query = asked(tmp_path, goal)
-    reached = [placement(query.robot, "panda_hand", q)[:3, 3] for q in query.goals]
-    np.testing.assert_allclose(reached, [[0.45, 0.25, 0.5], [0.45, -0.25, 0.5]], atol=1e-3)
-
-
 def test_a_goal_in_a_fixed_frame(tmp_path: Path) -> None:
     """A camera's frame, turned by a quarter about z: its x is the world's y."""
     quarter = [0, 0, 0.5**0.5, 0.5**0.5]
@@ -101,9 +91,6 @@ def test_a_goal_in_a_fixed_frame(tmp_path: Path) -> None:
     reached = placement(query.robot, "panda_hand", query.goals[0])
     np.testing.assert_allclose(reached[:3, 3], [0.45, 0.25, 0.5], atol=1e-3)
     np.testing.assert_allclose(reached[:3, 0], [0, 1, 0], atol=1e-5)
-    wrong = link_goal("panda_hand", place={"header": {"frame_id": "camra"}})
-    text = refusal_of(lambda: asked(tmp_path, wrong, changed(SCENE, "fixed_frame_transforms", transforms)))
-    assert "goal 1 is given in frame 'camra' (did you mean 'camera'?)" in text
 
 
 def test_factors_scale_the_limits_of_the_motion(tmp_path: Path) -> None:
@@ -158,15 +145,10 @@ def test_attached_by_scene_and_request(tmp_path: Path) -> None:
     assert "let go" not in told(query)
     again = changed(REQUEST, "start_state.attached_collision_objects", ATTACHED)
     assert [item.name for item in asked(tmp_path, again, scene).robot.carried] == ["rod"]
-    two = {key: 2 * ROD[key] for key in ("primitives", "primitive_poses")}
-    for shapes in ({}, two):
-        standing = [{**ATTACHED[0], "object": {**ROD, **shapes, "id": "post"}}]
-        both = changed(REQUEST, "start_state.attached_collision_objects", standing)
-        assert "'post' is attached, and stands in scene 'example' too" in refusal_of(
-            lambda both=both: asked(tmp_path, both)
-        )
-    more = changed(REQUEST, "start_state.attached_collision_objects", [{**ATTACHED[0], "object": {**ROD, **two}}])
-    assert [item.name for item in asked(tmp_path, more, scene).robot.carried] == ["rod.0", "rod.1"]
+    standing = changed(
+        REQUEST, "start_state.attached_collision_objects", [{**ATTACHED[0], "object": ROD | {"id": "post"}}]
+    )
+    assert "'post' is attached, and stands in scene" in refusal_of(lambda: asked(tmp_path, standing))
 
 
 def test_a_start_that_is_a_difference_is_the_scenes_for_the_rest(tmp_path: Path) -> None:
@@ -237,10 +219,9 @@ def test_what_is_kept_lies_inside_the_tolerances(parameterization: int, tmp_path
         about = Rotation.from_quat(rng.normal(size=4))
         turn = tolerances(*most, orientation=about.as_quat().tolist(), parameterization=parameterization)
         (tmp_path / "r.yaml").write_text(yaml.safe_dump(json.loads(json.dumps(changed(REQUEST, GOAL, turn)))))
-        ((_, target),) = goals_of(read_motion_plan_request(tmp_path / "r.yaml"), robot, Scene("x")) if (
-            min(most[0], most[2], 2 * most[1]) < np.pi) else (("", None),)  # fmt: skip
-        if target is None:
+        if min(most[0], most[2], 2 * most[1]) >= np.pi:
             continue
+        (target,) = goals_of(read_motion_plan_request(tmp_path / "r.yaml"), robot, Scene("x"))
         assert isinstance(target, ToolGoal)
         size = np.minimum(rng.choice([0.05, 0.5, 1.0, 2.0, 4.0], 3000), np.pi)
         axes = rng.normal(size=(3000, 3)) * (most + 1e-3) ** rng.choice([0, 1, 2], (3000, 1))

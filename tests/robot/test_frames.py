@@ -9,9 +9,9 @@ import pytest
 import yaml
 
 from planner.collision import make_checker
-from planner.robot.frames import in_world, placement_of
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import in_world, placement_of
 from planner.robot.scene import Scene
 from tests.refusals import refusal_of
 from tests.robot.files.moveit.samples import SCENE, changed
@@ -89,17 +89,3 @@ def test_the_srdf_says_what_the_scenes_frame_is_called(tmp_path: Path) -> None:
     robot = Robot.load("panda", srdf=tmp_path / "own.srdf", base=BASE)
     np.testing.assert_array_equal(placement_of("hall", robot, Scene("x"), "it"), np.eye(4))
     assert "a virtual_joint moves the base" in robot.notes[0].text
-
-
-@pytest.mark.parametrize("frame", ["on_floor", "floor"])
-def test_fixed_frames_in_two_that_nobody_places_are_refused(frame: str, tmp_path: Path) -> None:
-    """Both were taken for the scene's own."""
-    placed = [{"child_frame_id": "on_map", "header": {"frame_id": "map"}, "transform": {}}, FRAMES[-1]]
-    message = changed(SCENE, "fixed_frame_transforms", placed)
-    (tmp_path / "s.yaml").write_text(
-        yaml.safe_dump(changed(message, "world.collision_objects.0.header.frame_id", frame))
-    )
-    scene = Scene.load(str(tmp_path / "s.yaml"))
-    text = refusal_of(lambda: make_checker(Robot.load("panda"), scene, "coal"))
-    assert "is given in frame 'floor'" in text
-    assert "which neither the scene's fixed_frame_transforms nor the robot place" in text

@@ -52,9 +52,12 @@ def test_no_point_is_quicker_than_the_speed_says(kind: str) -> None:
 BAD = {
     "no beginning": ([0.5, 1.0], [pose(), pose()], "begin at 0"),
     "no increase": ([0.0, 0.0], [pose(), pose()], "increase"),
-    "no time in between": ([0.0, 1e-300], [pose(), pose([1, 0, 0])], "at least 1e-06 s apart, and 0 s and 1e-300 s"),
-    "a jump": ([0.0, 1.0, 1.0 + 1e-9], [pose(), pose(), pose([1, 0, 0])], "at least 1e-06 s apart"),
-    "true for a time": ([False, True], [pose(), pose()], "true or false"),
+    "no time in between": (
+        [0.0, 1e-300],
+        [pose(), pose([1, 0, 0])],
+        "at least 1e-06 s each, got 0, 1e-300",
+    ),
+    "a jump": ([0.0, 1.0, 1.0 + 1e-9], [pose(), pose(), pose([1, 0, 0])], "at least 1e-06 s each"),
     "a reflection": ([0.0], [np.diag([1.0, 1, -1, 1])], "rigid"),
     "a NaN": ([0.0, np.nan], [pose(), pose()], "times"),
 }
@@ -107,10 +110,10 @@ def test_a_scene_file_says_what_moves(tmp_path: Path) -> None:
     [
         ("motion: [{t: 1, position: [0, 0, 0]}]", "begin at 0"),
         ("motion: [{t: 0}, {t: 2}, {t: 2}]", "increase"),
-        ("motion: [{t: 0}, {t: 1.0e-300}]", "at least 1e-06 s apart"),
-        ("motion: [{t: false}, {t: true}]", "false is no number"),
-        ("motion: [{t: 0, position: [yes, 0, 0]}]", "true is no number"),
-        ("motion: []", "are none"),
+        ("motion: [{t: 0}, {t: 1.0e-300}]", "at least 1e-06 s each"),
+        ("motion: [{t: false}, {t: true}]", "valid number"),
+        ("motion: [{t: 0, position: [yes, 0, 0]}]", "valid number"),
+        ("motion: []", "must begin at 0"),
         ("position: [0, 0, 0], motion: [{t: 0}]", "not both"),
         ("speed_limit: 0.1, motion: [{t: 0}]", "not both"),
         ("speed_limit: -1", "speed_limit"),

@@ -25,11 +25,6 @@ def test_rotations_are_scipys(seed: int) -> None:
     np.testing.assert_allclose(se3(found).homogeneous, found, atol=1e-12)
 
 
-def test_nothing_given_is_no_placement_elsewhere() -> None:
-    np.testing.assert_array_equal(pose(), np.eye(4))
-    assert not pose().flags.writeable
-
-
 def test_a_quaternion_of_zero_has_no_direction() -> None:
     with pytest.raises(ValueError, match="zero length"):
         pose(quaternion=[0.0, 0.0, 0.0, 0.0])

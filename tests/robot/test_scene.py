@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planner.base.errors import FileError, PlannerError, SceneError
+from planner.base.errors import SceneError
 from planner.problem.targets import Named, parse_target
 from planner.robot.files.urdf import frame_id
 from planner.robot.poses import pose
@@ -115,14 +115,6 @@ def test_identity_minds_shapes_and_places(scene, text):
     assert scene(text).identity != scene(ONE).identity
 
 
-def test_identity_minds_the_triangles_of_a_mesh(scene, tmp_path):
-    text = "obstacles: [{name: a, type: mesh, file: one.stl}]"
-    (tmp_path / "one.stl").write_text(STL)
-    before = scene(text).identity
-    (tmp_path / "one.stl").write_text(STL.replace("100", "101"))
-    assert scene(text).identity != before
-
-
 # refusals
 
 
@@ -160,24 +152,6 @@ def test_refused(scene, case):
     assert caught.value.exit_code == 3
 
 
-BROKEN = {
-    "broken YAML": ("obstacles: [", ["not valid YAML", "at line", "mend the file"]),
-    "a tag that makes an object": ("name: !!python/object/apply:os.system ['true']", ["not valid YAML", "constructor"]),
-    "missing mesh": (item("type: mesh, file: none.stl"), ["mesh file", "none.stl not found", "relative to the scene"]),
-    "mesh of text": (item("type: mesh, file: made.yaml"), ["made.yaml", "STL, OBJ, PLY, DAE or GLB"]),
-}
-
-
-@pytest.mark.parametrize("case", BROKEN)
-def test_broken(scene, case, capfd):
-    text, parts = BROKEN[case]
-    with pytest.raises(FileError) as caught:
-        scene(text)
-    message = str(caught.value)
-    assert [part for part in parts if part not in message] == []
-    assert message.endswith(".")
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_every_set_up_fits_its_robot(name):
     scene = Scene.load(name)
@@ -202,19 +176,3 @@ def test_what_is_carried_becomes_a_body_of_the_link_that_holds_it(scene):
     assert (rod.name, rod.shape, rod.joint) == ("rod", Capsule(0.01, 0.2), held.parentJoint)
     np.testing.assert_allclose(rod.placement, held.placement.homogeneous @ pose([0, 0, 0.1]))
     assert robot.touching == {frozenset(("rod", "link_2")), frozenset(("rod", "link_1"))}
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        (", link: link_2", "", "'carried.0.capsule.link' is missing"),
-        ("name: rod", "name: box", "'box' is used twice"),
-        ("link: link_2", "link: hand", "frame 'hand' not found"),
-        ("name: rod", "name: link_1", "a link has that name"),
-    ],
-)
-def test_a_bad_carried_entry_is_named(scene, old, new, words):
-    assert old in CARRIED
-    with pytest.raises(PlannerError) as caught:
-        with_carried(Robot.load("planar_2r"), scene(CARRIED.replace(old, new)).carried)
-    assert words in str(caught.value)

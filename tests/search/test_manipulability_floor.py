@@ -203,10 +203,3 @@ def test_below_what_was_asked_a_plan_keeps_to_the_highest_floor(tmp_path: Path) 
         again = plan(nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=floor, effort=0)
         assert len(again.path)
         assert first_violation(robot, again.path, floor) is None
-
-
-def test_no_floor_is_found_where_every_path_passes_zero() -> None:
-    """The post's start and goal have q2 of opposite signs."""
-    roadmap = post_roadmap()
-    assert highest_floor(load("planar_2r"), roadmap, build_network(roadmap), 0.1) == 0.0
-    assert highest_floor(load("planar_2r"), roadmap, build_network(roadmap)) < 1e-6

@@ -5,56 +5,20 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from hypothesis import given
 from hypothesis import strategies as st
 
 from planner import gabf
-from planner.base.errors import OptionError
-from planner.cost.scale import COSTS, ZETA, CostScale, manipulability_cost, measure_scale
+from planner.cost.scale import COSTS, ZETA, CostScale, manipulability_cost
 from planner.kinematics.manipulability import manipulability
-from planner.problem.options import Charge, ManipulabilityCost, Metric
+from planner.problem.options import Charge, Metric
 from planner.problem.request import Objective
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
 from planner.search.network import build_network, distance_cost
-from tests.random_shapes import QUICK
 from tests.worlds import load, make_post, post_roadmap
 
 SCALE = CostScale(w_low=0.01, w_high=0.1, joint_length=2.0, tool_length=0.5, zeta=0.01)
 W = st.lists(st.floats(0, 1), min_size=1, max_size=30).map(np.array)
-
-
-@pytest.mark.parametrize("name", COSTS)
-@QUICK
-@given(w=W)
-def test_omega_falls_with_w_within_zeta_and_one(name, w):
-    omega = manipulability_cost(w, SCALE, name)
-    assert ((omega >= SCALE.zeta) & (omega <= 1.0)).all()
-    order = np.argsort(w)
-    assert (np.diff(omega[order]) <= 1e-15).all()
-
-
-def test_omega_by_hand():
-    w = 0.05
-    share: dict[ManipulabilityCost, float] = {
-        "inverse": (1 / w - 1 / 0.1) / (1 / 0.01 - 1 / 0.1),
-        "log": (np.log(0.1) - np.log(w)) / (np.log(0.1) - np.log(0.01)),
-        "linear": (0.1 - w) / (0.1 - 0.01),
-    }
-    assert set(COSTS) == set(share)
-    for name, value in share.items():
-        assert manipulability_cost(np.array([w]), SCALE, name)[0] == pytest.approx(0.01 + 0.99 * value)
-    # inverse tells good configurations apart least, linear most
-    assert share["inverse"] < share["log"] < share["linear"]
-
-
-@pytest.mark.parametrize("name", COSTS)
-@pytest.mark.parametrize("w", [np.zeros(5), np.full(5, 0.3), np.array([0, 0, 0, 0, 1e-12])])
-def test_degenerate_scales_give_finite_costs(name, w):
-    scale = measure_scale(w, np.zeros(0), np.zeros(0))
-    omega = manipulability_cost(w, scale, name)
-    assert np.isfinite(omega).all()
-    assert ((omega >= ZETA) & (omega <= 1)).all()
 
 
 @pytest.mark.parametrize("metric", get_args(Metric))
@@ -94,15 +58,6 @@ def test_the_network_is_the_roadmap_both_ways(beta, name, metric):
     for i in range(net.n_nodes):
         ways = [x[j] + (1 - beta) * omega[j] + beta * w for (a, j), w in expected.items() if a == i]
         assert best[i] == (0.0 if i in roadmap.goals else pytest.approx(min(ways)))
-
-
-def test_refused():
-    roadmap, anything = post_roadmap(), "cubic"
-    with pytest.raises(OptionError, match=r"manipulability cost 'cubic' not found; costs are inverse, log, linear\."):
-        manipulability_cost(np.ones(3), SCALE, anything)  # pyright: ignore[reportArgumentType]
-    for beta in (-0.01, 1.01, float("nan")):
-        with pytest.raises(OptionError, match="beta must be"):
-            build_network(roadmap, beta)
 
 
 def test_charging_edges_integrates_omega_over_their_length(solved) -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from planner import gabf
 from planner.base.progress import Progress
-from planner.search.network import build_network, edge_rows
+from planner.search.network import build_network
 from planner.search.search import Found, RoadmapPaths, search, second_looks
 from tests.random_shapes import QUICK
 from tests.search.failing import collide
@@ -109,19 +109,3 @@ def test_an_arc_that_falls_below_the_floor_goes_and_its_edge_stays() -> None:
     assert len(found.steps) == 0
     assert paths.network.n_arcs < arcs
     assert paths.kept.all()
-
-
-def test_edges_by_their_nodes() -> None:
-    roadmap = post_roadmap()
-    there_and_back = np.concatenate([roadmap.edges[5], roadmap.edges[5, :1]])
-    assert edge_rows(roadmap, there_and_back[:-1], there_and_back[1:]).tolist() == [5, 5]
-
-
-def test_the_network_without_edges_is_that_of_the_smaller_roadmap() -> None:
-    drop = np.zeros(len(post_roadmap().edges), dtype=bool)
-    drop[::3] = True
-    paths = post_paths()
-    paths.remove(np.flatnonzero(drop))
-    theirs = build_network(paths.roadmap, 0.5)
-    assert paths.network.indices.tolist() == theirs.indices.tolist()
-    np.testing.assert_allclose(gabf.oracle(paths.network), gabf.oracle(theirs), rtol=1e-12)

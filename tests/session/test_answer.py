@@ -44,8 +44,8 @@ def test_later_queries_add_little_and_heal_the_field_of_before() -> None:
     second, answer = answered(first, query(live, POST_START + 0.05), PLANNING)
     guests = len(second.roadmap.nodes) - n  # the new start, and the straight motion from it to the goal
     assert 1 <= guests < 12
-    assert answer.replanned is not None
-    assert answer.replanned.nodes_grown == 0
+    assert answer.rounds > 0
+    assert answer.nodes_grown == 0
     np.testing.assert_array_equal(answer.path[0], POST_START + 0.05)
     again, same = answered(second, query(live, POST_START + 0.05), PLANNING)
     assert same.edges.proven == 0

@@ -13,7 +13,7 @@ from planner.collision.world import World
 from planner.robot.poses import pose
 from planner.robot.robot import with_carried
 from planner.robot.shapes import Box, Capsule, Carried, Sphere
-from planner.session.edge_proofs import ARM, EdgeProofs, clauses_of, displacement
+from planner.session.live_roadmap import ARM, EdgeProofs, clauses_of, displacement
 from tests.worlds import load, post_roadmap, scene_of
 
 ROBOT = load("planar_2r")
@@ -23,34 +23,6 @@ POST = (Box((0.1, 0.02, 0.2)), pose([0.75, 0, 0]))
 def world_of(*items, carried=()) -> World:
     robot = with_carried(ROBOT, carried) if carried else ROBOT
     return make_checker(robot, replace(scene_of(*items), carried=carried)).world
-
-
-def test_clauses_come_and_go_with_their_parts() -> None:
-    world, more = world_of(POST), world_of(POST, (Sphere(0.1), pose([-0.5, 0.5, 0])))
-    proofs = EdgeProofs.of(world, np.array([0.1, 0.2])).confirmed(np.array([0]))
-    two = proofs.in_world(world, more)
-    assert two.open.all()
-    back = two.in_world(more, world)
-    assert back.free.all()
-    np.testing.assert_array_equal(back.known, proofs.known)
-    np.testing.assert_array_equal(back.seen, proofs.seen)
-
-
-@pytest.mark.parametrize("change", ["shape", "allowed", "carried", "touch_links"])
-def test_a_part_that_is_another_than_before_is_not_known(change: str) -> None:
-    ball = Carried("link_2", "thing0", Sphere(0.05), pose([0.45, 0, 0]), ("link_2",))
-    post, held = world_of(POST), world_of(carried=(ball,))
-    allowed = replace(post.scene, allowed=frozenset((frozenset(("thing0", "link_2")),)))
-    before, after = {
-        "shape": (post, world_of((Box((0.1, 0.03, 0.2)), POST[1]))),
-        "allowed": (post.among(allowed, ROBOT), post),
-        "carried": (post, held),
-        "touch_links": (held, world_of(carried=(replace(ball, touch_links=()),))),
-    }[change]
-    proofs = EdgeProofs.of(before, np.array([0.1, 0.2]))
-    assert proofs.free.all()
-    assert proofs.in_world(before, after).open.all()
-    assert proofs.in_world(before, before).free.all()
 
 
 def test_only_what_is_open_is_proven_and_the_result_is_that_of_proving_all() -> None:

@@ -6,12 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-import planner
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
 from planner.collision.moving_prover import moving_world
 from planner.kinematics.forward import tool_positions
-from planner.problem.outcome import Outcome
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Obstacle, Sphere
@@ -67,17 +65,6 @@ def test_a_motion_among_what_moves_waits_is_proven_and_touches_at_no_moment() ->
     np.testing.assert_array_equal(again.path, alone.path)
 
 
-def test_what_comes_to_rest_on_the_goal_leaves_no_motion() -> None:
-    place = tool_positions(load("planar_2r"), POST_GOAL[None])[0]
-    blocker = MovingObstacle("late", Sphere(0.1), KnownMotion([0, 60], [pose([3, 3, 0]), pose(place.tolist())]))
-    answer = fresh(blocker).plan_in_time(POST_START, POST_GOAL)
-    assert answer.outcome is Outcome.NO_PATH
-    assert answer.trajectory is None
-    assert answer.route is None
-    assert len(answer.path) == 0
-    assert answer.to_dict()["reason"]["kind"] == "blocked_in_time"
-
-
 def test_a_horizon_holds_whatever_the_obstacle_does_below_its_limit() -> None:
     session, rng, late = fresh(DOG), np.random.default_rng(0), 0
     path = session.plan(POST_START, POST_GOAL).path
@@ -100,20 +87,3 @@ def test_a_horizon_holds_whatever_the_obstacle_does_below_its_limit() -> None:
 
 def target(session: Session, trajectory: Trajectory, t: float) -> np.ndarray:
     return tool_positions(session.robot, trajectory.at(t))[0, :2]
-
-
-def test_a_check_of_a_trajectory_sees_what_moves() -> None:
-    session = fresh(CART, DOG)
-    good = session.plan_in_time(POST_START, POST_GOAL).trajectory
-    assert good is not None
-    report = planner.check(good, checker=session.checker)
-    assert report.ok
-    rows = dict(report.rows())
-    assert rows["known motions"] == f"{len(good.coefficients)} of {len(good.coefficients)} pieces proven clear of cart"
-    assert rows["horizon"].startswith("no contact before")
-    assert report.to_dict()["horizon"]["free_until"] == good.proof["horizon"]["free_until"]
-    early = fresh().plan_in_time(POST_START, POST_GOAL).trajectory
-    assert early is not None
-    report = planner.check(early, checker=session.checker)
-    assert not report.ok
-    assert "cart" in report.sentence

@@ -12,8 +12,8 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.robot.poses import pose
 from planner.robot.shapes import Obstacle, Sphere
 from planner.search.network import build_network, edge_rows
+from planner.session.answer import LiveFound, search_live
 from planner.session.live_roadmap import LiveRoadmap
-from planner.session.search import LiveFound, search_live
 from planner.trajectory.measure import path_contact
 from tests.worlds import load, make_post, post_roadmap
 
@@ -49,13 +49,3 @@ def test_it_finds_the_cheapest_proven_path_and_leaves_most_edges_open() -> None:
     rows = edge_rows(world.roadmap, found.steps[:-1], found.steps[1:])
     assert found.live.proofs.free[rows].all()
     assert found.live.proofs.seen[rows].all()
-
-
-def test_where_all_is_blocked_there_are_no_steps() -> None:
-    world = live()
-    proofs = world.proofs
-    for row in range(len(world.roadmap.edges)):
-        proofs = proofs.refused(row)
-    found = found_in(replace(world, proofs=proofs))
-    assert len(found.steps) == 0
-    assert np.isinf(found.field.x[world.roadmap.starts]).all()

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import gc
 import json
-import threading
-import weakref
 from pathlib import Path
 
 import jsonschema
@@ -94,7 +91,7 @@ def test_what_an_obstacle_blocks_comes_back_without_a_check_when_it_goes() -> No
     assert lost > 0
     session._known = now
     change = session.remove("ball")
-    assert (change.edges.regained, change.edges.proven) == (lost, 0)
+    assert (change.regained, change.proven) == (lost, 0)
     np.testing.assert_array_equal(session.roadmap.edges, before.edges)
     assert same_world(session.roadmap, session.checker)
     again = session.replan()
@@ -107,9 +104,9 @@ def test_a_short_move_spends_clearance_only() -> None:
     session.plan(POST_START, POST_GOAL)
     clearance = session.live.proofs.clearance
     change = session.move("thing0", position=[0.75, 0.004, 0])
-    assert change.edges.opened == int((clearance <= 0.004 + 1e-9).sum())
-    assert change.edges.opened < len(clearance)
-    assert change.edges.removed == change.edges.proven == 0
+    assert change.opened == int((clearance <= 0.004 + 1e-9).sum())
+    assert change.opened < len(clearance)
+    assert change.removed == change.proven == 0
 
 
 def test_the_same_calls_give_the_same_answers() -> None:
@@ -127,14 +124,9 @@ BAD = {
     "an unknown name": (lambda s: s.move("nothing", position=[0, 0, 1]), "obstacles are thing0"),
     "a NaN": (lambda s: s.move("thing0", position=[np.nan, 0, 0]), "position"),
     "a name that is taken": (lambda s: s.add(Obstacle("link_1", Sphere(0.1), pose([3, 0, 0]))), "taken"),
-    "an unknown frame": (lambda s: s.attach("thing0", "hand", at=POST_START), "frames are"),
-    "an unknown link": (lambda s: s.attach("thing0", "link_2", ["hand"], at=POST_START), "links with shapes are"),
     "nowhere": (lambda s: Session(s.robot, Scene("none", (BALL,))).attach("ball", "link_2"), "at="),
-    "nothing carried": (lambda s: s.detach("thing0", at=POST_START), "not carried"),
-    "a beta": (lambda s: s.plan(POST_START, POST_GOAL, beta=2.0), "beta must be"),
     "a law": (lambda s: Session(s.robot, s.scene, law="prescribed-time"), "heal"),
     "an option": (lambda s: Session("planar_2r", "empty", nods=3), "did you mean 'nodes'"),  # type: ignore[call-arg]
-    "no question": (lambda s: Session(s.robot, s.scene).replan(), "nothing was asked"),
 }
 
 
@@ -151,23 +143,6 @@ def test_a_bad_call_is_a_sentence_and_leaves_the_session_as_it_was(name: str) ->
     np.testing.assert_array_equal(session.replan().path, first.path)
 
 
-def test_a_second_caller_is_refused() -> None:
-    session, errors = fresh(), []
-
-    def call() -> None:
-        try:
-            session.add(BALL)
-        except PlannerError as error:
-            errors.append(str(error))
-
-    with session._alone():
-        thread = threading.Thread(target=call)
-        thread.start()
-        thread.join()
-    assert "busy" in errors[0]
-    session.add(BALL)
-
-
 def test_nothing_grows_over_many_changes_and_queries() -> None:
     session, rng = fresh(), np.random.default_rng(0)
     session.plan(POST_START, POST_GOAL)
@@ -182,28 +157,6 @@ def test_nothing_grows_over_many_changes_and_queries() -> None:
     assert now.proofs.known.shape == (len(now.roadmap.edges), 2)
     assert session.scene.allowed == frozenset()
     require_true(session)
-
-
-def test_a_roadmap_of_another_scene_is_kept_as_far_as_it_holds() -> None:
-    session = Session(load("planar_2r"), Scene("ball", (BALL,)), post_roadmap())
-    assert len(session.roadmap.edges) > 0
-    assert same_world(session.roadmap, session.checker)
-    assert session.plan(POST_START, POST_GOAL).solved
-
-
-def test_worlds_of_before_are_let_go_and_the_field_is_dijkstras_after_every_change() -> None:
-    session, rng, worlds, objects = fresh(), np.random.default_rng(1), [], []
-    session.plan(POST_START, POST_GOAL)
-    session.add(Obstacle("guest", Box((0.03, 0.02, 0.04)), pose([0.8, 0.1, 0.0])))
-    for step in range(40):
-        session.move("guest", position=[rng.uniform(0.7, 0.85), rng.uniform(-0.3, 0.3), 0.0])
-        worlds.append(weakref.ref(session.checker))
-        assert (session.replan().max_error_vs_oracle or 0.0) <= 1e-12
-        if step in (19, 39):
-            gc.collect()
-            objects.append(len(gc.get_objects()))
-    assert sum(world() is not None for world in worlds) <= 10  # second_checker keeps eight
-    assert objects[1] - objects[0] < 500
 
 
 def test_a_closed_session_ends_what_is_under_way() -> None:
@@ -273,26 +226,6 @@ def test_a_sessions_plan_is_a_plan_with_its_files_and_its_page(
     assert found.seconds > 0.0
 
 
-def test_a_session_refines_as_a_plan_does_where_it_is_given_an_effort() -> None:
-    plain, refining = fresh(), fresh(effort=3)
-    first, best = (session.plan(POST_START, POST_GOAL, beta=0.7) for session in (plain, refining))
-    assert first.cost is not None
-    assert best.cost is not None
-    assert best.cost.total < 0.99 * first.cost.total
-    assert (first.request.quality.rounds, best.request.quality.rounds) == (0, 3)
-    assert first.curve == ()
-    assert best.to_dict()["quality"]["effort"] == 3
-    assert best.curve[-1][1] == pytest.approx(best.cost.total, rel=1e-6)
-    assert planner.check(best.path, checker=best.checker).ok
-    assert (best.max_error_vs_oracle or 0.0) <= 1e-9
-    require_true(refining)
-    refining.add(BALL)
-    again = refining.replan()
-    assert again.solved
-    assert planner.check(again.path, checker=again.checker).ok
-    require_true(refining)
-
-
 def test_a_session_keeps_a_floor() -> None:
     """Each path is looked at densely by the one function that judges the floors of plans."""
     plain = Session("panda", "shelf", nodes=60, collision="coal", seed=6)
@@ -313,5 +246,5 @@ def test_a_session_keeps_a_floor() -> None:
                 assert planner.check(kept.path, checker=kept.checker).ok
                 kept_to += 1
     assert kept_to >= len(floors)
-    with pytest.raises(SceneError, match="no floor"):
+    with pytest.raises(SceneError, match="no --min"):
         Session("panda", "shelf", min_manipulability=0.01).plan_in_time()

@@ -21,8 +21,8 @@ from planner.robot.poses import pose
 from planner.robot.robot import with_carried
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried, Obstacle, Sphere
+from planner.tasks.check import TaskRecord, check_task
 from planner.tasks.plan import TaskPlanner, task
-from planner.tasks.replay import TaskRecord, check_task
 from planner.tasks.result import TaskPlan, _scene_in_motion
 from planner.tasks.segments import Segment
 from planner.tasks.task import Line, Pick

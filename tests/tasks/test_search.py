@@ -17,7 +17,7 @@ from planner.problem.outcome import Outcome
 from planner.robot.poses import pose
 from planner.robot.shapes import Obstacle, Sphere
 from planner.tasks.modes import BLOCKED, FREE, OPEN, Mode, Modes
-from planner.tasks.network import TaskNetwork
+from planner.tasks.network import LazySearch, TaskNetwork
 from planner.tasks.plan import TaskPlanner, task
 from tests.tasks.cases import MUG, SCENE, SMALL, small
 
@@ -115,7 +115,7 @@ def test_another_start_is_answered_on_what_is_known(brute) -> None:
     network = found.network
     assert found.solved
     np.testing.assert_allclose(found.path[0], q)
-    more = replace(planner, search=planner.search.started(network))
+    more = replace(planner, search=LazySearch(planner.candidates.modes, network, planner.search.law))
     cost = network.costs.mean(axis=1)
     assert found.cost.total == pytest.approx(dijkstra(network, cost, proven_eagerly(more)), rel=1e-9)
 

@@ -12,8 +12,8 @@ from planner.base.errors import SceneError
 from planner.kinematics.forward import tool_pose
 from planner.problem.request import TimingRequest
 from planner.session.session import Session
+from planner.tasks.check import TaskRecord, check_task
 from planner.tasks.plan import task
-from planner.tasks.replay import TaskRecord, check_task
 from planner.tasks.task import Move, Pick, Place, TaskError
 from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, SCENE, SMALL
 

@@ -75,8 +75,10 @@ def test_manipulability_lengths_and_where(solved: Plan) -> None:
     assert manipulability(solved.robot, (a + (m["w_at"] - k) * (b - a))[None])[0] == pytest.approx(m["w_min"])
     dense = np.concatenate([p + np.linspace(0, 1, 400)[:, None] * (q - p) for p, q in itertools.pairwise(solved.path)])
     assert m["w_min"] == pytest.approx(manipulability(solved.robot, dense).min(), rel=0.02, abs=1e-5)
-    assert m["joint_length"] == pytest.approx(solved.measures.joint_length)
-    assert m["workspace_length"] == pytest.approx(solved.measures.workspace_length)
+    length = solved.record.path_length
+    assert length is not None
+    assert m["joint_length"] == pytest.approx(length.joint)
+    assert m["workspace_length"] == pytest.approx(length.workspace)
 
 
 def test_a_planted_collision_is_found_first(solved: Plan) -> None:

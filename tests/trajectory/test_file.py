@@ -45,6 +45,7 @@ BAD = [
     ('{"points": []}', "is missing"),
     ("[1, 2]", "holds no mapping"),
     ("{", "is no JSON"),
+    ('{"points": [], "points": []}', "key 'points' stands twice"),
     (json.dumps({**FILE, "points": [{"t": 0, "q": [1]}] * 2}), "cubics need 2"),
     (json.dumps({**FILE, "joints": [A, B]}), "for 2 joints"),
     (json.dumps({**FILE, "joints": [A, A]}), "names a joint twice"),

@@ -173,7 +173,7 @@ REFUSED: list[tuple[Any, str]] = [
     ({"path": "here"}, "'path' is wrong"),
     ([[1, 2], [3]], "row 2 has 1 values, not 2"),
     ([[1, 2], 3], "'path.1' is wrong"),
-    ([[1, True]], "true is no number"),
+    ([[1, True]], "valid number"),
     ([[1, None]], "'path.0.1' is wrong"),
     ([[1, 1e300]], f"row 1 puts joint '{B}' at 1e+300"),
     ([[1, 2, 3]], "has 3 columns without names, planar_2r has 2 planned joints"),
@@ -193,6 +193,7 @@ REFUSED_TEXT = {
     "json": [
         ("{", "is no JSON"),
         ("[" * 100_000, "is no JSON"),
+        ('{"path": [[1, 2]], "path": [[3, 4]]}', "key 'path' stands twice"),
         ("[[1, NaN]]", "'path.0.1' is wrong"),
         ("[[1, 1e999]]", "'path.0.1' is wrong"),
     ],

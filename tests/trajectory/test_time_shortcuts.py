@@ -11,9 +11,9 @@ from planner.collision import make_checker, second_checker
 from planner.collision.looks import first_seen
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.planning.motion import cost_in_motion
 from planner.planning.plan import plan
 from planner.planning.result import Plan
+from planner.planning.solve import cost_in_motion
 from planner.problem.options import TimeLaw
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose

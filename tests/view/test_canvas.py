@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import gzip
-import json
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ import umsgpack
 
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Capsule, Cylinder, Shape, Sphere
-from planner.view.canvas import Canvas, render_page, script_json
+from planner.view.canvas import Canvas, render_page
 from tests.browser import page_data
 
 GREY = (0.5, 0.5, 0.5, 1.0)
@@ -73,14 +72,6 @@ def test_a_capsule_is_as_long_and_wide_as_it_says() -> None:
     radius = np.hypot(np.hypot(points[:, 0], points[:, 1]), np.maximum(inside, 0))
     assert radius.max() == pytest.approx(0.1, abs=1e-6)
     assert np.ptp(points[:, 2]) == pytest.approx(0.6, abs=1e-6)
-
-
-def test_no_text_ends_the_script() -> None:
-    text = script_json({"name": "</script><!-- \u2028 & \ud800"})
-    assert not set("<>&\u2028") & set(text)
-    assert json.loads(text)["name"] == "</script><!-- \u2028 & \ud800"
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        script_json({"w": float("nan")})
 
 
 def test_a_page_is_one_file_whatever_its_title(tmp_path: Path) -> None:

@@ -11,15 +11,14 @@ import pytest
 from planner.kinematics.forward import tool_positions
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
-from planner.robot.robot import load_visuals
-from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Obstacle, Sphere
+from planner.robot.robot import with_carried
+from planner.robot.shapes import Box, Carried, Sphere
 from planner.view import drawing
 from planner.view.canvas import Canvas
 from planner.view.drawing import (
-    draw_bodies,
     draw_path,
     draw_roadmap,
+    draw_robot,
     draw_scene,
     drawn_part,
     extent,
@@ -27,6 +26,7 @@ from planner.view.drawing import (
     moving_data,
     swept_corners,
 )
+from tests.view.test_canvas import unpacked
 from tests.worlds import load, make_post, post_roadmap, random_q, scene_of
 
 ROBOT = load("planar_2r")
@@ -45,20 +45,6 @@ def test_joint_frames_are_pinocchios(name: str) -> None:
         pin.forwardKinematics(robot.model, data, q)
         for joint, matrix in enumerate(matrices, start=1):
             np.testing.assert_allclose(matrix, data.oMi[joint].homogeneous, atol=1e-12)
-
-
-def test_bodies_hang_under_their_joints_and_are_named() -> None:
-    canvas = Canvas()
-    touching = {ROBOT.bodies[-1].link}
-    names = draw_bodies(canvas, "visual", load_visuals(ROBOT), touching)
-    names |= draw_bodies(canvas, "collision", ROBOT.bodies, touching)
-    assert set(names.values()) == {body.link for body in ROBOT.bodies}
-    assert set(paths(canvas, "set_object")) == set(names)
-    for body in ROBOT.bodies:
-        assert any(path.startswith(f"robot/{body.joint}/collision/") and names[path] == body.link for path in names)
-    red = [c["path"] for c in canvas.commands if c["type"] == "set_object" and is_red(c)]
-    assert red
-    assert all(names[path.removeprefix("/meshcat/")] == ROBOT.bodies[-1].link for path in red)
 
 
 def is_red(command: dict) -> bool:
@@ -127,28 +113,13 @@ def test_all_that_is_near_lies_in_the_ball() -> None:
     assert radius < 3.0, "the floor does not count"
 
 
-def test_obstacles_are_told_apart_by_colour() -> None:
-    canvas, here = Canvas(), np.eye(4)
-    parts = [Obstacle(f"jug/{k}", Sphere(0.1), here, part_of="jug") for k in range(2)]
-    moving = MovingObstacle("cart", Sphere(0.1), KnownMotion([0, 1], [here, here]))
-    scene = Scene("many", (*(Obstacle(f"o{k}", Sphere(0.1), here) for k in range(6)), *parts), moving=(moving,))
-    names = draw_scene(canvas, scene, {"o0"})
-    colours = {names[path]: colour for path, colour in obstacle_colours(canvas).items()}
-    assert colours["jug/0"] == colours["jug/1"]
-    others = [np.array(rgb(colours[name])) for name in ("o0", "o1", "o2", "o3", "o4", "o5", "jug/0", "cart")]
-    apart = [np.abs(a - b).max() for k, a in enumerate(others) for b in others[:k]]
-    assert min(apart) >= 20  # of 255
-    assert others[0][0] > 200 > 60 > others[0][2]  # what touches is red, as always
-
-
-def rgb(colour: int) -> list[int]:
-    return [colour >> 16, colour >> 8 & 0xFF, colour & 0xFF]
-
-
-def obstacle_colours(canvas: Canvas) -> dict[str, int]:
-    """The colour of every obstacle by its path."""
-    return {
-        command["path"].removeprefix("/meshcat/"): command["object"]["materials"][0]["color"]
-        for command in canvas.commands
-        if command["type"] == "set_object" and "/ways" not in command["path"]
-    }
+def test_contacts_are_red_and_a_carried_body_is_drawn_as_both_kinds() -> None:
+    robot = with_carried(load("ur5"), [Carried("tool0", "cup", Sphere(0.05), np.eye(4))])
+    for touching in (frozenset[str](), frozenset({"cup"}), frozenset({robot.bodies[0].link})):
+        canvas = Canvas()
+        names, bodies = draw_robot(canvas, robot, np.zeros(6), touching)
+        assert list(names.values()).count("cup") == 2
+        assert len(names) == len(bodies) + len(robot.bodies)
+        drawn = {c["path"].removeprefix("/meshcat/"): c for c in unpacked(canvas) if c["type"] == "set_object"}
+        assert set(drawn) == set(names)
+        assert {names[path] for path, command in drawn.items() if is_red(command)} == touching

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,8 @@ from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
-from planner.trajectory.measure import path_manipulability
+from planner.robot.robot import Robot
+from planner.trajectory.measure import dense_path, path_manipulability
 from planner.trajectory.timing import time_path
 from planner.view.motion import configurations_at, ellipsoids, motion_data, path_shares, shown_motion, worst_points
 from tests.worlds import ROBOTS, load, random_q
@@ -66,17 +69,22 @@ def test_the_ellipsoid_holds_the_velocities_that_unit_joint_velocities_reach(rob
         assert np.linalg.eigvalsh(root).min() >= -1e-9
 
 
+def lowest(robot: Robot, path: np.ndarray) -> list[dict[str, Any]]:
+    dense = dense_path(path)
+    return worst_points(robot, dense, path_shares(dense)[0])
+
+
 def test_worst_points_are_the_lowest_minima(solved: Plan) -> None:
     robot, path = solved.robot, solved.path
-    points = worst_points(robot, path)
-    assert points[0].w == path_manipulability(robot, path).min()
+    points = lowest(robot, path)
+    assert points[0]["w"] == path_manipulability(robot, path).min()
     shares, _ = path_shares(path)
     for point in points:
-        around = np.clip(point.share + np.array([-0.004, 0.0, 0.004]), 0, 1)
+        around = np.clip(point["share"] + np.array([-0.004, 0.0, 0.004]), 0, 1)
         w = manipulability(robot, configurations_at(path, shares, around))
-        assert w[1] == pytest.approx(point.w)
+        assert w[1] == pytest.approx(point["w"])
         assert w[1] <= w.min() * (1.0 + 1e-4)  # the minimum is that of samples 0.01 rad apart
-    assert len(points) < 2 or (points[0].w <= points[1].w and abs(points[0].share - points[1].share) > 0.1)
+    assert len(points) < 2 or (points[0]["w"] <= points[1]["w"] and abs(points[0]["share"] - points[1]["share"]) > 0.1)
 
 
 def test_worst_points_of_known_curves() -> None:
@@ -84,8 +92,8 @@ def test_worst_points_of_known_curves() -> None:
     arm = load("planar_2r")
     there_and_back = np.array([[0.0, 1.5], [0.0, 0.2], [0.0, 1.0], [0.0, 0.4], [0.0, 1.5]])
     shares, _ = path_shares(there_and_back)
-    first, second = worst_points(arm, there_and_back)
-    assert (first.share, second.share) == pytest.approx((shares[1], shares[3]))
+    first, second = lowest(arm, there_and_back)
+    assert (first["share"], second["share"]) == pytest.approx((shares[1], shares[3]))
     flat = np.array([[0.0, 1.0], [1.0, 1.0]])
-    assert len(worst_points(arm, flat)) >= 1
-    assert worst_points(arm, np.array([[0.0, 1.0], [0.0, 0.5]]))[0].share == 1.0
+    assert len(lowest(arm, flat)) >= 1
+    assert lowest(arm, np.array([[0.0, 1.0], [0.0, 0.5]]))[0]["share"] == 1.0

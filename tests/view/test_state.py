@@ -13,7 +13,7 @@ from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
 from planner.robot.poses import pose
 from planner.robot.shapes import Sphere
-from planner.view.state import inspect_state, state_page
+from planner.view.state import inspect_state
 from tests.browser import page_data
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, random_q, scene_of
@@ -40,11 +40,11 @@ def test_contacts_and_clearance_are_coals(margin: float) -> None:
 def test_limits_are_named_beside_contacts(tmp_path: Path) -> None:
     checker = make_checker(ROBOT, BALLS)
     report = inspect_state(checker, np.array([0.3, 3.0]))
-    assert report.outside.tolist() == [False, True]
+    assert report.outside == ("joint_2",)
     assert report.sentence.endswith("out of limits: joint_2.")
     assert report.contacts
     report = replace(report, tool=np.array([-1e-9, 0.25, -0.5]))
-    (tmp_path / "state.html").write_text(state_page(report))
+    (tmp_path / "state.html").write_text(report.page())
     data = page_data(tmp_path / "state.html")
     assert ["tool (m)", "0.000, 0.250, -0.500"] in data["paths"][0]["numbers"]
     assert str(report.sentence) in str(data).replace('"', "'") or report.sentence.split("'")[1] in str(data)

@@ -1,14 +1,12 @@
 """Meshes to look at: creases keep their shape, tubes keep their radius."""
 
-import re
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.robot.shapes import Mesh
-from planner.view.surfaces import css_gradient, hex_colour, ramp_stops, smoothed, tube
+from planner.view.surfaces import smoothed, tube
 from tests.random_shapes import QUICK, blob, box_mesh
 
 
@@ -78,29 +76,3 @@ def test_every_ring_has_the_radius(parts, sides):
     np.testing.assert_allclose(radius_of(mesh, points, sides), 0.01, rtol=1e-6)
     assert len(mesh.triangles) == 2 * sides * (len(points) - 1)
     assert mesh.triangles.max() == sides * len(points) - 1
-
-
-@pytest.mark.parametrize("points", [np.zeros((1, 3)), np.ones((4, 3))])
-def test_a_line_without_length_is_a_dot(points):
-    mesh = tube(points, 0.01)
-    assert np.isfinite(mesh.vertices).all()
-    assert np.linalg.norm(mesh.vertices - points[0], axis=1).max() < 0.011
-
-
-def lightness(rgb: np.ndarray) -> np.ndarray:
-    """CIE L*, from sRGB."""
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    y = linear @ [0.2126, 0.7152, 0.0722]
-    return np.where(y > 0.008856, 116 * np.cbrt(y) - 16, 903.3 * y)
-
-
-def test_order_survives_a_print_in_grey() -> None:
-    steps = np.diff(lightness(np.array(ramp_stops())))
-    assert steps.min() > 0
-    assert steps.max() < 2.5 * steps.min()
-
-
-def test_both_spellings_are_the_same_colours() -> None:
-    named = [int(text, 16) for text in re.findall(r"#([0-9a-f]{6})", css_gradient())]
-    assert named == [hex_colour(np.array(stop)) for stop in ramp_stops()]
-    assert hex_colour((1.0, 0.5, 0.0, 0.2)) == 0xFF8000

@@ -28,7 +28,7 @@ from planner.base.cache import cached
 from planner.base.errors import FileError, Note, choices
 from planner.base.files import StrPath
 from planner.base.silenced import PROCESS
-from planner.base.yamlfile import FARTHEST, shown
+from planner.base.yamlfile import shown
 from planner.robot.shapes import Mesh
 from planner.robot.solids import is_closed, pieces_of_vertices
 
@@ -37,20 +37,17 @@ CELL = 1e-3  # m: a cell of the grid
 _WIDEST = 1000.0  # m: cells of more have no number
 _WORTH = 0.75  # share of the triangles above which the mesh stays as it is
 _ROUNDING = 1e-9  # m by which a computed distance may be too short
-_MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
-_SMALLEST = 1e-6  # m
-_PASSED_OVER = {  # lines and fields that trimesh passes over, or takes for others: indices from the end, weights
+_PASSED_OVER = {  # lines and elements that the readers pass over, or take for others
     "obj": re.compile(
-        rb"(?m)^(?:[VF] .*|[vf] \S+(?: \S+)?$|f(?: \S+)* (?:-|0(?![.\d])).*|v(?: \S+){3} (?!1(?:\.0*)?$)\S+$"
+        rb"(?m)^(?:[VF] .*|f(?: \S+){1,2}$|f(?: \S+)* (?:-|0(?![.\d])).*|v(?: \S+){3} (?!1(?:\.0*)?$)\S+$"
         rb"|(?:call|cstype|curv2?|surf|csh|bzp|bsp|cd[pc]|res)\b.*)"
     ),
     "glb": re.compile(rb'"mode"\s*:\s*6|KHR_draco\w+|\w+_meshopt\w+'),  # fans, compressed parts
+    "dae": re.compile(rb"<(?:\w+:)?(?:instance_controller|skew|ph|convex_mesh|spline|brep)\b"),
 }
-_FACET = re.compile(rb"(?i)\bfacet\b")
 _LIBRARIES = ("effects", "materials", "images", "cameras", "lights", "animations", "controllers")
 _UNNEEDED = {*(f"library_{name}" for name in _LIBRARIES), "bind_material", "instance_camera", "instance_light"}
-_UNSUPPORTED = ("instance_controller", "skew", "ph", "convex_mesh", "spline", "brep")  # pycollada skips them
-_NOT_NUMBERS = {"float_array": re.compile(r"[^\s\d.eE+-]"), **dict.fromkeys(("p", "vcount"), re.compile(r"[^\s\d]"))}
+_FACET = re.compile(rb"(?i)\bfacet\b")
 _UNIT = re.compile(rb"<unit\b[^>]*?\bmeter\s*=\s*[\"']([^\"'<>]{1,40})")
 _AXIS = re.compile(rb"<up_axis>\s*([XY]_UP)\b")
 
@@ -64,15 +61,15 @@ def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
     if not os.path.isfile(path):
         raise FileError(f"mesh file {path} not found: check 'file', which is relative to the scene file.")
     try:
-        vertices, triangles = _triangles(path.read_bytes(), path.suffix.lower().removeprefix("."))
+        vertices, triangles = _triangles(path)
+        mesh = Mesh(vertices * scale, triangles)
     except Exception as error:  # trimesh raises errors of every kind for damaged files
+        reason = " ".join(str(error).split())[:160].rstrip(".") or type(error).__name__
         raise FileError(
-            f"mesh file {path} cannot be read ({_reason(error)}): export it again as STL, OBJ, PLY, DAE or GLB."
+            f"mesh file {path} cannot be read ({reason}): check 'scale', or export it again as STL, OBJ, PLY, DAE or "
+            "GLB."
         ) from None
-    vertices = vertices * scale
-    if wrong := _fault(vertices, triangles):
-        raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
-    return Mesh(*_join(vertices[triangles].reshape(-1, 3)))
+    return Mesh(*_join(mesh.vertices[mesh.triangles].reshape(-1, 3)))
 
 
 def link_mesh(path: Path, scale: Floats) -> Mesh:
@@ -98,20 +95,22 @@ def split_at_creases(mesh: Mesh, angle: float) -> Mesh:
     return Mesh(np.asarray(made.vertices), np.asarray(made.faces))
 
 
-def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
-    """Vertices (n, 3) and triangles (m, 3) of a file of that ``kind``; it raises whatever trimesh raises."""
+def _triangles(path: Path) -> tuple[Floats, Ints]:
+    """Vertices (n, 3) and triangles (m, 3) of a file; it raises whatever trimesh raises."""
     import trimesh  # 0.4 s to load
     from trimesh.exchange.load import mesh_loaders
 
+    kind = path.suffix.lower().removeprefix(".")
     if kind not in ("stl", "obj", "ply", "dae", "glb"):
         raise ValueError(f"no reader for '.{kind}'")
+    content = path.read_bytes()
     if kind == "obj":
         content = re.sub(rb"\\\r?\n", b" ", content)
         content = b"\n".join(b" ".join(line.partition(b"#")[0].split()) for line in content.splitlines())
-    if kind == "dae":
-        content = _bare_collada(content)
     if kind in _PASSED_OVER and (wrong := _PASSED_OVER[kind].search(content)):
         raise ValueError(f"{shown(wrong[0].decode(errors='replace'))} is not supported")
+    if kind == "dae":
+        content = _bare_collada(content)
     options: dict[str, Any] = {"dae": {"ignore_broken": False}}.get(kind, {"skip_materials": True})
     trimesh.util.log.setLevel(logging.ERROR)  # it warns with tracebacks
     with PROCESS, np.errstate(all="ignore"), warnings.catch_warnings():  # filters belong to the process
@@ -128,85 +127,36 @@ def _triangles(content: bytes, kind: str) -> tuple[Floats, Ints]:
 
 
 def _bare_collada(content: bytes) -> bytes:
-    """The file without materials, cameras, lights and motions; ValueError names an element that would be misread."""
+    """The file without materials, cameras, lights and motions, which often name what is not there."""
     root = ET.fromstring(content)
     for element in root.iter():
-        for child in [child for child in element if _tag(child) in _UNNEEDED]:
+        for child in [child for child in element if child.tag.rpartition("}")[2] in _UNNEEDED]:
             element.remove(child)
-        _require_read(element)
     return ET.tostring(root)
 
 
-def _require_read(element: ET.Element) -> None:
-    """Raise ValueError for an element that pycollada would misread: it shears, skips numbers, makes 0 of NaN."""
-    name, text = _tag(element), element.text or ""
-    if name in _UNSUPPORTED:
-        raise ValueError(f"<{name}> is not supported")
-    if name in _NOT_NUMBERS and (wrong := _NOT_NUMBERS[name].search(text)):
-        raise ValueError(f"<{name}> holds {shown(wrong[0])}, not only numbers")
-    if name == "rotate" and abs(np.linalg.norm(np.array(text.split()[:3], dtype=float)) - 1.0) > 1e-3:
-        raise ValueError(f"the axis of <rotate> {shown(text.strip())} does not have length 1")
-    params = [child.get("name") for child in element] if name == "accessor" else []
-    if params[:1] == ["X"] and (element.get("offset", "0"), element.get("stride")) != ("0", str(len(params))):
-        raise ValueError("an <accessor> of positions skips numbers")
-
-
-def _tag(element: ET.Element) -> str:
-    return element.tag.rpartition("}")[2]
+def _require_whole_ply(elements: dict[str, Any]) -> None:
+    """Raise ValueError where a PLY file holds fewer rows than its header says, or binary lists that are misread."""
+    for name, element in elements.items():
+        data = element.get("data", {})
+        for column in (data[key] for key in (data if isinstance(data, dict) else data.dtype.names)):
+            if len(column) != element["length"]:
+                raise ValueError(f"{len(column)} of {element['length']} rows of '{name}'")
+            if column.dtype.names and np.ptp(column["f0"].astype(int)):
+                raise ValueError(f"lists of '{name}' of different lengths are not supported in binary files")
 
 
 def collada_notes(files: Iterable[Path]) -> Iterator[Note]:
     """Notes on COLLADA files among ``files`` whose unit or up axis is not followed."""
-    turned: list[str] = []
-    for path in dict.fromkeys(files):
-        if path.suffix.lower() != ".dae" or not os.path.isfile(path):
-            continue
-        content = path.read_bytes()
+    read = {path: path.read_bytes() for path in files if path.suffix.lower() == ".dae" and os.path.isfile(path)}
+    for path, content in read.items():
         unit = _UNIT.search(content)
         if unit and (metres := unit[1].decode(errors="replace").strip()).rstrip("0").rstrip(".") != "1":
             text = f"mesh file {path} says that its unit is {shown(metres)} m, which is not followed: its numbers are "
             yield Note(f"{text}metres, unless its 'scale' makes them so; give it that, or export the file in metres.")
-        turned += [path.name] if _AXIS.search(content) else []
-    if turned:
+    if turned := [path.name for path, content in read.items() if _AXIS.search(content)]:
         text = f"an up_axis other than Z_UP is not followed, as in MoveIt: of {choices(turned)} z stays z."
         yield Note(text, grave=False)
-
-
-def _require_whole_ply(elements: dict[str, Any]) -> None:
-    """Raise ValueError where a PLY file holds fewer rows than its header says, or lists that are misread."""
-    for name, element in elements.items():
-        data = element.get("data", {})
-        for key in data if isinstance(data, dict) else data.dtype.names:
-            column = data[key]
-            if len(column) != element["length"]:
-                raise ValueError(f"{len(column)} of {element['length']} rows of '{name}'")
-            if column.dtype.names and np.ptp(column["f0"].astype(int)):  # of binary lists
-                raise ValueError(f"lists '{key}' of different lengths are not supported in binary files")
-            if key.startswith("vertex_ind") and column.dtype == object and min(map(len, column)) < 3:
-                raise ValueError(f"a '{name}' has fewer than 3 corners")
-
-
-def _reason(error: Exception) -> str:
-    text = " ".join(str(error).partition(";")[0].split())[:160].rstrip(".")
-    return text if isinstance(error, ValueError) and text else f"{type(error).__name__} {text}".rstrip()
-
-
-def _fault(vertices: Floats, triangles: Ints) -> str | None:
-    """The reason why a mesh is unusable, as words after its name; None for a usable one."""
-    if not len(triangles):
-        return "holds no triangles"
-    if not np.isfinite(vertices).all():
-        return "has vertices that are not finite"
-    if len(triangles) > _MOST:
-        return f"has {len(triangles)} triangles, more than {_MOST}"
-    if triangles.min() < 0 or triangles.max() >= len(vertices):
-        return "has triangles of vertices that are not there"
-    largest = float(np.abs(vertices).max())
-    if largest > FARTHEST:
-        return f"reaches {largest:g} m far"
-    if float(np.ptp(vertices.T.copy(), axis=1).max()) < _SMALLEST:
-        return "is smaller than a micrometre"
-    return None
 
 
 def _join(corners: Floats) -> tuple[Floats, Ints]:

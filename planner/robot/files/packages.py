@@ -1,4 +1,7 @@
-"""ROS packages by the name in their package.xml: upwards from a file, then along the paths that ROS keeps."""
+"""ROS packages by the name in their package.xml, and the door to xacro, an extra that most files do not need.
+
+As in ROS, a xacro file holds expressions that are evaluated, and names other files: expand those that you trust.
+"""
 
 from __future__ import annotations
 
@@ -6,22 +9,29 @@ import importlib.metadata
 import itertools
 import os
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from functools import cache
 from glob import glob
 from pathlib import Path
+from typing import Any
 
-from planner.base.errors import RobotError
+from planner.base.errors import InstallationError, RobotError
 from planner.base.resources import robots_folder
-from planner.base.yamlfile import shown
+from planner.base.silenced import PROCESS
+from planner.base.yamlfile import read_bytes, shown
 
 PATHS = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
+_XACRO = "/xacro}"  # ends the names of its namespace, http://www.ros.org/wiki/xacro and others
 
 
 def find_package(name: str, *files: Path) -> Path:
-    """The folder of the package that ``files`` call ``name``, or else a near folder of that name; else LookupError."""
+    """The folder of the package that ``files`` call ``name``, or else a near folder of that name; else LookupError.
+
+    Packages are looked for upwards from the files, then along the paths that ROS keeps.
+    """
     above = [file.resolve().parents for file in files]
-    said = (os.environ.get(path, "").split(os.pathsep) for path in PATHS)
-    ros, prefixes = ([Path(part).absolute() for part in parts if part] for parts in said)
+    paths = (os.environ.get(path, "").split(os.pathsep) for path in PATHS)
+    ros, prefixes = ([Path(part).absolute() for part in parts if part] for parts in paths)
     around, near = itertools.chain(*above), [folder for folders in above for folder in folders[:4]]
     shared = [*(prefix / "share" for prefix in prefixes), robots_folder(), example_robot_data().parent]
     for folders, inside in ((around, ""), (near, "*/"), (ros, "*/"), (ros, "**/"), (shared, "*/")):
@@ -44,9 +54,41 @@ def _name_in(file: Path) -> str:
 @cache
 def example_robot_data() -> Path:
     """The folder of example-robot-data's files; its wheel holds no Python module to ask."""
-    installed = importlib.metadata.distribution("example-robot-data")
-    record = installed.read_text("RECORD") or ""  # a line for each of a thousand files: the path comes first
-    for path in (line.partition(",")[0] for line in record.splitlines()):
-        if path.endswith("/package.xml"):
-            return Path(str(installed.locate_file(path))).resolve().parent
-    raise RobotError("example-robot-data is installed without its data: reinstall it with pip.")
+    files = importlib.metadata.files("example-robot-data") or []
+    return next(Path(str(file.locate())).resolve().parent for file in files if file.name == "package.xml")
+
+
+def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> ET.Element:
+    """The root element of an XML file, expanded with ``arguments`` where its name ends in .xacro.
+
+    Raises :class:`RobotError` for a file that cannot be read, :class:`InstallationError` without xacro.
+    """
+    content = read_bytes(path, what)
+    try:
+        root = ET.fromstring(_expand(path, arguments or {}) if path.suffix.lower() == ".xacro" else content)
+    except (ET.ParseError, ValueError, LookupError) as error:  # the latter two of encodings
+        raise RobotError(f"{what} {path} is not well-formed XML ({error}): mend the file.") from None
+    if any(_XACRO in str(element.tag) for element in root.iter()):
+        raise RobotError(f"{what} {path} holds elements of xacro that are not expanded: call it {path.name}.xacro.")
+    return root
+
+
+def _expand(path: Path, arguments: Mapping[str, str]) -> bytes:
+    try:
+        import xacro  # pyright: ignore[reportMissingImports]  # an extra
+        from xacro import substitution_args  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InstallationError(
+            f"{path} needs the Python package xacro: pip install 'gabf-planner[xacro]', or expand it to a URDF first."
+        ) from None
+    try:
+        with PROCESS:  # xacro keeps the files that it is in as a global list; by itself it finds packages of ROS 2 only
+            substitution_args._eval_find = lambda name: str(find_package(name, *map(Path, reversed(xacro.filestack))))
+            document: Any = xacro.process_file(str(path.absolute()), mappings=dict(arguments))
+    except Exception as error:  # whatever an expression in the file raises
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise RobotError(
+            f"xacro file {path} cannot be expanded ({reason}): mend it, or give its arguments in a robot.yaml, as "
+            "urdf: {file: ..., args: {...}}."
+        ) from None
+    return document.toxml("utf-8")

@@ -21,7 +21,7 @@ from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, 
 from planner.problem.targets import HOME
 from planner.robot.files import urdf
 from planner.robot.files.packages import example_robot_data
-from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf, require_fitting
+from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf
 
 Rows = Literal["pose", "translation", "planar"]
 
@@ -100,19 +100,16 @@ class RobotFiles:
         """
         held = {**self.file.fixed_joints, **fixed}
         chosen = self._chosen_joints(self.tool(tool, choice), choice, held)
-        for name in chosen:
-            if not self.model.existJointName(name):
-                known = (
-                    "does not move: plan others; moving joints"
-                    if name in self.description.joints
-                    else "not found; joints"
-                )
-                raise RobotError(f"joint '{name}' {known} are {choices(self.model.names[1:])}.")
-            if choice.joints is not None and name in held:
-                raise RobotError(
-                    f"joint '{name}' is planned and held fixed as well: leave it out of --joints, or out of "
-                    "fixed_joints of the robot or scene file."
-                )
+        if unknown := [name for name in chosen if not self.model.existJointName(name)]:
+            raise RobotError(
+                f"joint '{unknown[0]}' not found among the joints that move, {choices(self.model.names[1:])}: plan "
+                "one of these."
+            )
+        if choice.joints is not None and (both := held.keys() & chosen):
+            raise RobotError(
+                f"joint '{min(both)}' is planned and held fixed as well: leave it out of --joints, or out of "
+                "fixed_joints of the robot or scene file."
+            )
         return [name for name in self.model.names[1:] if name in chosen and name not in held]
 
     def leaders(self, frame: str, held: Collection[str] = ()) -> list[str]:
@@ -120,7 +117,8 @@ class RobotFiles:
 
         A joint that is ``held`` follows no other.
         """
-        joints = urdf.chain_joints(self.model, frame)
+        joint = self.model.frames[urdf.frame_id(self.model, frame)].parentJoint
+        joints = [self.model.names[k] for k in self.model.supports[joint] if k != 0]
         leaders = {self.description.mimic(joint, held).leader for joint in joints}
         return [joint for joint in self.model.names[1:] if joint in leaders]
 
@@ -128,25 +126,32 @@ class RobotFiles:
         if choice.joints is not None:
             return list(choice.joints)
         if choice.group is not None:
-            return group_joints(self._groups(), choice.group, self.description, self.model)
+            return self._group_joints(choice.group)
         if self.file.joints:
             return list(self.file.joints)
         passive = self.srdf.passive if self.srdf else frozenset()
         return [joint for joint in self.leaders(tool, held) if joint not in passive]
 
-    def _groups(self) -> Srdf:
-        if self.srdf is None:
-            raise RobotError(f"robot '{self.name}' has no SRDF, so there are no groups: give --srdf, or use --joints.")
-        return self.srdf
-
     def tool(self, tool: str | None, choice: JointChoice) -> str:
         """The tool frame: as asked for, else the robot file's if the chosen group moves it, else the group's tip."""
         tool = tool or self.file.tool
         if choice.group is not None:
-            joints = group_joints(self._groups(), choice.group, self.description, self.model)
+            joints = self._group_joints(choice.group)
             if tool is None or joints[-1] not in self.leaders(tool):
-                return group_tip(self._groups(), choice.group, self.description, self.model)
-        return _known_tool(self.model, tool)
+                assert self.srdf is not None
+                return group_tip(self.srdf, choice.group, self.description, joints)
+        if tool is None:
+            tips = urdf.tips_of(self.model)
+            if len(tips) != 1:
+                raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
+            return tips[0]
+        urdf.frame_id(self.model, tool)
+        return tool
+
+    def _group_joints(self, group: str) -> list[str]:
+        if self.srdf is None:
+            raise RobotError(f"robot '{self.name}' has no SRDF, so there are no groups: give --srdf, or use --joints.")
+        return group_joints(self.srdf, group, self.description, self.model)
 
     @cached_property
     def home(self) -> Mapping[str, float]:
@@ -154,8 +159,7 @@ class RobotFiles:
         found: dict[str, float] = {}
         for state in sorted(self.srdf.states if self.srdf else (), key=lambda item: -len(item.values)):
             found |= state.values if state.name == HOME else {}
-        if self.file.home:
-            found |= self._by_joint(self.file.home, "home")
+        found |= self._by_joint(self.file.home, "home") if self.file.home else {}
         return {joint: value for joint, value in found.items() if self.model.existJointName(joint)}
 
     def motion(self, planned: Sequence[str]) -> MotionFile | None:
@@ -163,20 +167,18 @@ class RobotFiles:
 
         None where it says nothing, or not of all of these joints.
         """
-        motion = self.file.motion
-        if motion is None:
-            return None
-        lists = {kind: values for kind in ("acceleration", "jerk") if isinstance(values := getattr(motion, kind), list)}
-        of_joint = {kind: self._by_joint(values, kind) for kind, values in lists.items()}
-        if any(joint not in values for values in of_joint.values() for joint in planned):
-            return None
-        return motion.model_copy(
-            update={kind: [values[joint] for joint in planned] for kind, values in of_joint.items()}
-        )
+        lists = dict[str, list[float]]()
+        for kind in ("acceleration", "jerk"):
+            if isinstance(values := getattr(self.file.motion, kind, None), list):
+                of_joint = self._by_joint(values, kind)
+                if not of_joint.keys() >= {*planned}:
+                    return None
+                lists[kind] = [of_joint[joint] for joint in planned]
+        return self.file.motion and self.file.motion.model_copy(update=lists)
 
     def _by_joint(self, values: Sequence[float], what: str) -> dict[str, float]:
         """One value for each joint that the robot file plans; :class:`RobotError` where there are more or fewer."""
-        joints = self.file.joints or self.leaders(_known_tool(self.model, self.file.tool))
+        joints = self.file.joints or self.leaders(self.tool(None, ALL_JOINTS))
         if len(joints) != len(values):
             raise RobotError(
                 f"robot file {self.origin}: {what} has {len(values)} values, the robot {len(joints)} joints, "
@@ -192,8 +194,7 @@ class RobotFiles:
         listed = self.file.disabled_pairs
         if listed is None:
             return said or None
-        unknown = [link for pair in listed for link in pair if link not in self.description.links]
-        if unknown:
+        if unknown := [link for pair in listed for link in pair if link not in self.description.links]:
             raise RobotError(
                 f"robot file {self.origin}: disabled_pairs names link {shown(unknown[0])}, which the URDF has not; "
                 f"links are {choices(sorted(self.description.links))}."
@@ -213,10 +214,7 @@ def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
     description = urdf.read_description(file.urdf.path(folder), file.urdf.args)
     called = file.name or (name if name in robot_names() else description.name)
     if srdf is not None:
-        given = read_srdf(Path(srdf))
-        files = RobotFiles(called, name, file, description, given)
-        require_fitting(given, files.model)
-        return files
+        return RobotFiles(called, name, file, description, read_srdf(Path(srdf)))
     own = read_srdf(file.srdf.path(folder), file.srdf.args) if file.srdf else None
     return RobotFiles(called, name, file, description, own)
 
@@ -255,25 +253,13 @@ def _described(name: str) -> RobotFile:
         )
     try:
         said = vars(importlib.import_module(f"{_DESCRIPTIONS}.{name}"))
+        path = next(said[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if said.get(kind))
     except Exception as error:  # of a name that it lacks, of git, of the network
-        reason = " ".join(str(error).split())[:200]
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise RobotError(
             f"robot '{name}' of robot_descriptions cannot be loaded ({reason}): choose another name."
         ) from None
-    path = next((said[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if said.get(kind)), None)
-    if path is None:
-        raise RobotError(f"robot '{name}' of robot_descriptions has neither URDF, xacro nor MJCF: choose another.")
     urdf_file = Source(file=str(path), args=said.get("XACRO_ARGS", {}) if path == said.get("XACRO_PATH") else {})
     srdf = said.get("SRDF_PATH") or said.get("SRDF_XACRO_PATH")
     srdf_file = Source(file=str(srdf), args=said.get("SRDF_XACRO_ARGS", {})) if srdf else None
     return RobotFile(name=name, urdf=urdf_file, srdf=srdf_file)
-
-
-def _known_tool(model: pin.Model, tool: str | None) -> str:
-    if tool is None:
-        tips = urdf.tips_of(model)
-        if len(tips) != 1:
-            raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
-        return tips[0]
-    urdf.frame_id(model, tool)
-    return tool

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -15,11 +16,9 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import Note, RobotError, choices
 from planner.base.silenced import Silenced
-from planner.base.yamlfile import FARTHEST, shown
+from planner.base.yamlfile import FARTHEST, number, shown
 from planner.robot.files.mjcf import Sites, convert_mjcf
-from planner.robot.files.packages import find_package
-from planner.robot.files.urdf_rules import ends, require_sane_urdf
-from planner.robot.files.xacro import read_root
+from planner.robot.files.packages import find_package, read_root
 from planner.robot.poses import se3
 from planner.robot.shapes import Mesh
 
@@ -61,15 +60,6 @@ class Description:
         """Folders that the files of its meshes may be relative to."""
         return [str(folder) for folder in self.path.resolve().parents][:4]
 
-    @cached_property
-    def mesh_names(self) -> dict[str, list[str]]:
-        """The meshes that it names, for collision and for visual geometry."""
-        root = ET.fromstring(self.xml)
-        return {
-            kind: sorted({mesh.get("filename", "") for element in root.iter(kind) for mesh in element.iter("mesh")})
-            for kind in ("collision", "visual")
-        }
-
     def mimic(self, joint: str, held: Collection[str] = ()) -> Mimic:
         """How ``joint`` follows the joint at the end of its chain of leaders, or the first one that is ``held``.
 
@@ -86,10 +76,6 @@ class Description:
             f"joint '{joint}' of {self.path} mimics '{own[joint].leader}', and their leaders form a circle: mend it."
         )
 
-    def child_of(self, joint: str) -> str:
-        """The link that ``joint`` moves."""
-        return self.joints[joint][1]
-
 
 def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> Description:
     """The URDF at ``path``; continuous joints become revolute ones of one turn, so that every joint is one angle.
@@ -98,37 +84,53 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
     (they vanish otherwise), so the version is raised.
     """
     root = read_root(path, "URDF", arguments)
-    meshes, sites, foreign = {}, {}, ()
+    meshes, sites, notes = {}, {}, ()
     if root.tag == MJCF:
-        root, meshes, sites, foreign = convert_mjcf(path, root.get("model") or path.stem)
+        root, meshes, sites, notes = convert_mjcf(path, root.get("model") or path.stem)
     if root.tag != "robot":
-        raise RobotError(
-            f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot> (run xacro first)."
-        )
-    require_sane_urdf(root, path)
+        raise RobotError(f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
     root.set("version", "1.1")
     _find_meshes(root, path)
-    links, joints = root.findall("link"), root.findall("joint")
-    notes = (*foreign, *_notes(joints))
+    links, joints = {_name(link): link for link in root.iterfind("link")}, root.findall("joint")
+    if "universe" in {*links, *map(_name, joints)}:
+        raise RobotError(f"URDF {path} calls a link or joint 'universe', as Pinocchio calls the world: rename it.")
+    limits = [limit for joint in joints for limit in joint.iterfind("limit")]
+    if lost := sorted({"acceleration", "deceleration", "jerk"} & {key for limit in limits for key in limit.attrib}):
+        text = f"limits on {choices(lost)} in the URDF are not followed: give them with --limits, or in a robot.yaml."
+        notes = (*notes, Note(text))
     for joint in joints:
         _keep_soft_limits(joint)
     continuous = frozenset(_make_revolute(joint) for joint in joints if joint.get("type") == "continuous")
-    bare = [link for link in links if link.find("visual/geometry") is not None and link.find("collision") is None]
+    # talos_reduced leaves <mimic> in joints that it makes fixed: those follow no other
+    moving = [joint for joint in joints if joint.get("type") != "fixed"]
     return Description(
         path=path,
         name=root.get("name") or path.stem,
         xml=ET.tostring(root, encoding="unicode"),
         continuous=continuous,
-        collision_elements=sum(1 for _ in root.iterfind("link/collision")),
-        # talos_reduced leaves <mimic> in joints that it makes fixed: those follow nobody
-        mimics=tuple(_mimics(joint for joint in joints if joint.get("type") != "fixed")),
-        bare=frozenset(link.get("name", "") for link in bare),
-        links=frozenset(link.get("name", "") for link in links),
-        joints={joint.get("name", ""): ends(joint) for joint in joints},
+        collision_elements=sum(len(each.findall("geometry/*")) or 1 for each in root.iterfind("link/collision")),
+        mimics=tuple(_mimic(joint, item) for joint in moving if (item := joint.find("mimic")) is not None),
+        bare=frozenset(
+            name
+            for name, link in links.items()
+            if link.find("visual/geometry") is not None and link.find("collision") is None
+        ),
+        links=frozenset(links),
+        joints={_name(joint): (_end(joint, "parent"), _end(joint, "child")) for joint in joints},
         meshes=meshes,
         sites=sites,
         notes=notes,
     )
+
+
+def _name(element: ET.Element) -> str:
+    return element.get("name", "")
+
+
+def _end(joint: ET.Element, kind: str) -> str:
+    """The name of a joint's ``kind`` of link, empty where it has none."""
+    element = joint.find(kind)
+    return "" if element is None else element.get("link", "")
 
 
 def _find_meshes(root: ET.Element, path: Path) -> None:
@@ -142,20 +144,21 @@ def _find_meshes(root: ET.Element, path: Path) -> None:
                 mesh.set("filename", f"file://{find(name, path) / inside}")
 
 
-def _notes(joints: Sequence[ET.Element]) -> Iterator[Note]:
-    limits = [limit for joint in joints for limit in joint.findall("limit")]
-    if kinds := [
-        kind for kind in ("acceleration", "deceleration", "jerk") if any(kind in each.attrib for each in limits)
-    ]:
-        text = f"limits on {choices(kinds)} in the URDF are not followed: give them with --limits, or in a robot.yaml."
-        yield Note(text)
+def number_of(element: ET.Element, key: str, default: float = math.nan) -> float:
+    """The finite number that an attribute holds; :class:`RobotError` for any other text."""
+    text = element.get(key, repr(default))
+    try:
+        value = number(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise RobotError(f"{key} of <{element.tag}> must be a finite number, got {shown(text)}; mend the file.")
+    return value
 
 
-def _mimics(joints: Iterable[ET.Element]) -> Iterator[Mimic]:
-    for joint in joints:
-        for said in joint.findall("mimic")[:1]:
-            factor, offset = float(said.get("multiplier", 1.0)), float(said.get("offset", 0.0))
-            yield Mimic(joint.get("name", ""), said.get("joint", ""), factor, offset)
+def _mimic(joint: ET.Element, item: ET.Element) -> Mimic:
+    factor, offset = number_of(item, "multiplier", 1.0), number_of(item, "offset", 0.0)
+    return Mimic(_name(joint), item.get("joint", ""), factor, offset)
 
 
 def _keep_soft_limits(joint: ET.Element) -> None:
@@ -163,16 +166,16 @@ def _keep_soft_limits(joint: ET.Element) -> None:
     limit, safety = joint.find("limit"), joint.find("safety_controller")
     if limit is None or safety is None or joint.get("type") not in ("revolute", "prismatic"):
         return
-    soft = [float(safety.get(f"soft_{side}_limit", 0)) for side in ("lower", "upper")]
-    if not any(soft):
+    low, high = (number_of(safety, f"soft_{side}_limit", 0.0) for side in ("lower", "upper"))
+    if low == high == 0.0:
         return
-    if not soft[0] < soft[1]:
+    if not low < high:
         raise RobotError(
-            f"joint {shown(joint.get('name'))} of the URDF has soft limits of {soft[0]:g} and {soft[1]:g} (0 where not "
-            "given): give both, the lower one below the upper, or neither."
+            f"joint {shown(_name(joint))} of the URDF has soft limits of {low:g} and {high:g} (0 where not given): "
+            "give both, the lower one below the upper, or neither."
         )
-    for side, narrower, value in zip(("lower", "upper"), (max, min), soft, strict=True):
-        limit.set(side, repr(narrower(float(limit.get(side, 0)), value)))
+    limit.set("lower", repr(max(number_of(limit, "lower", 0.0), low)))
+    limit.set("upper", repr(min(number_of(limit, "upper", 0.0), high)))
 
 
 def _make_revolute(joint: ET.Element) -> str:
@@ -182,7 +185,7 @@ def _make_revolute(joint: ET.Element) -> str:
         limit = ET.SubElement(joint, "limit", effort="0", velocity="0")
     limit.set("lower", repr(-np.pi))
     limit.set("upper", repr(np.pi))
-    return joint.get("name", "")
+    return _name(joint)
 
 
 def build_model(description: Description) -> pin.Model:
@@ -201,10 +204,25 @@ def build_model(description: Description) -> pin.Model:
                 "only revolute, continuous and prismatic joints are supported. Make it fixed, where --base places the "
                 "robot, or give each degree of freedom a joint of its own."
             )
+    _require_sound(model, description)
     for name, (link, place) in description.sites.items():
         holder = model.frames[on := frame_id(model, link)]
         model.addFrame(pin.Frame(name, holder.parentJoint, on, holder.placement * place, pin.FrameType.OP_FRAME))
     return model
+
+
+def _require_sound(model: pin.Model, description: Description) -> None:
+    """Raise :class:`RobotError` for links that Pinocchio left out, and for frames that it places nowhere."""
+    if lost := description.links - {frame.name for frame in model.frames}:
+        raise RobotError(f"links {choices(sorted(lost))} of {description.path} hang on no root; mend the file.")
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.full(model.nq, 0.5))
+    for frame in model.frames:
+        placed = data.oMi[frame.parentJoint] * frame.placement
+        if not np.abs(placed.homogeneous).max() <= FARTHEST:
+            raise RobotError(
+                f"'{frame.name}' of {description.path} is placed nowhere, or beyond {FARTHEST:g} m: mend its origin."
+            )
 
 
 def follow(
@@ -261,17 +279,16 @@ def narrow(model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[s
         lower[leader] = low if low > before[0] + _SAME else before[0]
         upper[leader] = high if high < before[1] - _SAME else before[1]
         velocity[leader] = fast if fast < (before[2] or np.inf) - _SAME else before[2]
-        narrower, slower = before[:2] != (lower[leader], upper[leader]), before[2] != velocity[leader]
         farthest = max(abs(item.multiplier * end[leader] + item.offset) for end in (lower, upper))
         if not lower[leader] < upper[leader] or farthest > _MOST:
             raise RobotError(
                 f"joint '{item.joint}' mimics '{item.leader}' and cannot follow it within its own limits: mend its "
                 "<mimic> or the limits in the URDF."
             )
-        if narrower or slower or item.leader in continuous - endless:
-            speed = f" and to a velocity of {velocity[leader]:.6g}" if slower else ""
+        if before != (lower[leader], upper[leader], velocity[leader]) or item.leader in continuous - endless:
             text = f"joint '{item.joint}' follows '{item.leader}', which is kept to [{lower[leader]:.6g}, "
-            notes.append(Note(f"{text}{upper[leader]:.6g}]{speed}, so that both keep their limits.", grave=False))
+            text += f"{upper[leader]:.6g}] and to a velocity of {velocity[leader]:.6g}, so that both keep their limits."
+            notes.append(Note(text, grave=False))
     return endless, notes
 
 
@@ -340,9 +357,3 @@ def frame_id(model: pin.Model, name: str) -> int:
     if not matches:
         raise RobotError(f"frame {shown(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")
     return next((k for k in matches if model.frames[k].type == pin.FrameType.BODY), matches[0])
-
-
-def chain_joints(model: pin.Model, frame: str) -> list[str]:
-    """Movable joints between the base and ``frame``, base first."""
-    joint = model.frames[frame_id(model, frame)].parentJoint
-    return [model.names[k] for k in model.supports[joint] if k != 0]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -13,38 +12,56 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import frozen
-from planner.base.errors import RobotError, choices
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import RobotError, SceneError
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import shown
+from planner.robot.files import urdf
 from planner.robot.files.meshes import link_mesh, read_mesh, thinned
-from planner.robot.files.urdf import Description
 from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 Kind = Literal["collision", "visual"]
 
-_KINDS: dict[Kind, pin.GeometryType] = {
-    "collision": pin.GeometryType.COLLISION,
-    "visual": pin.GeometryType.VISUAL,
-}
+
+def read_bodies(
+    description: urdf.Description,
+    full: pin.Model,
+    kind: Kind,
+    moving: Collection[str],
+    held: Mapping[str, float],
+    base: Floats,
+) -> tuple[pin.Model, tuple[Body, ...]]:
+    """The ``full`` model reduced as by :func:`planner.robot.files.urdf.reduce`, and the geometry of one ``kind``."""
+    geometry, meshes = read_geometry(description, full, kind)
+    links = {item.name: full.frames[item.parentFrame].name for item in geometry.geometryObjects}
+    model, placed = urdf.reduce(full, geometry, moving, held, base)
+    try:
+        return model, tuple(
+            Body(
+                name=item.name,
+                link=links[item.name],
+                joint=int(item.parentJoint),
+                shape=meshes.get(item.name) or shape_of(item.geometry),
+                placement=frozen(item.placement.homogeneous),
+                color=tuple(item.meshColor.tolist()),
+            )
+            for item in placed.geometryObjects
+        )
+    except SceneError as error:
+        raise RobotError(f"the {kind} geometry of {description.path}: {error}") from None
 
 
-@dataclass(frozen=True, eq=False)
-class Geometry:
-    """Pinocchio's geometry, the link that each geometry hangs on, and the meshes that stand for some, by name."""
-
-    model: pin.GeometryModel
-    links: Mapping[str, str]
-    meshes: Mapping[str, Mesh]
-
-
-def read_geometry(description: Description, model: pin.Model, kind: Kind) -> Geometry:
-    """The geometry of one ``kind``; Pinocchio places it and gets a ball for each mesh."""
+def read_geometry(
+    description: urdf.Description, model: pin.Model, kind: Kind
+) -> tuple[pin.GeometryModel, dict[str, Mesh]]:
+    """The geometry of one ``kind``, placed by Pinocchio with a ball for each mesh, and the meshes by their names."""
     xml, meshes = _without_meshes(description, kind)
     printed = Silenced()
     try:
         with printed:
-            geometry = pin.buildGeomFromUrdfString(model, xml, _KINDS[kind])
+            geometry = pin.buildGeomFromUrdfString(
+                model, xml, pin.GeometryType.COLLISION if kind == "collision" else pin.GeometryType.VISUAL
+            )
     except (ValueError, RuntimeError) as error:
         because = str(error).partition("\n")[0].rstrip(".")
         raise RobotError(f"the geometry of {description.path} cannot be read ({because}): mend the file.") from None
@@ -54,16 +71,12 @@ def read_geometry(description: Description, model: pin.Model, kind: Kind) -> Geo
             f"only {geometry.ngeoms} of the {description.collision_elements} collision geometries of "
             f"{description.path} could be read{because}: use box, sphere, cylinder, capsule or mesh."
         )
-    links = {item.name: model.frames[item.parentFrame].name for item in geometry.geometryObjects}
-    if not meshes.keys() <= links.keys():
-        lost = sorted(meshes.keys() - links.keys())
-        raise RobotError(
-            f"collision geometries of {description.path} are not found again: {choices(lost)}; mend the file."
-        )
-    return Geometry(geometry, links, meshes)
+    if not meshes.keys() <= {item.name for item in geometry.geometryObjects}:
+        raise RobotError(f"not all meshes of {description.path} could be read: mend the file.")
+    return geometry, meshes
 
 
-def _without_meshes(description: Description, kind: Kind) -> tuple[str, dict[str, Mesh]]:
+def _without_meshes(description: urdf.Description, kind: Kind) -> tuple[str, dict[str, Mesh]]:
     """The URDF with a ball in place of each mesh of a ``kind``, and the meshes by their names in Pinocchio.
 
     Meshes that collide are thinned; each file is read once for a scale.
@@ -84,7 +97,7 @@ def _without_meshes(description: Description, kind: Kind) -> tuple[str, dict[str
     return (ET.tostring(root, encoding="unicode") if found else description.xml), found
 
 
-def _read(description: Description, name: str, scale: str, kind: Kind) -> Mesh:
+def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> Mesh:
     if (own := description.meshes.get(name)) is not None:
         return thinned(own) if kind == "collision" else own
     file = next(_places(description, name), None)
@@ -93,36 +106,27 @@ def _read(description: Description, name: str, scale: str, kind: Kind) -> Mesh:
             f"mesh file {shown(name)} of {description.path} not found: put it where the URDF names it, or name the "
             "folder of its package in ROS_PACKAGE_PATH."
         )
-    return (link_mesh if kind == "collision" else read_mesh)(file, np.array(scale.split(), dtype=float))
+    try:
+        x, y, z = map(float, scale.split())
+    except ValueError:
+        raise RobotError(f"scale of {shown(name)} must be three numbers, got {shown(scale)}; mend the file.") from None
+    return (link_mesh if kind == "collision" else read_mesh)(file, np.array([x, y, z]))
 
 
-def mesh_files(description: Description, *kinds: Kind) -> Iterator[Path]:
-    """The mesh files that the URDF names, of some ``kinds`` or of all, as far as they are found, in a fixed order."""
-    for kind in kinds or _KINDS:
-        for name in description.mesh_names[kind]:
-            yield from _places(description, name)
+def mesh_files(description: urdf.Description, kind: Kind | None = None) -> list[Path]:
+    """The mesh files that the URDF names, of one ``kind`` or of both, as far as they are found, in a fixed order."""
+    root, found = ET.fromstring(description.xml), list[Path]()
+    for each in (kind,) if kind else ("collision", "visual"):
+        names = {mesh.get("filename", "") for element in root.iter(each) for mesh in element.iter("mesh")}
+        found += [path for name in sorted(names) for path in _places(description, name)]
+    return found
 
 
-def _places(description: Description, name: str) -> Iterator[Path]:
+def _places(description: urdf.Description, name: str) -> Iterator[Path]:
     """The files that a mesh of this ``name`` may be in."""
     place = name.removeprefix("file://")
     found = (Path(folder) / place for folder in description.package_dirs)
     return (path for path in found if os.path.isfile(path))
-
-
-def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:
-    """Pinocchio's geometry objects, ``placed`` on a reduced model, as backend-neutral bodies, in their order."""
-    return tuple(
-        Body(
-            name=item.name,
-            link=geometry.links[item.name],
-            joint=int(item.parentJoint),
-            shape=geometry.meshes.get(item.name) or shape_of(item.geometry),
-            placement=frozen(item.placement.homogeneous),
-            color=tuple(item.meshColor.tolist()),
-        )
-        for item in placed.geometryObjects
-    )
 
 
 def shape_of(geometry: coal.CollisionGeometry) -> Shape:

@@ -10,7 +10,7 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import Note, SceneError, choices
-from planner.base.yamlfile import Coordinate, Name, Number, Size, Strict, Whole, models_in, nearest, repeated, validate
+from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole, models_in, nearest, repeated, validate
 from planner.robot.poses import pose
 
 _AT_REST = 0.01  # rad/s, m/s: encoders report this much of an arm that stands
@@ -24,16 +24,6 @@ _HARMLESS = {  # no path depends on these: one note names those that hold a valu
     "reference_trajectories", "pipeline_id", "planner_id", "num_planning_attempts", "allowed_planning_time",
     "cartesian_speed_limited_link", "cartesian_speed_end_effector_link",
 }  # fmt: skip
-_REMEDIES = {
-    "octomap": "give boxes or meshes in its place",
-    "planes": "give a box in its place",
-    "link_padding": "keep a distance from everything with --margin in its place",
-    "link_scale": "keep a distance from everything with --margin in its place",
-    "operation": "export the whole scene",
-    "multi_dof_joint_state": "place the robot's base with --base",
-    "velocity": "plan from where the arm comes to rest",
-    "max_cartesian_speed": "lower max_velocity_scaling_factor in its place",
-}
 _AS_LISTS = ("xyz", "xyzw", ("enabled",), ("vertex_indices",))  # keys of messages that some exporters write as lists
 
 Kind = TypeVar("Kind", bound="Message")
@@ -53,8 +43,7 @@ def read_message(kind: type[Kind], data: Any, where: str) -> tuple[Kind, tuple[N
     data, harmless = _as_lists(data), list[str]()
     for place, key, meant in _unknown(data, kind) if isinstance(data, dict) else ():
         if key not in _HARMLESS:
-            remedy = _REMEDIES.get(key, "take it out")
-            raise SceneError(f"{where}: '{place[:200]}' is not followed by this planner{meant}; {remedy}.")
+            raise SceneError(f"{where}: '{place[:200]}' is not followed by this planner{meant}; take it out.")
         harmless.append(place)
     text = f"{where}: passed over, as no path depends on it: {choices(harmless)}."
     return validate(kind, data, where, SceneError), ((Note(text, grave=False),) if harmless else ())
@@ -131,6 +120,9 @@ class Transform(Message):
     translation: Triple = (0.0, 0.0, 0.0)
     rotation: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
+    def matrix(self) -> Floats:
+        return pose(self.translation, quaternion=self.rotation)
+
 
 class TransformStamped(Message):
     header: Header = Header()
@@ -143,16 +135,15 @@ class MeshMessage(Message):
     triangles: list[tuple[_Index, _Index, _Index]]
 
 
-class Solid(Message):
+class SolidPrimitive(Message):
+    """A solid, or a tolerance in its shape, which may have no size."""
+
     type: Name | Annotated[Whole, pydantic.Field(ge=0, le=255)]  # a byte in the message
+    dimensions: tuple[Tolerance, ...]
 
     @property
     def kind(self) -> str:
         return (_KINDS.get(self.type, str(self.type)) if isinstance(self.type, int) else self.type).lower()
-
-
-class SolidPrimitive(Solid):
-    dimensions: list[Size]
 
 
 class CollisionObject(Message):
@@ -176,11 +167,6 @@ def _require_fit(names: Sequence[Any], values: Sequence[Any], what: str, of: str
         raise ValueError(f"there are {len(names)} {of} and {len(values)} {what}; give one each")
 
 
-def _require_once(names: Sequence[str]) -> None:
-    if twice := repeated(names):
-        raise ValueError(f"'{twice[0]}' is named twice; name each once")
-
-
 class JointState(Message):
     name: tuple[Name, ...] = ()
     position: tuple[Coordinate, ...] = ()
@@ -188,7 +174,8 @@ class JointState(Message):
     @pydantic.model_validator(mode="after")
     def _one_each(self) -> JointState:
         _require_fit(self.name, self.position, "positions", "names")
-        _require_once(self.name)
+        if twice := repeated(self.name):
+            raise ValueError(f"'{twice[0]}' is named twice; name each once")
         return self
 
     def values(self) -> dict[str, float]:
@@ -208,10 +195,8 @@ class AllowedCollisionMatrix(Message):
     @pydantic.model_validator(mode="after")
     def _square(self) -> AllowedCollisionMatrix:
         names, rows = self.entry_names, self.entry_values
-        _require_fit(names, rows, "entry_values", "entry_names")
-        _require_once(names)
-        for name, row in zip(names, rows, strict=True):
-            _require_fit(names, row, f"values in the row of '{name}'", "names")
+        if any(len(part) != len(names) for part in (rows, *rows)):
+            raise ValueError(f"there are {len(names)} entry_names; give as many entry_values, each of as many values")
         values = np.array(rows, dtype=bool).reshape(2 * (len(names),))
         for first, second in np.argwhere(values != values.T):
             raise ValueError(f"it allows '{names[first]}' and '{names[second]}' in one order only; make it symmetric")
@@ -238,29 +223,20 @@ class PlanningSceneMessage(Message):
     is_diff: bool = False
 
 
-class Region(Solid):
-    """A primitive as a tolerance: it may have no size."""
-
-    dimensions: tuple[Tolerance, ...]
-
-    @pydantic.model_validator(mode="after")
-    def _around_its_origin(self) -> Region:
-        if len(self.dimensions) not in _REGIONS.get(self.kind, ()):
-            raise ValueError(
-                f"a region of type '{self.kind}' with {len(self.dimensions)} dimensions is not supported; use box "
-                "[x, y, z], sphere [radius], cylinder or cone"
-            )
-        return self
-
-
 class BoundingVolume(Message):
-    primitives: tuple[Region, ...] = ()
+    primitives: tuple[SolidPrimitive, ...] = ()
     primitive_poses: tuple[PoseMessage, ...] = ()  # points where there are no primitives
 
     @pydantic.model_validator(mode="after")
     def _placed(self) -> BoundingVolume:
         if self.primitives:
             _require_fit(self.primitives, self.primitive_poses, "primitive_poses", "primitives")
+        for each in self.primitives:
+            if len(each.dimensions) not in _REGIONS.get(each.kind, ()):
+                raise ValueError(
+                    f"a region of type '{each.kind}' with {len(each.dimensions)} dimensions is not supported; use box "
+                    "[x, y, z], sphere [radius], cylinder or cone"
+                )
         return self
 
     def solids(self) -> Solids:

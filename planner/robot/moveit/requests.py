@@ -18,7 +18,6 @@ from planner.base.yamlfile import nearest, parse_yaml, read_text, shown
 from planner.problem.conditions import Condition, KeepAxis, KeepBox, KeepPlane, KeepTurn, require_thick
 from planner.problem.targets import Joints, Target, ToolGoal
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, RobotFiles
-from planner.robot.frames import placement_of
 from planner.robot.moveit.messages import (
     Constraints,
     MotionPlanRequestMessage,
@@ -29,6 +28,7 @@ from planner.robot.moveit.messages import (
 from planner.robot.moveit.scenes import carried
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import placement_of
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried
 
@@ -63,8 +63,8 @@ def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
     message, notes = read_message(MotionPlanRequestMessage, data, where)
     start, goals, kept = message.start_state, message.goal_constraints, message.path_constraints
     factors = {kind: getattr(message, f"max_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
-    if wrong := [f"max_{kind}_scaling_factor" for kind, factor in factors.items() if not 0.0 <= factor <= 1.0]:
-        notes += (Note(f"{where}: {choices(wrong)} outside (0, 1] is taken as 1, as MoveIt does."),)
+    if wrong := [kind for kind, factor in factors.items() if not 0.0 <= factor <= 1.0]:
+        notes += (Note(f"{where}: scaling of {choices(wrong)} outside (0, 1] is taken as 1, as MoveIt does."),)
     simpler = ["path_constraints"] if kept.is_simplified else []
     for k, goal in enumerate(goals, start=1):
         if goal.is_simplified or any(each.tolerance_above or each.tolerance_below for each in goal.joint_constraints):
@@ -85,8 +85,16 @@ def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
     )
 
 
-def in_request(scene: Scene, message: MotionPlanRequest) -> Scene:
-    """The scene as the request changes it: with the objects that its start attaches, and with its notes."""
+def in_request(scene: Scene, message: MotionPlanRequest | None) -> Scene:
+    """The scene as a request changes it: with the objects that its start attaches, and with its notes.
+
+    Without one a note names what counts with a request only.
+    """
+    if message is None:
+        if scene.message is None or not scene.message.state:
+            return scene
+        text = f"robot_state.joint_state of scene '{scene.name}' counts with a request only, and is passed over."
+        return replace(scene, notes=tuple(dict.fromkeys((*scene.notes, Note(text, grave=False)))))
     names = {item.object for item in message.carried}
     kept = tuple(item for item in scene.carried if item.object not in names)
     notes = message.notes
@@ -99,7 +107,8 @@ def in_request(scene: Scene, message: MotionPlanRequest) -> Scene:
             f"{message.where}: {shown(both[0])} is attached, and stands in scene {shown(scene.name)} too; take it out "
             "of one of them."
         )
-    return _with_notes(replace(scene, carried=(*kept, *message.carried)), *notes)
+    notes = tuple(dict.fromkeys((*scene.notes, *notes)))
+    return replace(scene, carried=(*kept, *message.carried), notes=notes)
 
 
 def choice_of(message: MotionPlanRequest, given: JointChoice, files: RobotFiles) -> JointChoice:
@@ -114,18 +123,6 @@ def start_of(message: MotionPlanRequest, scene: Scene) -> dict[str, float]:
     if not start:
         raise SceneError(f"{message.where} has no joint state to start from; add start_state.joint_state.")
     return start
-
-
-def unasked(scene: Scene) -> Scene:
-    """The scene without a request, which notes what counts only with one."""
-    if scene.message is None or not scene.message.state:
-        return scene
-    text = f"robot_state.joint_state of scene '{scene.name}' counts with a request only, and is passed over."
-    return _with_notes(scene, Note(text, grave=False))
-
-
-def _with_notes(scene: Scene, *notes: Note) -> Scene:
-    return replace(scene, notes=tuple(dict.fromkeys((*scene.notes, *notes)))) if notes else scene
 
 
 def notes_on(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> Iterator[Note]:
@@ -150,22 +147,21 @@ def joints_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> Joints:
     return _planned(start_of(message, scene), robot, "start")
 
 
-def goals_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[tuple[str, Target]]:
-    """The goals with their names: conditions on links as their text, joints by the number of their goal."""
-    start, found = start_of(message, scene), list[tuple[str, Target]]()
+def goals_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[Target]:
+    """The goals: joint values, or conditions on links, one target for each choice of their regions."""
+    start, found = start_of(message, scene), list[Target]()
     for k, goal in enumerate(message.goals, start=1):
         where = f"{message.where}: goal {k}"
         places = [each.constraint_region.solids() for each in goal.position_constraints]
         if goal.joint_constraints and (places or goal.orientation_constraints):
             raise SceneError(f"{where} constrains joints and a link at once; give one of the two.")
         if goal.joint_constraints:
-            found.append((f"number {k}", _joint_target(goal, robot, start, where)))
+            found.append(_joint_target(goal, robot, start, where))
             continue
         if not all(places) or not (places or goal.orientation_constraints):
             raise SceneError(f"{where} has neither joint nor position nor orientation constraints; add one of them.")
         for solids in itertools.product(*places):
-            target = ToolGoal(tuple(_conditions(goal, solids, robot, scene, where)))
-            found.append((target.text, target))
+            found.append(ToolGoal(tuple(_conditions(goal, solids, robot, scene, where))))
     return found
 
 
@@ -309,10 +305,7 @@ def _moving_frame(link: str, robot: Robot, where: str) -> str | None:
         return None
     found = [frame for frame in robot.model.frames if frame.name == link]
     if not found:
-        meant = nearest(link, (frame.name for frame in robot.model.frames))
-        raise SceneError(
-            f"{where} is for link {shown(link)}{meant}, which robot '{robot.name}' has not; name a link of it."
-        )
+        raise SceneError(f"{where} is for link {shown(link)}, which robot '{robot.name}' lacks; name a link of it.")
     if all(frame.parentJoint == 0 for frame in found):
         raise SceneError(f"{where} is for link {shown(link)}, which no planned joint moves; name a link that moves.")
     return link

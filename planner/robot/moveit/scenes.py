@@ -10,19 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Floats
 from planner.base.errors import Note, SceneError
 from planner.base.yamlfile import number, repeated, shown
 from planner.robot.moveit.messages import (
     AttachedCollisionObject,
     CollisionObject,
-    MeshMessage,
     PlanningSceneMessage,
     SolidPrimitive,
     TransformStamped,
     read_message,
 )
-from planner.robot.poses import pose
 from planner.robot.shapes import Box, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
 
 
@@ -117,13 +115,7 @@ def _numbers(lines: deque[str]) -> list[float]:
 
 def _frames(transforms: Sequence[TransformStamped], where: str) -> dict[str, tuple[str, Floats]]:
     """The frames that the message places, each with the frame that it is placed in."""
-    placed = {
-        each.child_frame_id: (
-            each.header.frame_id,
-            frozen(pose(each.transform.translation, quaternion=each.transform.rotation)),
-        )
-        for each in transforms
-    }
+    placed = {each.child_frame_id: (each.header.frame_id, each.transform.matrix()) for each in transforms}
     if len(placed) < len(transforms) or any(parent in placed for parent, _ in placed.values()):
         text = "fixed_frame_transforms place a frame twice, or in one another; give each once, in the planning frame"
         raise SceneError(f"{where}: {text}.")
@@ -152,7 +144,11 @@ def _obstacles(item: CollisionObject, where: str) -> Iterator[Obstacle]:
     for shapes, poses in ((item.primitives, item.primitive_poses), (item.meshes, item.mesh_poses)):
         if len(shapes) != len(poses):
             raise SceneError(f"{where} has {len(shapes)} shapes and {len(poses)} poses; give one pose a shape.")
-    shapes = [*(_solid(each, where) for each in item.primitives), *(_mesh(each, where) for each in item.meshes)]
+    try:
+        meshes = [Mesh(np.array(each.vertices), np.array(each.triangles)) for each in item.meshes]
+    except SceneError as error:
+        raise SceneError(f"{where}: {error}") from None
+    shapes = [*(_solid(each, where) for each in item.primitives), *meshes]
     if not shapes:
         raise SceneError(f"{where} has no shape; give it primitives or meshes, or take it out.")
     for k, (shape, placement) in enumerate(zip(shapes, [*item.primitive_poses, *item.mesh_poses], strict=True)):
@@ -172,10 +168,3 @@ def _solid(primitive: SolidPrimitive, where: str) -> Shape:
         f"{where}: a primitive of type '{primitive.kind}' with {len(primitive.dimensions)} dimensions is not "
         "supported; use box [x, y, z], sphere [radius] or cylinder [height, radius]."
     )
-
-
-def _mesh(mesh: MeshMessage, where: str) -> Shape:
-    triangles = np.array(mesh.triangles, dtype=np.int64).reshape(-1, 3)
-    if not len(triangles) or triangles.max() >= len(mesh.vertices):
-        raise SceneError(f"{where}: its triangles do not fit its {len(mesh.vertices)} vertices; export it again.")
-    return Mesh(np.array(mesh.vertices), triangles)

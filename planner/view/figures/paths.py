@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
@@ -24,6 +23,7 @@ from planner.tradeoff.result import Interval, Tradeoff
 from planner.trajectory.measure import dense_path, path_clearance
 from planner.view.figures.strokes import MARKS, labelled, marked, single, stroke
 from planner.view.motion import W_UNIT
+from planner.view.surfaces import capsule_mesh, tube
 
 
 def path_profiles(checker: CollisionChecker, paths: Mapping[str, Floats]) -> Figure:
@@ -38,9 +38,9 @@ def path_profiles(checker: CollisionChecker, paths: Mapping[str, Floats]) -> Fig
         if not len(path):
             raise OptionError(f"'{label}' has no path to draw: leave it out, or plan with another seed or more nodes.")
         q = dense_path(path)
-        upper.plot(motion_along(q), manipulability(robot, q), label=label, **stroke(k))
+        upper.plot(lengths_along(q), manipulability(robot, q), label=label, **stroke(k))
         q, clearance = path_clearance(checker, path)
-        lower.plot(motion_along(q), clearance, **stroke(k))
+        lower.plot(lengths_along(q), clearance, **stroke(k))
     labelled(upper, y=f"manipulability $w$ ({W_UNIT[robot.manipulability]})")
     labelled(lower, "joint motion from the start (rad)", "clearance (m)")
     for axes in (upper, lower):
@@ -65,15 +65,9 @@ def clearance_bounds(certified: Floats, measured: Floats) -> Figure:
     return figure
 
 
-def motion_along(q: Floats) -> Floats:
-    """Joint motion (n,) rad from the first of the configurations (n, dof) to each."""
-    return lengths_along(q)
-
-
 Polygons: TypeAlias = list[Floats]
 """Corners (k, 3) of flat faces."""
 
-_SIDES = 20
 _VIEW = 24.0, -60.0  # elevation and azimuth, degrees
 _OBSTACLES: dict[str, Any] = {"facecolor": (0.6, 0.6, 0.6, 0.16), "edgecolor": (0, 0, 0, 0.16), "linewidth": 0.4}
 _BEHIND: dict[str, Any] = {"color": "0.55", "linewidth": 3.0, "solid_capstyle": "round"}
@@ -113,41 +107,22 @@ def faces_of(shape: Shape, placement: Floats) -> Polygons:
     """The surface of a shape as flat faces in the world; round ones by 20 sides."""
     match shape:
         case Box(size):
-            faces = _box(np.asarray(size))
+            square = 0.5 * np.array([[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
+            sides = [np.roll(square * [1, 1, sign], axis, axis=1) for axis in range(3) for sign in (-1, 1)]
+            faces = [side * np.asarray(size) for side in sides]
         case Sphere(radius):
-            faces = _lathe(*_cap(radius, 0.0, -90, 90))
+            faces = _triangles(capsule_mesh(Capsule(radius, 1e-6 * radius)))
+        case Capsule():
+            faces = _triangles(capsule_mesh(shape))
         case Cylinder(radius, length):
-            faces = _lathe(np.array([0, radius, radius, 0]), 0.5 * length * np.array([-1, -1, 1, 1]))
-        case Capsule(radius, length):
-            low, high = _cap(radius, -0.5 * length, -90, 0), _cap(radius, 0.5 * length, 0, 90)
-            faces = _lathe(np.concatenate([low[0], high[0]]), np.concatenate([low[1], high[1]]))
-        case Mesh(vertices, triangles):
-            faces = list(vertices[triangles])
+            faces = _triangles(tube(np.array([[0, 0, -0.5 * length], [0, 0, 0.5 * length]]), radius, 20))
+        case Mesh():
+            faces = _triangles(shape)
     return [face @ placement[:3, :3].T + placement[:3, 3] for face in faces]
 
 
-def _box(size: Floats) -> Polygons:
-    square = 0.5 * np.array([[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
-    turned = [np.roll(square * [1, 1, sign], axis, axis=1) for axis in range(3) for sign in (-1, 1)]
-    return [face * size for face in turned]
-
-
-def _cap(radius: float, z: float, first: float, last: float) -> tuple[Floats, Floats]:
-    """Distance from the axis and height of an arc about (0, z), from ``first`` to ``last`` degrees of latitude."""
-    angle = np.radians(np.linspace(first, last, 1 + round((last - first) / 22.5)))
-    return radius * np.cos(angle), z + radius * np.sin(angle)
-
-
-def _lathe(radius: Floats, z: Floats) -> Polygons:
-    """The surface that the outline (radius, z) sweeps about the z axis."""
-    angle = np.linspace(0.0, 2 * np.pi, _SIDES + 1)
-    ring = np.column_stack([np.cos(angle), np.sin(angle), np.ones_like(angle)])
-    rings = [ring * [r, r, height] for r, height in zip(radius, z, strict=True)]
-    return [
-        np.array([low[s], low[s + 1], high[s + 1], high[s]])
-        for low, high in itertools.pairwise(rings)
-        for s in range(_SIDES)
-    ]
+def _triangles(mesh: Mesh) -> Polygons:
+    return list(mesh.vertices[mesh.triangles])
 
 
 def clipped(face: Floats, low: Floats, high: Floats) -> Floats:

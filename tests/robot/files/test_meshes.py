@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import struct
 import tempfile
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -89,17 +86,6 @@ def test_a_file_that_is_cut_off_is_whole_or_refused(kind: str, mesh: Mesh, share
         assert len(found.triangles) == len(mesh.triangles)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30, 1e5])
-def test_vertices_out_of_range(kind: str, value: float, capfd: pytest.CaptureFixture[str]) -> None:
-    written = trimesh.creation.box(extents=(1, 1, 1))
-    written.vertices[0, 0] = value
-    with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):
-        content: Any = written.export(**{"file_type": kind.rpartition(".")[2], **KINDS[kind]})
-    refusal_of(lambda: read(content, kind))
-    assert capfd.readouterr() == ("", ""), "the libraries' own text"
-
-
 def test_equal_vertices_are_joined_and_others_are_not() -> None:
     near = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1e-9]])
     for kind in ("stl", "glb"):
@@ -156,7 +142,7 @@ def test_polygons_spaces_and_several_solids_are_read(content: str, kind: str, ar
 @pytest.mark.parametrize(
     ("content", "kind"),
     [
-        *[(PLY.replace("3 0 1 4", row), "ply") for row in ("3 0 1 9", "3 0 1", "3 0 1 x", "3 0 1 -4", "2 0 1", "")],
+        *[(PLY.replace("3 0 1 4", row), "ply") for row in ("3 0 1 9", "3 0 1 x", "3 0 1 -4", "")],
         *[(PLY.replace(*old_new), "ply") for old_new in (("1 0 0\n", ""), ("vertex 5", "vertex 9"), ("ascii", "odd"))],
         *[(PLY.replace("float y", name), "ply") for name in ("float x", "flt y")],
         *[(OBJ + f"f 1 2 3\n{line}\n", "obj") for line in ("f 1 2 9", "f 0 1 2", "f 1 2 -1", "f 1 2", "F 1 2 3")],
@@ -167,30 +153,3 @@ def test_polygons_spaces_and_several_solids_are_read(content: str, kind: str, ar
 )
 def test_files_that_would_be_misread_are_refused(content: str, kind: str) -> None:
     assert "mesh file" in refusal_of(lambda: read(content, kind))
-
-
-def test_binary_faces_of_different_sizes_are_refused() -> None:
-    head = PLY.partition("0 0 0")[0].replace("ascii", "binary_little_endian").replace("face 2", "face 3").encode()
-    vertices = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1]], "<f4").tobytes()
-    lists = [(0, 1, 2, 3), (0, 1, 4), (0, 1, 2, 3, 4)]  # as many bytes as three of the first
-    faces = b"".join(struct.pack(f"<B{len(row)}i", len(row), *row) for row in lists)
-    assert "lengths" in refusal_of(lambda: read(head + vertices + faces, "ply"))
-
-
-def test_other_files_fans_and_compressed_parts_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.bin").write_bytes(bytes(100))
-    content = mesh_file(Mesh(np.eye(3), np.array([[0, 1, 2]])), "glb")
-    size = struct.unpack_from("<I", content, 12)[0]
-    header = json.loads(content[20 : 20 + size])
-    draco = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
-    for wrong in ({"buffers": [{"uri": "a.bin", "byteLength": 100}]}, {"mode": 6}, {"extensions": draco}):
-        changed = json.loads(json.dumps(header))
-        changed.update(wrong) if "buffers" in wrong else changed["meshes"][0]["primitives"][0].update(wrong)
-        text = json.dumps(changed).encode()
-        text += b" " * (-len(text) % 4)
-        rest = content[20 + size :]
-        total = 20 + len(text) + len(rest)
-        (tmp_path / "a.glb").write_bytes(
-            content[:8] + struct.pack("<II", total, len(text)) + content[16:20] + text + rest
-        )
-        refusal_of(lambda: read_mesh(tmp_path / "a.glb"))

@@ -12,13 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.base.errors import SceneError
 from planner.base.resources import scene_names
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.scene import Scene, write_scene
-from planner.robot.shapes import Carried, Mesh, Obstacle, Shape, Sphere
-from tests.random_shapes import QUICK, box_mesh, poses, shapes
+from planner.robot.shapes import Carried, Mesh, Obstacle, Sphere
+from tests.random_shapes import QUICK, poses, shapes
 
 TURNED = pose([0.1, -0.2, 0.3], rpy=[0.4, -1.1, 2.9])
 LETTERS = st.characters(exclude_categories=["Cs"])  # surrogates are no text of a file
@@ -93,16 +92,3 @@ def test_a_permission_of_something_in_several_shapes(tmp_path: Path) -> None:
     )
     write_scene(scene, tmp_path / "made.yaml")
     assert Scene.load(str(tmp_path / "made.yaml")).allowed == {frozenset((f"pair.{k}", "box")) for k in range(2)}
-
-
-@pytest.mark.parametrize(
-    ("shape", "frame", "said"),
-    [
-        (Sphere(0.1), "cell", "'part' is placed in frame 'cell'"),
-        (replace(box_mesh((0.1, 0.1, 0.1)), radius=0.01), "", "the mesh of 'part' has a radius"),
-    ],
-)
-def test_a_scene_beyond_the_file_format_is_refused(shape: Shape, frame: str, said: str, tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=said):
-        write_scene(Scene("made", (Obstacle("part", shape, TURNED, frame=frame),)), tmp_path / "made.yaml")
-    assert not any(tmp_path.iterdir())

@@ -88,9 +88,9 @@ def test_states_are_known_that_name_every_planned_joint(arm: Path) -> None:
         ({"group": "round"}, "contains itself"),
         ({"group": "welded"}, "moves no joint"),
         ({"group": "foreign"}, "names 'nose', which the URDF lacks"),
-        ({"group": "backwards"}, "a chain from 'hand' to 'column', but no joints lead there"),
-        ({"joints": "elbow,nose"}, "joint 'nose' not found; joints are lift, shoulder, elbow"),
-        ({"joints": "weld"}, "joint 'weld' does not move"),
+        ({"group": "backwards"}, "a chain from hand to column, but no joints lead there"),
+        ({"joints": "elbow,nose"}, "joint 'nose' not found among the joints that move, lift, shoulder, elbow"),
+        ({"joints": "weld"}, "joint 'weld' not found"),
     ],
 )
 def test_refused(arm: Path, options: dict[str, str], said: str) -> None:
@@ -98,22 +98,15 @@ def test_refused(arm: Path, options: dict[str, str], said: str) -> None:
         load(arm, **options)
 
 
-ONE = '<joint name="elbow" value="1"/>'
 BAD = [
-    ('<disable_collisions link1="base" link2=" "/>', "without attribute 'link2'"),
-    ('<group name="g"><chain base_link="base"/></group>', "<chain> without attribute 'tip_link'"),
-    ('<group><joint name="elbow"/></group>', "<group> without attribute 'name'"),
-    ('<group_state name="s"><joint name="elbow"/></group_state>', "<joint> without attribute 'value'"),
-    ('<group name="arm"><joint name="elbow"/></group>', "says group 'arm' twice"),
-    (2 * '<group_state name="s" group="arm"/>', "says state 's' of group 'arm' twice"),
-    (f'<group_state name="s" group="arm">{2 * ONE}</group_state>', "says joint 'elbow' in state 's' of group"),
-    *[(f'<group_state name="s"><joint name="elbow" value="{value}"/></group_state>', "state 's' sets joint 'elbow' to")
-      for value in ("nan", "1e99", "much")],
-]  # fmt: skip
+    ('<disable_collisions link1="base"/>', "without attribute 'link2'"),
+    ('<group_state name="s"><joint name="elbow"/></group_state>', "without attribute 'value'"),
+    ('<group_state name="s"><joint name="elbow" value="much"/></group_state>', "value of <joint> must be a finite"),
+]
 
 
 @pytest.mark.parametrize(("line", "said"), BAD)
-def test_what_is_misspelt_or_said_twice_is_refused(arm: Path, line: str, said: str) -> None:
+def test_what_is_misspelt_is_refused(arm: Path, line: str, said: str) -> None:
     (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{line}</robot>"))
     with pytest.raises(RobotError, match=said):
         load(arm)
@@ -125,7 +118,6 @@ UNREAD = [
         "skipped: disabel_collisions.",
     ),  # lines, and the end of the one note on them
     ('<others><disable_collisions link1="base" link2="fore"/></others>', "skipped: others."),
-    ('<group name="g"><group name="arm"><joint name="lift"/></group></group>', "skipped: group/group/joint."),
     ('<virtual_joint name="v" type="floating" child_link="base"/>', "give it a base: floating."),
     ('<passive_joint name="elbwo"/><disable_collisions link1="fore" link2="hnad"/>', "skipped: elbwo, hnad."),
     ('<group_state name="s" group="arm"><joint name="sholder" value="1"/></group_state>', "skipped: sholder."),
@@ -175,12 +167,6 @@ def test_an_srdf_that_calls_the_robot_otherwise_is_noted(arm: Path) -> None:
     assert note.text.endswith("it is of another robot than the URDF: leg.")
 
 
-def test_an_srdf_of_another_robot_is_refused(arm: Path) -> None:
-    (arm / "arm.srdf").write_text('<robot name="x"><disable_collisions link1="a" link2="b"/></robot>')
-    with pytest.raises(RobotError, match="names no link of this robot, only a, b"):
-        load(arm)
-
-
 # robot.yaml by path
 
 
@@ -196,24 +182,3 @@ def test_a_robot_file_by_path_or_by_its_folder(arm: Path) -> None:
     assert (robot.name, robot.joints, robot.fixed_joints) == ("arm", ("shoulder", "elbow"), {"lift": 0.7})
     assert Robot.load(str(arm)).identity == robot.identity
     assert Robot.load(written(arm, "name: mine")).name == "mine"
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ("home: [1, 2]", "home has 2 values, the robot 3 joints, lift, shoulder, elbow"),
-        ("disabled_pairs: [[base, nose]]", "disabled_pairs names link 'nose', which the URDF has not"),
-        ("fixed_joints: {nose: 1}", "joint 'nose' not found"),
-        ("fixed_joints: {lift: 0, shoulder: 0, elbow: 0}", "no joint that moves frame 'hand' is planned"),
-        ("colour: red", "unknown key 'colour'"),
-    ],
-)
-def test_a_robot_file_that_is_wrong(arm: Path, more: str, said: str) -> None:
-    with pytest.raises(RobotError, match=said):
-        Robot.load(written(arm, more))
-
-
-def test_a_joint_is_not_both_named_and_held(arm: Path) -> None:
-    path = written(arm, "fixed_joints: {lift: 0.7}")
-    with pytest.raises(RobotError, match="'lift' is planned and held fixed as well: leave it out of --joints"):
-        Robot.load(path, choice=JointChoice(joints=("lift", "elbow")))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from planner.robot.files.meshes import CELL, MANY, thinned
+from planner.robot.files.meshes import CELL, thinned
 from planner.robot.shapes import Mesh
 from planner.robot.solids import is_watertight, solid_of
 from tests.coal_judge import coal_distance, coal_geometry
@@ -33,12 +33,6 @@ def distance(mesh: Mesh, point: np.ndarray) -> float:
     place = np.eye(4)
     place[:3, 3] = point
     return coal_distance(coal_geometry(mesh), np.eye(4), coal.Sphere(1e-9), place) + 1e-9
-
-
-def test_few_triangles_stay_as_they_are() -> None:
-    mesh = ball(0.03, rings=20)
-    assert len(mesh.triangles) <= MANY
-    assert thinned(mesh) is mesh
 
 
 def test_no_point_of_the_surface_is_farther_away_than_the_rounding() -> None:

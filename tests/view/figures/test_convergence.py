@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base.errors import OptionError
 from planner.view import figures
 from tests.view.figures.panels import data, lines, require_labels
 
@@ -38,13 +36,6 @@ def test_convergence_shows_the_trajectory_with_its_deadline(laws: dict[str, gabf
     assert data(free.get_lines()[1])[1, -1] == laws["singularity-free"].x[5]
 
 
-def test_convergence_chooses_nodes_over_the_whole_range(laws: dict[str, gabf.CostToGo]) -> None:
-    (panel,) = figures.convergence({"nominal": laws["nominal"]}, unit="km").axes
-    ends = [data(line)[1, -1] for line in panel.get_lines()[:-1]]
-    assert sorted(ends) == pytest.approx(sorted(laws["nominal"].x))
-    assert "(km)" in panel.get_ylabel()
-
-
 def test_error_decay_is_the_distance_from_the_optimum(laws: dict[str, gabf.CostToGo]) -> None:
     figure = figures.error_decay(laws)
     require_labels(figure)
@@ -57,12 +48,6 @@ def test_error_decay_is_the_distance_from_the_optimum(laws: dict[str, gabf.CostT
     error = np.abs(course.x - laws["singularity-free"].x).max(axis=1)  # the other law's answer, no oracle's
     assert shown["nominal"][1] == pytest.approx(np.maximum(error, 1e-10), rel=1e-6)
     assert axes.get_xlim() == (0.0, 3.0)
-
-
-@pytest.mark.parametrize("draw", [figures.convergence, figures.error_decay])
-def test_without_a_history_there_is_nothing_to_draw(draw: Any, laws: dict[str, gabf.CostToGo]) -> None:
-    with pytest.raises(OptionError, match=r"save=gabf.EverySteps"):
-        draw({"bare": replace(laws["nominal"], history=None)})
 
 
 T = np.linspace(0.0, 2.0, 5)

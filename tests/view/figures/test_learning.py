@@ -30,9 +30,3 @@ def test_links_are_shaded_by_weight_and_both_paths_drawn() -> None:
     assert POSITION[[0, 3, 2]].tolist() in drawn
     excess = 100.0 * (2.0 / (0.5 + np.hypot(1.0, 0.5)) - 1.0)
     assert axes.get_title() == f"rule, iteration 6\n{excess:.1f} % too long"
-
-
-def test_a_shortest_path_is_called_so() -> None:
-    network = learning.untrained(np.array([0]), np.array([2]), np.array([2]), 4)
-    figure = figures.learned_paths({"rule": [learning.planning_stage(network)]}, POSITION, np.array([0, 2]))
-    assert figure.axes[0].get_title() == "rule, iteration 0\nshortest path"

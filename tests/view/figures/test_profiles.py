@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 import pytest
 
-from planner.base.errors import OptionError
 from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
 from planner.trajectory.measure import dense_path, path_clearance
@@ -31,11 +30,6 @@ def test_profiles_show_w_and_clearance_along_each_path(solved: Plan) -> None:
     assert len(below) == 2
     assert np.array_equal(data(below[1])[1], path_clearance(checker, half)[1])
     assert "(m³)" in upper.get_ylabel()
-
-
-def test_an_empty_path_has_no_profile(solved: Plan) -> None:
-    with pytest.raises(OptionError, match="'none' has no path"):
-        figures.path_profiles(solved.checker, {"none": np.zeros((0, 7))})
 
 
 def test_certified_clearance_is_drawn_against_what_was_measured() -> None:

@@ -10,8 +10,6 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from planner import gabf
-from planner.base.errors import OptionError
-from planner.planning.result import Plan
 from planner.search.network import build_network
 from planner.view import figures
 from planner.view.figures.space import blocked_grid, determinant_grid
@@ -57,8 +55,3 @@ def test_the_blocked_region_and_the_singular_line_are_where_they_are() -> None:
     assert 0 < np.sum(truth) < 81
     assert np.array_equal(blocked_grid(checker, first, second), truth)
     assert determinant_grid(robot, first, second) == pytest.approx(np.tile(0.2 * np.sin(second), (9, 1)), abs=1e-12)
-
-
-def test_only_an_arm_of_two_joints_has_such_a_space(solved: Plan) -> None:
-    with pytest.raises(OptionError, match="iiwa14 has 7 joints"):
-        figures.configuration_space(solved.checker, solved.roadmap, np.zeros(len(solved.roadmap.nodes)))

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.base.errors import OptionError
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
 from planner.tradeoff.result import Interval, Tradeoff
@@ -66,9 +65,3 @@ def test_the_envelope_is_the_least_cost() -> None:
     assert np.interp(beta, *shown["least cost"]) == pytest.approx(least, abs=1e-12)
     assert len(shown) == 4
     assert np.array_equal(shown["path 2"], [[0, 1], [2.0, 7.0]])
-
-
-@pytest.mark.parametrize("draw", [figures.tradeoff_front, figures.cost_envelope])
-def test_a_trade_off_without_a_path_cannot_be_drawn(draw: Any) -> None:
-    with pytest.raises(OptionError, match="no path to draw"):
-        draw(tradeoff())

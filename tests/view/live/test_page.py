@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,7 +17,7 @@ from planner.problem.request import PlanRequest
 from planner.robot.scene import Scene
 from planner.session.session import Session
 from planner.trajectory.measure import path_contact
-from planner.view.live.page import GOAL, LivePage, Question
+from planner.view.live import GOAL, LivePage, Question
 from tests.worlds import load
 
 SCENE = """
@@ -98,17 +97,6 @@ def test_a_change_that_cannot_be_is_refused(page: LivePage, name: str, position:
     assert_free_by_the_other_checker(page)
 
 
-def test_start_and_beta_of_the_page_are_planned(page: LivePage) -> None:
-    page.start.value, page.beta.value = "q:-1.2,0.9", 1.0
-    page.plan()
-    assert page.answers[-1].question == Question("q:-1.2,0.9", "goal", 1.0)
-    np.testing.assert_array_equal(page.answers[-1].plan.path[0], [-1.2, 0.9])
-    page.start.value = "q:one"
-    page.plan()
-    assert page.start.value == "q:-1.2,0.9"
-    assert "no number" in page.outcome.value
-
-
 def test_without_a_path_the_reason_is_shown_and_no_path(page: LivePage) -> None:
     def path() -> Any:
         return page.server.scene.get_handle_by_name("/path")
@@ -137,17 +125,6 @@ def test_a_drag_moves_the_obstacle_and_its_end_plans(page: LivePage) -> None:
         page._drop(event)
         assert len(page.answers) == (2 if phase == "end" else 1)
     assert page._session.scene.obstacles[1].placement[:3, 3].tolist() == [-0.6, 0.7, 0.1]
-
-
-def test_changes_from_several_threads_wait_for_each_other(page: LivePage) -> None:
-    places = [(-0.5 - 0.02 * k, 0.8, 0.1) for k in range(6)]
-    threads = [threading.Thread(target=put, args=(page, "drum", *place)) for place in places]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(60)
-    assert len(page.answers) == 1 + len(places)
-    assert page._picture.obstacles["drum"].position.tolist() in [list(place) for place in places]
 
 
 def test_a_saved_scene_is_planned_to_the_same_ends(page: LivePage, tmp_path: Path) -> None:

@@ -13,8 +13,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from planner.session.session import Session
-from planner.view.live.page import LivePage, Question
-from planner.view.live.picture import start_server
+from planner.view.live import LivePage, Question, start_server
 from tests.browser import browser
 
 

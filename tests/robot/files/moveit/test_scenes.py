@@ -10,9 +10,9 @@ import yaml
 
 from planner.collision import make_checker
 from planner.collision.checker import contact_of
-from planner.robot.model_checks import notes
 from planner.robot.moveit.scenes import planning_scene, scene_text
 from planner.robot.robot import Robot, with_carried
+from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Carried, Cylinder, Mesh, Sphere
 from tests.refusals import refusal_of
@@ -59,15 +59,6 @@ def test_what_the_matrix_says_against_the_srdf_is_noted(tmp_path: Path) -> None:
     assert note.text.endswith("not followed, as the SRDF says otherwise: panda_link0 and panda_link5.")
 
 
-def test_an_obstacle_called_like_a_link_of_which_the_matrix_speaks_is_told(tmp_path: Path) -> None:
-    like = {**BOX, "id": "panda_link5"}
-    matrix = _matrix("panda_link5", "panda_link6", allowed=True)
-    (tmp_path / "s.yaml").write_text(yaml.safe_dump(scene(like, allowed_collision_matrix=matrix)))
-    (note,) = notes(load("panda"), Scene.load(str(tmp_path / "s.yaml")))
-    assert note.grave
-    assert "panda_link5 name obstacles and links of the robot alike" in note.text
-
-
 TWO = {**BOX, "id": "pair", **{key: 2 * BOX[key] for key in ("primitives", "primitive_poses")}}
 
 
@@ -80,11 +71,6 @@ def test_a_permission_for_what_is_attached_is_for_all_its_shapes(tmp_path: Path)
     said = _written(tmp_path, robot_state=held, allowed_collision_matrix=_matrix("pair", "panda_link5", allowed=True))
     (note,) = notes(robot, said)
     assert note.text.endswith("as the SRDF says otherwise: pair and panda_link5.")
-
-
-def test_what_is_attached_does_not_stand_in_the_world_too(tmp_path: Path) -> None:
-    held = {"attached_collision_objects": [{"link_name": "panda_hand", "object": {**TWO, "id": "crate"}}]}
-    assert "object 'crate' is given twice" in refusal_of(lambda: _written(tmp_path, robot_state=held))
 
 
 def test_a_carried_box_collides_in_the_arms_stead(tmp_path: Path) -> None:

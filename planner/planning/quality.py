@@ -1,0 +1,205 @@
+"""How good a path is: what its cost gained and could gain at most, w along it, and where it is badly conditioned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from planner.base.arrays import Floats, lengths_along
+from planner.base.resolutions import W_ALONG_PATH
+from planner.cost.motion_cost import MotionCost
+from planner.cost.scale import manipulability_cost
+from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.planning.run import outward
+from planner.problem.outcome import Record, Rows
+from planner.problem.request import Objective, PlanQuality
+from planner.roadmap.roadmap import Roadmap
+from planner.robot.robot import Robot
+from planner.search.manipulability_floor import first_violation, highest_floor
+from planner.search.network import PathCost, build_network
+from planner.trajectory.measure import dense_path, path_manipulability
+
+_NOTABLE = 0.02  # share of a cost
+_ROUNDING = 1e-9  # %, of a cost that is a sum
+_POOR = 0.1  # of the typical w: a path that falls below it is called badly conditioned
+_BETTER = 1.2  # a floor is worth trying that is so much higher than the smallest w
+_AT_END = 1.05  # the smallest w is an end's if the end's is no larger than so much of it
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointRecord(Record):
+    """The best cost after so many rounds."""
+
+    rounds: int
+    cost: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class QualityRecord(Record):
+    """How good the path is."""
+
+    effort: int
+    """rounds of refinement and search"""
+    curve: list[PointRecord]
+    lower_bound: float
+    """no path between the roadmap's start and goal configurations costs less"""
+    gap: float | None
+    """how much more this one costs at most than the optimum between these, as a share"""
+    manipulability_cost: float | None
+    """Omega of the path in pieces of 0.01 rad, where ``cost`` has it by few states an edge; null if charged at nodes"""
+
+    @classmethod
+    def of(
+        cls,
+        quality: PlanQuality,
+        roadmap: Roadmap,
+        robot: Robot,
+        path: Floats,
+        total: float,
+        curve: tuple[tuple[int, float], ...],
+    ) -> Self:
+        """The quality of a path (k, dof) of ``roadmap`` that costs ``total``."""
+        bound, finely = cost_lower_bound(roadmap, robot, quality.objective), None
+        if quality.charge == "edges":
+            alone, states = replace(quality.objective, beta=0.0, floor=0.0), dense_path(path)
+            cost = MotionCost(robot, roadmap.scale, alone, longest=np.inf, states=3).of_pieces
+            finely = float(cost(states[:-1], states[1:]).sum())
+        points = [PointRecord(rounds=rounds, cost=cost) for rounds, cost in curve]
+        gap = total / bound - 1.0 if bound > 0 else None
+        return cls(effort=quality.rounds, curve=points, lower_bound=bound, gap=gap, manipulability_cost=finely)
+
+    def rows(self, cost: PathCost, in_time: bool) -> Rows:
+        """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""
+        rows, finely = [], self.manipulability_cost
+        if finely is not None and cost.beta < 1.0 and finely > (1.0 + _NOTABLE) * cost.manipulability:
+            more = f"{100 * (finely / cost.manipulability - 1.0):.1f} % more: w dips between states"
+            rows.append(("integral", f"{finely:.4f} manipulability in pieces of 0.01 rad, {more}"))
+        ends, apart = "between the roadmap's start and goal configurations", ""
+        if self.gap is not None and not in_time:
+            share = max(0.0, 100 * self.gap - _ROUNDING)
+            apart = f"; this path is at most {outward(share, 1, up=True)} % above the optimum between them"
+        rows.append(("bound", f"no path {ends} costs less than {outward(self.lower_bound, 4, up=False)}{apart}"))
+        if len(self.curve) > 1:
+            first, last = self.curve[0], self.curve[-1]
+            rows.append(("effort", f"{last.rounds} rounds took the best cost from {first.cost:.4f} to {last.cost:.4f}"))
+        return rows
+
+
+def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> float:
+    """A lower bound on the cost, as the network of ``roadmap`` charges it, of every path from a start to a goal.
+
+    Starts and goals are the roadmap's: of what is asked of the tool, other configurations may be nearer to each other.
+    No path is shorter than the straight line between its ends, in joint space or (metric "workspace") from tool to
+    tool. omega is nowhere below ``scale.zeta``: integrated over that length it costs so much at least. Charged at
+    nodes, the goal's own omega is all that every path pays. The least of all pairs of a start and a goal counts.
+    """
+    starts, goals = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
+    away = robot.difference(starts[:, None], goals[None])
+    if objective.metric == "joint":
+        distance = np.linalg.norm(away, axis=2) / roadmap.scale.joint_length
+    else:
+        here, there = tool_positions(robot, starts), tool_positions(robot, goals)
+        distance = np.linalg.norm(here[:, None] - there[None], axis=2) / roadmap.scale.tool_length
+    if objective.charge == "edges":
+        omega = roadmap.scale.zeta * distance
+    else:
+        w, name = roadmap.manipulability[roadmap.goals], objective.manipulability_cost
+        omega = np.broadcast_to(manipulability_cost(w, roadmap.scale, name), distance.shape)
+    return float(np.where(away.any(axis=2), objective.total(omega, distance), 0.0).min())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FloorRecord(Record):
+    """Whether the path keeps to the manipulability floor that was asked for."""
+
+    asked: float
+    start: float
+    """w at the start"""
+    goal: float
+    """w at the goal"""
+    reached: bool
+    holds: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ManipulabilityRecord(Record):
+    """Yoshikawa's w, sampled densely along the path."""
+
+    min: float
+    mean: float
+    rows: str
+    """rows of the Jacobian: pose, translation or planar"""
+    frame: str
+    floor: FloorRecord | None = None
+
+    @classmethod
+    def of(cls, robot: Robot, path: Floats, floor: float) -> Self:
+        """w along a path (k, dof), and its ``floor`` where that is above 0."""
+        w, record = path_manipulability(robot, path), None
+        if floor > 0:
+            start, goal = (float(end) for end in manipulability(robot, path[[0, -1]]))
+            holds = first_violation(robot, path, floor) is None
+            record = FloorRecord(asked=floor, start=start, goal=goal, reached=bool(w.max() >= floor), holds=holds)
+        return cls(min=float(w.min()), mean=float(w.mean()), rows=robot.manipulability, frame=robot.tool, floor=record)
+
+    @property
+    def text(self) -> str:
+        text = f"min {self.min:.5f}, mean {self.mean:.5f} along the path"
+        if self.floor is None:
+            return text
+        asked, ends = self.floor.asked, min(self.floor.start, self.floor.goal)
+        if not self.floor.holds:
+            return f"{text}; NOT above the floor of {asked:g}"
+        if not self.floor.reached:
+            return f"{text}; it never reaches the floor of {asked:g}, and stays above its lower end's {ends:.5f}"
+        low = "" if ends >= asked else f" but for the stretches from and to its ends, of w {ends:.5f}"
+        return f"{text}; above the floor of {asked:g}{low}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Conditioning(Record):
+    """Where on the path w is smallest, against what is typical."""
+
+    w_min: float
+    typical: float
+    """the median of w over the roadmap's nodes"""
+    poor: bool
+    share: float
+    """of the path's length (rad), where w is smallest"""
+    reachable_floor: float | None
+    """the highest floor above which a path of the roadmap stays; null where the path is not poor"""
+    advice: str | None
+    """what to try; null where the path is not poor"""
+
+
+def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: PlanQuality) -> Conditioning:
+    """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, of a plan of ``quality``."""
+    q = dense_path(path, W_ALONG_PATH)
+    w, along, typical = manipulability(robot, q), lengths_along(q), float(np.median(roadmap.manipulability))
+    lowest = int(w.argmin())
+    w_min, share = float(w[lowest]), float(along[lowest] / along[-1]) if along[-1] > 0 else 0.0
+    poor, floor, advice = bool(w_min < _POOR * typical), None, None
+    if poor:
+        floor = highest_floor(robot, roadmap, build_network(roadmap, quality.objective))
+        at_ends = [end for end, k in (("start", 0), ("goal", -1)) if w[k] <= _AT_END * w_min]
+        where = f"at the {at_ends[0]} itself" if at_ends else f"at {100 * share:.0f} % of the path"
+        advice = (
+            f"Badly conditioned {where}: w {w_min:.2g} there is {100 * w_min / typical:.2g} % of the roadmap's median "
+            f"{typical:.2g}. Try {'; or '.join(_remedies(w_min, floor, at_ends, quality))}."
+        )
+    return Conditioning(w_min=w_min, typical=typical, poor=poor, share=share, reachable_floor=floor, advice=advice)
+
+
+def _remedies(w_min: float, floor: float, at_ends: list[str], quality: PlanQuality) -> list[str]:
+    """What to try against a smallest w of ``w_min``, which may lie ``at_ends`` of the path."""
+    tries = []
+    if floor > _BETTER * max(w_min, quality.min_manipulability):
+        tries.append(f"--min-manipulability {floor:g}, above which a path of this roadmap stays")
+    if quality.beta == 1.0:
+        tries.append("a --beta below 1")
+    elif quality.charge == "nodes":
+        tries.append("--charge edges")
+    return tries or ([f"another {at_ends[0]}"] if at_ends else ["more --nodes", "another --seed"])

@@ -1,0 +1,178 @@
+"""A robot in a scene: where the frames are that a scene names, and what makes little sense in the two."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import Note, RobotError, SceneError, choices
+from planner.base.yamlfile import nearest, shown
+from planner.robot.robot import Robot, held_in
+from planner.robot.scene import Scene
+from planner.robot.shapes import Carried, Mesh, Shape, extremes
+from planner.robot.solids import is_watertight
+
+_SAME = 1e-6  # m, and of a matrix's entries
+_FAR = 50.0  # times the arm's length: a part in millimetres that was read as metres is 1000 times too large
+_SHORT = 0.5  # m: a shorter arm, as a hand is, may well stand in a hall
+_OCTOMAP = "<octomap>"  # as MoveIt's matrices name one that is not there
+
+
+def placement_of(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
+    """The placement (4, 4) of a frame in the scene's own; :class:`SceneError` says that of ``what`` it is unknown.
+
+    Fixed frames of the scene come first, then the scene's own frame by the names that it has, then what stands of the
+    robot. The one frame in which a scene places its fixed frames is its own, if no link has that name.
+    """
+    fixed = {} if scene.message is None else scene.message.frames
+    if frame in fixed:
+        parent, placement = fixed[frame]
+        return frozen(placement_of(parent, robot, scene, what) @ placement)
+    if frame in ("", "world", robot.world_frame):
+        return frozen(np.eye(4))
+    links = {each.name: each for each in reversed(list(robot.model.frames))}
+    if frame in links and links[frame].parentJoint == 0:
+        return frozen(links[frame].placement.homogeneous)
+    here = f"frame '{robot.world_frame or 'world'}'"
+    if frame in links:
+        raise SceneError(f"{what} is given in frame {shown(frame)}, which moves with the arm; give it in {here}.")
+    if {parent for parent, _ in fixed.values()} - {"", *links} == {frame}:
+        return frozen(np.eye(4))
+    known = [*fixed, *(name for name, each in links.items() if each.parentJoint == 0)]
+    raise SceneError(
+        f"{what} is given in frame {shown(frame)}{nearest(frame, known)}, which neither the scene's "
+        f"fixed_frame_transforms nor the robot place; give it in {here}."
+    )
+
+
+def in_world(scene: Scene, robot: Robot) -> Scene:
+    """The scene with its obstacles in its own frame, and what is carried in that of its link."""
+    _require_links_where_they_are(scene, robot)
+    if not any(item.frame for item in (*scene.obstacles, *scene.carried)):
+        return scene
+    placed = {
+        item.frame: placement_of(item.frame, robot, scene, f"object {shown(item.object)} of scene {shown(scene.name)}")
+        for item in scene.obstacles
+    }
+    return replace(
+        scene,
+        obstacles=tuple(
+            replace(item, placement=frozen(placed[item.frame] @ item.placement), frame="") if item.frame else item
+            for item in scene.obstacles
+        ),
+        carried=tuple(_in_link(item, robot) for item in scene.carried),
+    )
+
+
+def _require_links_where_they_are(scene: Scene, robot: Robot) -> None:
+    """Raise :class:`SceneError` where fixed frames of a scene are links of the robot that stand elsewhere, or move."""
+    fixed = {} if scene.message is None else scene.message.frames
+    for each in robot.model.frames:
+        if each.name not in fixed:
+            continue
+        placement = placement_of(each.name, robot, scene, "a fixed frame")
+        if each.parentJoint or np.abs(placement - each.placement.homogeneous).max() > _SAME:
+            raise SceneError(
+                f"the fixed_frame_transforms of scene {shown(scene.name)} place {shown(each.name)}, which is a link of "
+                "the robot and not there: say where its base stands with --base, or take that transform out."
+            )
+
+
+def _in_link(item: Carried, robot: Robot) -> Carried:
+    if not item.frame:
+        return item
+    link, frame = (held_in(robot, each).placement.homogeneous for each in (replace(item, frame=""), item))
+    return replace(item, placement=frozen(np.linalg.inv(link) @ frame @ item.placement), frame="")
+
+
+def require_bodies(robot: Robot) -> None:
+    """Raise :class:`RobotError` for a robot that can touch nothing."""
+    if not robot.bodies:
+        raise RobotError(
+            f"robot '{robot.name}' has no collision geometry at all, so every path would be called free: add "
+            "<collision> elements to its URDF."
+        )
+
+
+def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
+    """What is doubtful about a robot and a scene, and what of their files was passed over."""
+    doubts = (*_of_robot(robot), *_of_scene(scene), *_far_away(robot, scene))
+    return (*doubts, *robot.notes, *scene.notes, *_names(robot, scene))
+
+
+def _of_robot(robot: Robot) -> Iterator[Note]:
+    """Links that are seen and that nothing can touch; meshes that are thinned, or not closed."""
+    if bare := sorted(robot.source.bare):
+        yield Note(
+            f"robot '{robot.name}' has visual but no collision geometry on {choices(bare)}: contacts of these links "
+            "are not seen; add <collision> elements to the URDF."
+        )
+    meshes = [(body.link, body.shape) for body in robot.bodies if isinstance(body.shape, Mesh)]
+    if thin := {link: mesh.radius for link, mesh in meshes if mesh.radius}:
+        text = f"meshes of {choices(thin)} are thinned to fewer triangles: what comes within "
+        yield Note(f"{text}{1000 * max(thin.values()):.1f} mm of these counts as a contact.", grave=False)
+    if open_ := dict.fromkeys(link for link, mesh in meshes if not is_watertight(mesh)):
+        yield Note(f"meshes of {choices(open_)} are not closed: what is wholly inside them is not seen.", grave=False)
+
+
+def _of_scene(scene: Scene) -> Iterator[Note]:
+    """Meshes that are not closed; and what moves, which only what has times can see."""
+    for item in scene.obstacles:
+        if isinstance(item.shape, Mesh) and not is_watertight(item.shape):
+            yield Note(
+                f"mesh '{item.name}' is not closed, or its triangles do not all face in one direction: only what "
+                "crosses its surface is seen, not what is wholly inside."
+            )
+    if scene.moving:
+        names = choices(item.name for item in scene.moving)
+        yield Note(f"{names} move: motions in time are planned and checked among them, paths without times are not.")
+    if scene.limited:
+        text = "may leave their places: a trajectory's proof says until when nothing can touch."
+        yield Note(f"{choices(item.name for item in scene.limited)} {text}", grave=False)
+
+
+def _far_away(robot: Robot, scene: Scene) -> Iterator[Note]:
+    """Shapes that reach so far from the robot's base, or from the joint that moves them, that units are in doubt."""
+    model, base = robot.model, robot.base[:3, 3]
+    steps = [model.jointPlacements[joint].translation for joint in range(2, model.njoints)]
+    arm = sum(map(np.linalg.norm, [*steps, model.frames[robot.tool_id].placement.translation]))
+    placed = [(item.name, item.shape, item.placement[:3, 3] - base) for item in scene.obstacles]
+    placed += [(item.name, item.shape, item.motion.poses[0, :3, 3] - base) for item in scene.moving]
+    placed += [(b.link, b.shape, b.placement[:3, 3] - (b.joint == 0) * base) for b in robot.bodies]
+    reach = {name: float(np.linalg.norm(at)) + _size(shape) for name, shape, at in placed}
+    if far := {name: metres for name, metres in reach.items() if metres > _FAR * max(arm, _SHORT)}:
+        text = f"{choices(far)} would reach {max(far.values()):.0f} m far, and the arm is {arm:.3g} m long: if their "
+        yield Note(f"{text}numbers are in millimetres, give metres, and scale meshes by 0.001.")
+
+
+def _size(shape: Shape) -> float:
+    """The longest side (m) of the box around a shape, along its own axes."""
+    low, high = extremes(shape)
+    return float((high - low).max())
+
+
+def _names(robot: Robot, scene: Scene) -> Iterator[Note]:
+    """Names of a scene that fit another robot or nothing, and permissions that only the robot's SRDF can give."""
+    message, where = scene.message, f"scene '{scene.name}'"
+    if message is not None and message.robot not in ("", robot.name, robot.source.name):
+        yield Note(f"{where} was made for robot '{message.robot}', and this one is '{robot.name}'.")
+    allowed, held = {*itertools.chain(*scene.allowed)}, {item.name: item.object for item in scene.carried}
+    parts = {held.get(body.link, body.link) for body in robot.bodies}
+    known = {*robot.source.links, *parts, *held, *held.values(), _OCTOMAP}
+    known |= {name for item in scene.obstacles for name in (item.name, item.object)}
+    known |= {item.name for item in scene.moving}
+    if unknown := sorted({*allowed, *(link for item in scene.carried for link in item.touch_links)} - known):
+        text = f"{where} allows contacts of {choices(unknown)}, which neither it nor the robot has."
+        yield Note(text, grave=message is None)  # MoveIt's matrices name what came and went
+    touching = {frozenset(held.get(name, name) for name in pair) for pair in robot.touching}
+    own = robot.disabled_pairs or frozenset()
+    other = {pair for pair in scene.allowed if pair <= parts and pair not in own | touching}
+    other |= message.checked & own if message is not None else set()
+    if other:
+        pairs = choices(" and ".join(sorted(pair)) for pair in sorted(other, key=sorted))
+        text = "says which links of the robot may touch, and is not followed, as the SRDF says otherwise"
+        yield Note(f"{where} {text}: {pairs}.", grave=False)
