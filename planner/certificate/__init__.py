@@ -1,6 +1,5 @@
-"""Certificates: plans with a proof that a checker of one file accepts, without believing the planner."""
+"""Certificates: plans with a proof that a checker of two files accepts, without believing the planner."""
 
-from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of, certificate_of_motion
-from planner.certificate.verification import verify
+from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of, certificate_of_motion, verify
 
 __all__ = ["PROOF_NAME", "Certificate", "certificate_of", "certificate_of_motion", "verify"]

@@ -66,8 +66,8 @@ def verify(out: tyro.conf.Positional[Path] = Path("out"), debug: Debug = False) 
     """Check the certificate of a plan, proof.npz: that its path and its motion touch nothing and keep their limits.
 
     OUT is the folder that 'planner plan --certificate' wrote into. Robot and scene have to be, to the last bit, those
-    of the certificate; then each of its witnesses is checked by one file, tools/verify_proof.py, which needs numpy and
-    no planner: run that where you would rather not believe this package. Examples:
+    of the certificate; then each of its witnesses is checked by tools/verify_proof.py, which needs numpy and no
+    planner: run that where you would rather not believe this package. Examples:
 
     planner plan --certificate && planner verify out
 
@@ -79,8 +79,8 @@ def verify(out: tyro.conf.Positional[Path] = Path("out"), debug: Debug = False) 
         out: The folder with plan.json, roadmap.npz and proof.npz, or one of these files.
     """
     from planner.certificate import verify as verified
-    from planner.certificate.verification import require_certificate
-    from planner.certificate.verify_proof import Refused
+    from planner.certificate.certificate import require_certificate
+    from planner.certificate.proof_inequalities import Refused
 
     out = out.parent if os.path.isfile(out) else out
     require_certificate(out)

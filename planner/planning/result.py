@@ -32,9 +32,14 @@ from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import PathCost
 from planner.tool_paths.followed import FollowedPath, LegRecord, leg_line
-from planner.trajectory.clearance import TOO_CLOSE, nearest_in_motion, nearest_on_path
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
-from planner.trajectory.measure import joint_path_length, tool_path_length
+from planner.trajectory.measure import (
+    TOO_CLOSE,
+    joint_path_length,
+    nearest_in_motion,
+    nearest_on_path,
+    tool_path_length,
+)
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownPath, path_rows, shown_motion

@@ -25,11 +25,10 @@ from planner.native.compiled import Judgement, NativeBounds, NativeGate, chunk_c
 from planner.native.gate import Chunk
 from planner.query.resolve import position_bounds
 from planner.robot.robot import Robot
-from planner.trajectory.clearance import nearest_on_pieces
 from planner.trajectory.limits import KINDS, MotionLimits
-from planner.trajectory.proof import ASSUMES
+from planner.trajectory.measure import nearest_on_pieces
+from planner.trajectory.proof import ASSUMES, ROUNDING
 from planner.trajectory.trajectory import Trajectory
-from planner.trajectory.violations import ROUNDING
 
 RUNGS = frozen(np.round(2e7 * 1.2 ** np.arange(32)) / 1e9)  # s that a stop may take, to the nanosecond: up to 5.7
 POSITION = "position"

@@ -19,14 +19,13 @@ from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.query.resolve import DEGREES, beyond_limits, looks_like_degrees
-from planner.trajectory.clearance import nearest_on_pieces, slack
 from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.measure import nearest_on_pieces, slack
 from planner.trajectory.moving_obstacles import first_touch_in_time, prove_in_time
-from planner.trajectory.proof import prove_pieces, require_joints
+from planner.trajectory.proof import largest_jump, limits_exceeded, prove_pieces, require_joints, unit_of
 from planner.trajectory.recorded import FAR
 from planner.trajectory.report import Finding, Report
 from planner.trajectory.trajectory import Trajectory
-from planner.trajectory.violations import largest_jump, limits_exceeded, unit_of
 
 _AT_REST = float(np.finfo(np.float32).eps)  # rad/s: what ROS 2's controller lets a trajectory end with
 _MOST_STATES = 100_000  # at which w is looked at

@@ -1,4 +1,4 @@
-"""A trajectory for controllers and other programs: its own points, or rows of a clock, as a file of their formats.
+"""A trajectory as a file for controllers: its own points, or rows of a clock; and the message of a ROS 2 bag read.
 
 A ROS 2 joint trajectory controller runs positions as lines, positions and velocities as cubics, and with accelerations
 as quintics. The points are the knots of the trajectory's own polynomials, with what makes the controller interpolate
@@ -15,22 +15,25 @@ off the curve by a sixth of the acceleration times the period squared at most (q
 
 from __future__ import annotations
 
+import importlib
+import io
 import json
 from dataclasses import replace
 from fractions import Fraction
 from math import ceil
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import FileError, OptionError, choices
+from planner.base.errors import FileError, InstallationError, OptionError, choices
+from planner.base.yamlfile import shown
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.trajectory.curve import apart_for
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.proof import prove_motion
-from planner.trajectory.ros_bag import write_bag
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 Format = Literal["ros-json", "csv", "mcap"]
@@ -40,6 +43,31 @@ _LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
 _MOST_ROWS = 5_000_000
 _AT_REST = 1e-9  # of a limit's unit: what rounding makes of nothing
 _WEIGHTS = {1: (1.0,), 2: (0.5, 0.5), 3: (1 / 6, 4 / 6, 1 / 6)}  # of neighbouring control points, by degree
+TYPE, TOPIC = "trajectory_msgs/msg/JointTrajectory", "/joint_trajectory"
+_RULE = "=" * 80
+_DEFINITION = f"""std_msgs/Header header
+string[] joint_names
+trajectory_msgs/JointTrajectoryPoint[] points
+{_RULE}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{_RULE}
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+{_RULE}
+MSG: trajectory_msgs/JointTrajectoryPoint
+float64[] positions
+float64[] velocities
+float64[] accelerations
+float64[] effort
+builtin_interfaces/Duration time_from_start
+{_RULE}
+MSG: builtin_interfaces/Duration
+int32 sec
+uint32 nanosec
+"""
 SENDER_NAME = "send_trajectory.py"
 SENDER = """\
 # Runs a trajectory of 'planner export --format ros-json': python3 send_trajectory.py FILE [CONTROLLER]
@@ -224,17 +252,16 @@ def _require_rest(trajectory: Trajectory) -> None:
                 )
 
 
-def _require_apart(trajectory: Trajectory, rate: float) -> float:
-    """Nanoseconds that rounding asks rows to keep apart; :class:`OptionError` for a rate that is too high for that."""
+def _require_apart(trajectory: Trajectory, rate: float) -> None:
+    """Raise :class:`OptionError` for a rate at which rows are nearer to each other than rounding allows."""
     if trajectory.limits is None:
-        return 0.0
+        return
     apart = apart_for(trajectory.limits, trajectory.columns[0], KINDS[: len(trajectory.columns)])
     if apart > period_of(rate):
         raise OptionError(
             f"rate {rate:g} Hz is too high for this trajectory: the rounding of positions in points that near to one "
             f"another breaks its limits; give {10 * _PER_SECOND // apart / 10:g} Hz or less."
         )
-    return apart
 
 
 def _require_few(trajectory: Trajectory, rate: float) -> None:
@@ -244,3 +271,64 @@ def _require_few(trajectory: Trajectory, rate: float) -> None:
             f"rate {rate:g} Hz makes {rows:.3g} rows of {trajectory.duration:g} s: give one that makes {_MOST_ROWS} at "
             "most."
         )
+
+
+def write_bag(message: dict[str, Any]) -> bytes:
+    """An MCAP file with a JointTrajectory, given as plain data with ``joint_names`` and ``points``."""
+    library, file = _require("mcap_ros2.writer"), io.BytesIO()
+    writer = library.Writer(file, compression=_require("mcap.writer").CompressionType.NONE)
+    schema = writer.register_msgdef(TYPE, _DEFINITION)
+    writer.write_message(TOPIC, schema, message, log_time=0, publish_time=0)
+    writer.finish()
+    return file.getvalue()
+
+
+def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
+    """The first JointTrajectory of an MCAP file as plain data, and how many it has; :class:`FileError` for none."""
+    factory, first, count = _require("mcap_ros2.decoder").DecoderFactory(), None, 0
+    try:
+        with path.open("rb") as file:
+            for schema, channel, message in _require("mcap.reader").make_reader(file).iter_messages():
+                if schema is not None and schema.name == TYPE:
+                    _require_readable(channel.message_encoding, message.data, where)
+                    first = first or _plain(factory.decoder_for("cdr", schema)(message.data))
+                    count += 1
+        if first is not None:
+            return first, count
+    except FileNotFoundError:
+        raise FileError(f"{where} not found: check the path.") from None
+    except FileError:
+        raise
+    except Exception as error:  # the library raises errors of many kinds
+        raise FileError(f"{where} is no readable MCAP file: {type(error).__name__}; write it again.") from None
+    raise FileError(f"{where} holds no message of the type {TYPE}: record one.")
+
+
+def _require(module: str) -> Any:
+    """A module of the library; :class:`InstallationError` where the library is missing."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise InstallationError(
+            "MCAP files need the Python package mcap-ros2-support: run pip install 'gabf-planner[mcap]', or choose "
+            "another format."
+        ) from None
+
+
+def _require_readable(encoding: str, data: bytes, where: str) -> None:
+    """Raise :class:`FileError` for another encoding than CDR, which the first two bytes name."""
+    kind = data[:2]
+    if encoding != "cdr" or kind not in (b"\x00\x00", b"\x00\x01"):
+        raise FileError(
+            f"{where}: its JointTrajectory is in {shown(encoding)} of kind 0x{kind.hex()}: record it in plain CDR, "
+            "as ROS 2 writes it."
+        )
+
+
+def _plain(message: Any) -> Any:
+    """A decoded message as mappings and lists."""
+    if isinstance(message, list | tuple):
+        return [_plain(item) for item in message]
+    if hasattr(message, "__slots__"):
+        return {name: _plain(getattr(message, name)) for name in message.__slots__}
+    return message

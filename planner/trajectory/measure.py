@@ -1,20 +1,34 @@
-"""What can be measured along a joint path from any source: manipulability, lengths, clearance, the first contact."""
+"""What is measured along a path or a motion: manipulability, lengths, the first contact, the smallest clearance."""
 
 from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, cut, parts_of
-from planner.base.resolutions import CLEARANCE_ALONG_PATH, RECHECK, W_ALONG_PATH
+from planner.base.arrays import Floats, Ints, cut, lengths_along, parts_of, so_far
+from planner.base.polynomials import bernstein, derivative, evaluate
+from planner.base.resolutions import CLEARANCE_ALONG_PATH, CLEARANCE_FIRST, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
 from planner.collision.looks import Clearance, Seen, dense_states, first_seen, straight
+from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.robot.robot import Robot
+from planner.trajectory.trajectory import Trajectory
 
+TOLERANCE, SHARE = 1e-3, 0.1  # m, and of the clearance itself: what is reported is too large by less than either
+CLOSE = 5e-3  # m: models of one robot differ by a millimetre, and calibrations by more
+TOO_CLOSE = "close"  # the row of the summary that is there only where something comes closer than CLOSE
+TOO_CLOSE_TEXT = (
+    f"less than {1000 * CLOSE:g} mm, by which the robot's true shape or place may differ: --margin 0.005 keeps a "
+    "distance for certain, at start and goal too; --room 0.01 lets refined paths keep more where there is more"
+)
+SHOWN = 1e-4  # m: the smallest clearance that is printed; proofs need about twice that
+NOTHING_NEAR = "there is nothing to come near to"
+_CHORD = 1e-5  # rad (m): how far a motion may be from the chords along which its clearance is looked for
 _STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
 
 
@@ -79,3 +93,141 @@ def path_clearance(checker: CollisionChecker, path: Floats) -> tuple[Floats, Flo
     along = (dense_states(checker.world, a, b - a, CLEARANCE_ALONG_PATH)[0] for a, b in itertools.pairwise(path))
     q = np.concatenate([path[:1], *(states[1:] for states in along)])
     return q, Clearance(checker)(q)
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The smallest distance ``min`` (m), of the ``pair`` of things, and where: ``at``.
+
+    Along a path ``at`` is the share of its joint motion, in a motion the time in s.
+    """
+
+    min: float
+    pair: tuple[str, str]
+    at: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"min": self.min, "pair": list(self.pair), "at": self.at}
+
+
+def nearest_on_path(path: Floats, checker: CollisionChecker) -> Nearest | None:
+    """The smallest clearance along a joint path (k, dof), to a tenth; None where no joint moves a checked pair."""
+    along = lengths_along(path)
+    return _nearest(path, along / max(float(along[-1]), 1e-300), checker)
+
+
+def nearest_in_motion(trajectory: Trajectory, checker: CollisionChecker) -> Nearest | None:
+    """The smallest clearance along a motion."""
+    return nearest_on_pieces(trajectory.coefficients, trajectory.times, checker)
+
+
+def nearest_on_pieces(coefficients: Floats, places: Floats, checker: CollisionChecker) -> Nearest | None:
+    """The smallest clearance on pieces (k, degree + 1, dof) between ``places`` (k + 1,), along chords within 0.01 mrad.
+
+    ``at`` of the result lies between two places, such as times.
+    """
+    length = np.diff(places)
+    bend = np.abs(bernstein(derivative(coefficients, 2))).max(axis=(1, 2), initial=0.0)
+    counts = np.maximum(1, np.ceil(np.sqrt(bend / (8.0 * _CHORD)))).astype(int)
+    piece = np.repeat(np.arange(len(counts)), counts)
+    u = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[piece]
+    q = np.vstack([evaluate(coefficients[piece], u), coefficients[-1:].sum(axis=1)])
+    return _nearest(q, np.append(places[piece] + u * length[piece], places[-1]), checker)
+
+
+def _nearest(path: Floats, places: Floats, checker: CollisionChecker) -> Nearest | None:
+    """The smallest clearance along a path (k, dof), whose rows are at ``places`` (k,)."""
+    found = smallest_clearance(checker, path)
+    pair = None if found is None else nearest_pair(checker, found[3])
+    if found is None or pair is None:
+        return None
+    value, segment, share, _ = found
+    ends = places[segment : segment + 2]
+    return Nearest(value, (pair.first, pair.second), float(ends[0] + share * (ends[-1] - ends[0])))
+
+
+def smallest_clearance(checker: CollisionChecker, path: Floats) -> tuple[float, int, float, Floats] | None:
+    """The smallest clearance (m) along a path (k, dof), to 1 mm and to a tenth; None where no pair is checked.
+
+    With it the segment, the share of its length and the configuration (dof,) there. A distance changes by no more than
+    its two bodies move, so between two samples at ``left`` and ``right``, ``motion`` apart, it is at least
+    (left + right - motion) / 2. Pieces that may hide one that is smaller by more than that are halved, all at a time,
+    until there are none (Piyavskii 1972). The backend's own error comes on top.
+    """
+    search = _Search(checker, path)
+    while search.halve():
+        pass
+    return search.best if np.isfinite(search.best[0]) else None
+
+
+def slack(clearance: float) -> float:
+    """By how much (m) a reported ``clearance`` may be too large."""
+    return min(TOLERANCE, SHARE * clearance)
+
+
+def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
+    """The checked pair that is nearest at ``q`` (dof,), of those that some joint can move; None where there is none."""
+    world = checker.world
+    checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
+    pairs = np.flatnonzero(checked & world.moving)
+    if not len(pairs):
+        return None
+    return world.contact(int(pairs[checker.gaps(q, pairs).argmin()]))
+
+
+class _Search:
+    """Pieces of the path that are halved where they may hide a smaller clearance.
+
+    They are ``CLEARANCE_FIRST`` long at first, whatever the waypoints: a trajectory has thousands of them.
+    """
+
+    def __init__(self, checker: CollisionChecker, path: Floats) -> None:
+        self.path, self.clearance = path, Clearance(checker)
+        # two bodies may come nearer by what both of them move
+        motion = (checker.chain.sizes(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
+        self.passed = so_far(motion)  # (k,) motion from the start to each waypoint
+        self.best: tuple[float, int, float, Floats] = (np.inf, 0, 0.0, path[0])
+        length = float(self.passed[-1])
+        places = np.linspace(0.0, length, max(1, int(np.ceil(length / CLEARANCE_FIRST))) + 1)
+        values = self._look(places)
+        # (4, n): from where to where they go, in metres of motion from the start, and the clearance or less there
+        self._pieces = np.stack([places[:-1], places[1:], values[:-1], values[1:]])
+
+    def halve(self) -> bool:
+        """Look in the middle of the pieces that could hold a smaller clearance; whether there were any."""
+        low, high, left, right = self._pieces
+        bound = np.maximum(0.0, 0.5 * (left + right - (high - low)))
+        hiding = np.isfinite(bound) & (bound < self.best[0] - slack(self.best[0]))
+        if not hiding.any():
+            return False
+        low, high, left, right = self._pieces[:, hiding]
+        middle = 0.5 * (low + high)
+        value = self._look(middle)
+        self._pieces = np.concatenate([[low, middle, left, value], [middle, high, value, right]], axis=1)
+        return True
+
+    def _look(self, places: Floats) -> Floats:
+        """The clearances (n,) at ``places`` (n,) of which one is a new best one, if any is; lower bounds of others."""
+        segment = np.clip(np.searchsorted(self.passed, places, side="right") - 1, 0, max(0, len(self.path) - 2))
+        ahead = np.minimum(segment + 1, len(self.path) - 1)
+        a, b = self.path[segment], self.path[ahead]
+        share = (places - self.passed[segment]) / np.maximum(self.passed[ahead] - self.passed[segment], 1e-300)
+        q = a + share[:, None] * (b - a)
+        values = self.clearance.smallest(q, self.best[0])
+        row = int(values.argmin())
+        if values[row] < self.best[0]:
+            self.best = float(values[row]), int(segment[row]), float(share[row]), q[row]
+        return values
+
+
+def clearance_text(clearance: float) -> str:
+    """A clearance (m) for people: one that would be printed as 0.0 mm says what it means."""
+    if clearance >= SHOWN:
+        return f"{1000 * clearance:.1f} mm"
+    return f"less than {1000 * SHOWN:g} mm, which no proof can tell from contact"
+
+
+def nearest_text(near: Nearest) -> str:
+    """A clearance and its two things."""
+    return f"{clearance_text(near.min)} ('{near.pair[0]}' and '{near.pair[1]}')"

@@ -99,15 +99,11 @@ def _spans(trajectory: Trajectory) -> Floats:
     return np.column_stack([begin, trajectory.seconds, np.zeros_like(begin)])
 
 
-def certified_horizon(trajectory: Trajectory, prover: TimedProver) -> float:
+def _horizon(coefficients: Floats, spans: Floats, prover: TimedProver) -> float:
     """Until when (s) every moment from time 0 on is proven free, whatever the prover's obstacles do below their limits.
 
-    Beyond the trajectory's end the robot stands; inf where nothing is checked.
+    Beyond the pieces' end the robot stands; inf where nothing is checked.
     """
-    return _horizon(trajectory.coefficients, _spans(trajectory), prover)
-
-
-def _horizon(coefficients: Floats, spans: Floats, prover: TimedProver) -> float:
     first, last = coefficients[0, 0], coefficients[-1].sum(axis=0)
     if not prover.starts(first):
         return 0.0

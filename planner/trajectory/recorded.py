@@ -19,6 +19,7 @@ from planner.base.files import StrPath
 from planner.base.yamlfile import Number, Strict, nearest, number, parse_yaml, read_text, repeated, shown, validate
 from planner.problem.outcome import require_readable_version
 from planner.robot.robot import HALF_TURN, Robot
+from planner.trajectory.export import read_bag
 from planner.trajectory.file import (
     TRAJECTORY_NAME,
     TrajectoryFile,
@@ -27,7 +28,6 @@ from planner.trajectory.file import (
     through_points,
     trajectory_in,
 )
-from planner.trajectory.ros_bag import read_bag
 from planner.trajectory.trajectory import Trajectory
 
 _log = logging.getLogger(__name__)

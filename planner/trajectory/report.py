@@ -8,8 +8,8 @@ from typing import Any, Literal
 from planner.base.arrays import Floats
 from planner.base.errors import choices
 from planner.collision.checker import CollisionChecker
-from planner.trajectory.clearance import CLOSE, NOTHING_NEAR, TOO_CLOSE, TOO_CLOSE_TEXT, Nearest, nearest_text
 from planner.trajectory.limits import KINDS
+from planner.trajectory.measure import CLOSE, NOTHING_NEAR, TOO_CLOSE, TOO_CLOSE_TEXT, Nearest, nearest_text
 
 Kind = Literal["contact", "limit", "discontinuity", "floor", "constraint", "clearance"]
 

@@ -17,10 +17,14 @@ from planner.native.compiled import motion_shares
 from planner.problem.options import TimeLaw
 from planner.problem.request import RoadmapQuality, TimingRequest
 from planner.trajectory.curve import (
+    Cost,
     Curve,
+    Shortcuts,
     Spacing,
     blends,
+    curve_cost,
     duration_of,
+    joint_motion,
     mean_motion,
     quickest,
     rounded,
@@ -29,7 +33,6 @@ from planner.trajectory.curve import (
 )
 from planner.trajectory.limits import USED, MotionLimits, own_limits
 from planner.trajectory.proof import MotionProof, prove_motion
-from planner.trajectory.time_shortcuts import Cost, Shortcuts, curve_cost, joint_motion
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 _NARROWEST = 1 / 64  # of the widest rounding of a corner: one that needs less room is stopped at

@@ -25,8 +25,7 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene, write_scene
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.session.session import Session
-from planner.trajectory.clearance import clearance_text
-from planner.trajectory.measure import dense_path
+from planner.trajectory.measure import clearance_text, dense_path
 from planner.view.drawing import PATH, TOUCHING, drawn_bodies, extent, joint_matrices, obstacle_colours
 from planner.view.motion import configurations_at, path_shares
 from planner.view.surfaces import capsule_mesh, smoothed

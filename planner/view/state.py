@@ -13,7 +13,7 @@ from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.query.resolve import beyond_limits
-from planner.trajectory.clearance import SHOWN, clearance_text
+from planner.trajectory.measure import SHOWN, clearance_text
 from planner.view.motion import W_UNIT, ShownPath
 from planner.view.page import Page
 

@@ -20,8 +20,8 @@ from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.shapes import Box
 from planner.trajectory.check import check_path, check_trajectory
-from planner.trajectory.clearance import slack, smallest_clearance
 from planner.trajectory.limits import MotionLimits
+from planner.trajectory.measure import slack, smallest_clearance
 from planner.trajectory.report import Report, floor_text
 from planner.trajectory.timing import time_path
 from tests.coal_judge import CoalWorld

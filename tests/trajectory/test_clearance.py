@@ -14,7 +14,7 @@ from planner.planning.plan import plan
 from planner.planning.record import ClearanceRecord
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.scene import Scene
-from planner.trajectory.clearance import (
+from planner.trajectory.measure import (
     CLOSE,
     TOO_CLOSE,
     Nearest,

@@ -13,7 +13,6 @@ from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.looks import Seen
-from planner.collision.moving_prover import TimedProver
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.problem.outcome import BlockedInTime
@@ -96,33 +95,6 @@ def test_what_stands_on_the_goal_and_vanishes_is_waited_for() -> None:
         assert found is not None
         assert found.trajectory.proven
         assert 6.0 < found.route.arrivals[-1] < 7.0
-
-
-def wandering(poses: int, until: float) -> MovingObstacle:
-    """What crosses the route, and wanders about beyond the arm's reach of the goal from 9 s on."""
-    rng, places = np.random.default_rng(0), [[1.2, 0.9, 0], [0.3, -0.5, 0], [0.3, -0.5, 0], [-0.9, -0.9, 0]]
-    later = [[*(np.array([-0.9, -0.9]) + rng.uniform(-0.3, 0.3, 2)), 0.0] for _ in range(poses)]
-    times = [0, 3, 6, 9, *np.linspace(9, until, poses + 1)[1:]]
-    return MovingObstacle("cart", Box((0.2, 0.2, 0.2)), KnownMotion(times, [pose(p) for p in places + later]))
-
-
-def test_what_moves_after_the_arrival_is_hardly_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
-    proofs, prove = [], TimedProver.prove
-
-    def counting(self: TimedProver, coefficients: np.ndarray, *rest: Any) -> Any:
-        proofs.append(len(coefficients))
-        return prove(self, coefficients, *rest)
-
-    monkeypatch.setattr(TimedProver, "prove", counting)
-    counts, arrivals = [], []
-    for poses, until in ((0, 9.0), (591, 600.0), (591, 60_000.0)):
-        proofs.clear()
-        found = earliest_motion(post_roadmap(), among(wandering(poses, until)), LIMITS)
-        assert found is not None
-        counts.append(sum(proofs))
-        arrivals.append(found.route.arrivals[-1])
-    assert max(counts) < 1.3 * counts[0]
-    np.testing.assert_allclose(arrivals, arrivals[0], atol=1 / 32)
 
 
 def test_for_goals_that_nobody_can_stay_at_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:

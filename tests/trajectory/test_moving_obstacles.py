@@ -12,7 +12,7 @@ from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle, Sphere
-from planner.trajectory.moving_obstacles import certified_horizon, first_touch_in_time, prove_in_time
+from planner.trajectory.moving_obstacles import first_touch_in_time, prove_in_time
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load
 
@@ -25,7 +25,7 @@ def test_the_horizon_of_a_standing_arm_is_distance_over_speed(limit: float) -> N
     checker = make_checker(load("planar_2r"), Scene("dog", (dog,)))
     prover = TimedProver(checker, limited=[dog])
     gap = float(prover.gaps(np.zeros(2)).min())
-    until = certified_horizon(STILL, prover)
+    until = prove_in_time(STILL, checker).free_until
     assert 0.99 * gap / limit <= until <= gap / limit
     assert prove_in_time(STILL, checker).to_dict() == {"horizon": {"free_until": until, "speed_limits": {"dog": limit}}}
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import FileError, InstallationError
-from planner.trajectory.ros_bag import TOPIC, TYPE, read_bag, write_bag
+from planner.trajectory.export import TOPIC, TYPE, read_bag, write_bag
 
 MESSAGE = {
     "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""},

@@ -126,7 +126,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
 
 _WORDS = {  # what readers of a URDF know; they skip any other word in silence, and with it a <colision>
     "robot": "name version link joint material gazebo transmission",
-    "link": "name inertial visual collision",
+    "link": "name inertial visual collision collision_checking",
     "joint": "name type origin parent child axis limit mimic dynamics calibration safety_controller",
     "collision": "name origin geometry",
     "geometry": "box sphere cylinder capsule mesh",
@@ -142,11 +142,15 @@ def _require_known_words(root: ET.Element, path: Path) -> None:
     for element in root.iter():
         known = _WORDS.get(element.tag, "").split()
         for word in (*(child.tag for child in element), *element.attrib):
-            if word not in known and (meant := nearest(str(word), known)):
+            if word not in known and (meant := nearest(str(word), known, 0.65)):
                 raise RobotError(f"URDF {path}: <{element.tag}> holds {shown(word)}{meant}; mend the file.")
     for joint in root.iterfind("joint"):
         axis = joint.find("axis[@xyz]")
-        if axis is not None and joint.get("type") not in ("fixed", "floating") and not any(_floats(axis.get("xyz", ""))):
+        if (
+            axis is not None
+            and joint.get("type") not in ("fixed", "floating")
+            and not any(_floats(axis.get("xyz", "")))
+        ):
             raise RobotError(f"URDF {path}: the axis of joint {shown(_name(joint))} has no direction; mend the file.")
 
 

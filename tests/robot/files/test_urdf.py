@@ -113,7 +113,10 @@ REFUSED = {
     "limits in degrees": (A + B + joint_xml("j", "a", "b", limit="-170 170"), "degrees"),
     "a distant place": (A + B + joint_xml("j", "a", "b", xyz="1e300 0 0"), "beyond 10000 m"),
     "the world's name": (A + B + joint_xml("universe", "a", "b"), "'universe'"),
-    "a misspelt element": (link_xml("a", TWO).replace("collision", "colision") + B + J, r"'colision' \(did you mean 'collision'\?\)"),
+    "a misspelt element": (
+        link_xml("a", TWO).replace("collision", "colision") + B + J,
+        r"'colision' \(did you mean 'collision'\?\)",
+    ),
     "a misspelt attribute": (A + B + J.replace("xyz=", "xzy=", 1), r"did you mean 'xyz'\?"),
     "an axis of zero": (A + B + J.replace("0 0 1", "0 0 0"), "has no direction"),
     "a word for a number": (

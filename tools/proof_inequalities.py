@@ -1,0 +1,1 @@
+../planner/certificate/proof_inequalities.py
