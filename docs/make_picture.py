@@ -11,7 +11,7 @@ from PIL import Image
 
 import planner
 from planner import PlanRequest
-from planner.tradeoff.alternatives import with_alternatives
+from planner.tradeoff.sweep import with_alternatives
 from tests.browser import Tab, browser
 
 PICTURE = Path(__file__).parent / "_static" / "plan.webp"

@@ -17,10 +17,49 @@ Nodes = tuple[int, ...]
 BELOW = 1.0
 """The lowest start in the kernel's domain a >= 1; every x_i* of a non-source node is above it."""
 
+_NINE_NODE_ARCS = [
+    # node i reads node j over weight w, in the paper's numbering
+    (2, 1, 1.0),
+    (2, 5, 0.5),
+    (3, 1, 1.0),
+    (3, 4, -0.5),
+    (4, 2, 1.0),
+    (4, 3, 1.0),
+    (4, 7, -2.0),
+    (5, 2, 1.0),
+    (5, 4, 2.0),
+    (6, 8, 1.0),
+    (6, 9, 5.0),
+    (6, 5, 0.5),
+    (7, 9, -1.5),
+    (7, 8, 2.0),
+    (8, 9, 1.0),
+    (8, 6, 3.0),
+]
+
 RUNS: tuple[tuple[gabf.Law, str], ...] = (
     *((law, "above") for law in (gabf.Nominal(), gabf.PrescribedTime(), gabf.FixedTime(), gabf.SingularityFree())),
     *((law, "below") for law in (gabf.FixedTime(), gabf.SingularityFree())),
 )
+
+
+def nine_node() -> gabf.Network:
+    """The example of fig. (example1), with weights of our own that agree with everything the text says of it.
+
+    Array index k is node k + 1. Sources 1 and 9 with x* = 1; x_4* = 7 through 2 or 3, so P(4) = {2, 3}; 6
+    reaches 9 both directly and through 8 at x_6* = 7, so 6 is in F_2 and not in F_1; D(G) = 3. Some weights
+    are negative, as the kernels read |b|; the figure itself is not part of the paper's source.
+    """
+    i, j, w = (np.array(column) for column in zip(*_NINE_NODE_ARCS, strict=True))
+    return gabf.Network.from_arcs(
+        i.astype(np.int64) - 1,
+        j.astype(np.int64) - 1,
+        w,
+        sources=np.array([0, 8]),
+        n_nodes=9,
+        source_values=np.ones(2),
+        kernel=gabf.NodeDependent(),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +144,10 @@ RUN_CLAIMS: tuple[Claim[Row], ...] = (
 def run_example(seed: int = 0) -> Report:
     """Check every sentence on the example, and solve it under every law from every start that the law allows.
 
-    The weights are ours, as the paper's source lacks the figure: :func:`planner.gabf.examples.nine_node`. Nothing here
+    The weights are ours, as the paper's source lacks the figure: :func:`nine_node`. Nothing here
     is random; the report keeps ``seed``.
     """
-    network = gabf.examples.nine_node()
+    network = nine_node()
     graph = Example(network, gabf.structure(network))
     runs = [_solve(graph, law, start) for law, start in RUNS]
     return Report(

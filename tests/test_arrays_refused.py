@@ -18,8 +18,7 @@ from planner.base.errors import PlannerError
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.path_moves import cheapest_chain, first_free
-from planner.kinematics.manipulability import manipulability
-from planner.kinematics.manipulability_proof import prove_floor
+from planner.kinematics.manipulability import manipulability, prove_floor
 from planner.robot.shapes import Carried
 from planner.trajectory.limits import KINDS
 from tests.worlds import load, make_post, post_roadmap
@@ -189,7 +188,6 @@ CALLS: dict[str, Callable[[], object]] = {
     "heal, text": lambda: planner.gabf.heal(network(), "a"),
     "raised_start, complex": lambda: planner.gabf.raised_start(network(), 1j * np.ones(3)),
     "control_input, text": lambda: planner.gabf.control_input(planner.gabf.SingularityFree(T=4.0), 0.1, "a"),
-    "times to save, text": lambda: planner.gabf.AtTimes("soon"),
     "bellman_operator": lambda: planner.gabf.bellman_operator(network(), np.array([0.0, NAN, 1.0])),
     "value_iteration": lambda: planner.gabf.value_iteration(network(), np.ones(2)),
 }

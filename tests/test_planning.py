@@ -26,7 +26,7 @@ from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import save_roadmap
 from planner.search.network import build_network, distance_cost
-from planner.tradeoff.alternatives import with_alternatives
+from planner.tradeoff.sweep import with_alternatives
 from planner.trajectory.file import load_trajectory
 from tests.coal_judge import CoalWorld
 from tests.search.failing import collide

@@ -28,7 +28,7 @@ from planner.batch.parallel import measured_cases
 from planner.planning.plan import plan
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.query.robots import sources_hash
-from planner.tradeoff.alternatives import with_alternatives
+from planner.tradeoff.sweep import with_alternatives
 
 SOLVED, NO_PATH, REFUSED, TIMED_OUT, CRASHED = "solved", "no_path", "refused", "timed out", "crashed"
 CSV_NAME, ROW_NAME = "batch.csv", "row.json"

@@ -60,7 +60,7 @@ def plan(
     """
     motion = timing_of(limits, no_timing)
     from planner.planning.plan import plan as find_plan
-    from planner.tradeoff.alternatives import with_alternatives
+    from planner.tradeoff.sweep import with_alternatives
 
     def find(progress: Progress) -> Plan:
         return with_alternatives(find_plan(PlanRequest(what, quality), progress, motion), progress)
@@ -103,7 +103,7 @@ def follow(
     """
     motion = timing_of(limits, no_timing)
     from planner.planning.follow import follow as find_plan
-    from planner.tradeoff.alternatives import with_alternatives
+    from planner.tradeoff.sweep import with_alternatives
 
     def find(progress: Progress) -> Plan:
         return with_alternatives(find_plan(path, FollowRequest(what, quality), progress, motion), progress)

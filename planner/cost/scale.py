@@ -1,20 +1,25 @@
-"""What turns manipulability and length into costs of comparable size."""
+"""What manipulability and length cost: the scale that makes them comparable, and their means along motions."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, choices
+from planner.base.resolutions import W_IN_COST, W_STATES_PER_EDGE
+from planner.kinematics.manipulability import manipulability_along
 from planner.native.compiled import manipulability_cost_sums, manipulability_costs
 from planner.problem.options import ManipulabilityCost, Metric
 from planner.problem.request import DEFAULT_COST
+from planner.robot.robot import Robot
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
+
+_DOUBLED = 2.0 ** np.arange(7)  # on longer motions states are doubled, no more often than this
 
 COSTS: tuple[ManipulabilityCost, ...] = ("inverse", "log", "linear")
 
@@ -85,9 +90,41 @@ def cost_number(name: ManipulabilityCost) -> int:
     return COSTS.index(name)
 
 
-@lru_cache
 def _simpson_weights(count: int) -> Floats:
     """(count,) weights of Simpson's rule on [0, 1] for an odd number of evenly spaced points."""
     weights = np.where(np.arange(count) % 2 == 1, 4.0, 2.0)
     weights[[0, -1]] = 1.0
-    return frozen(weights / weights.sum())
+    return weights / weights.sum()
+
+
+def w_along(robot: Robot, start: Floats, delta: Floats, length: Floats) -> Iterator[tuple[Ints, Floats]]:
+    """w (j, states) along motions from ``start`` by ``delta`` (k, dof), of a ``length`` (k,), by rows (j,) of as many.
+
+    The rows are those of the motions that have equally many states: no farther apart than ``W_IN_COST``, at least
+    ``W_STATES_PER_EDGE``, both ends included, and one more than a multiple of what these leave between them; on motions
+    of more than 100 rad no more than there.
+    """
+    intervals = W_STATES_PER_EDGE - 1
+    doubled = np.searchsorted(intervals * W_IN_COST * _DOUBLED, length)
+    for level in range(int(doubled.max(initial=-1)) + 1):
+        rows = np.flatnonzero(doubled == level)
+        if len(rows):
+            yield (
+                rows,
+                manipulability_along(robot, start[rows], delta[rows], np.linspace(0.0, 1.0, intervals * 2**level + 1)),
+            )
+
+
+def costs_along(robot: Robot, start: Floats, delta: Floats, scale: CostScale) -> tuple[Floats, Floats]:
+    """w (k, W_STATES_PER_EDGE) along motions from ``start`` by ``delta`` (k, dof), and means (k, 3) of the ``COSTS``.
+
+    The means by Simpson's rule: on random motions of 0.5 to 3 rad they are 0.11 % off in the mean and 8.2 % at most
+    with "log", 1.2 % and 93 % with "inverse", where a dip of w is narrower than the states are apart. What is said of
+    the smallest w along a path is sampled far more finely.
+    """
+    few, means = np.empty((len(start), W_STATES_PER_EDGE)), np.empty((len(start), len(COSTS)))
+    for rows, w in w_along(robot, start, delta, np.linalg.norm(delta, axis=1)):
+        few[rows] = w[:, :: (w.shape[1] - 1) // (W_STATES_PER_EDGE - 1)]
+        for k, name in enumerate(COSTS):
+            means[rows, k] = mean_manipulability_cost(w, scale, name)
+    return few, means

@@ -4,13 +4,11 @@
     result = gabf.solve(net, law=gabf.SingularityFree(T=4.0))
     path = gabf.extract_path(net, result, start=17)
 
-Needs NumPy, and SciPy for :class:`RungeKutta45` only, loaded when that runs. Nothing here knows of robots.
+Needs NumPy and the compiled library. Nothing here knows of robots.
 """
 
-from planner.gabf import examples, learning
-from planner.gabf.assumptions import Premises, overestimate
-from planner.gabf.bounds import T_star_corrected, T_star_printed, T_star_sharp
-from planner.gabf.certificates import Assumption, Certificate, certify
+from planner.gabf import learning
+from planner.gabf.certificates import Assumption, Certificate, T_star_corrected, T_star_printed, T_star_sharp, certify
 from planner.gabf.healing import Healing, heal, raised_start
 from planner.gabf.kernels import (
     Additive,
@@ -23,25 +21,28 @@ from planner.gabf.kernels import (
 )
 from planner.gabf.laws import FixedTime, Law, Nominal, PrescribedTime, SingularityFree, control_input, named_law
 from planner.gabf.network import Network
-from planner.gabf.oracle import bellman_operator, max_error, oracle, residual, value_iteration
+from planner.gabf.oracle import (
+    Structure,
+    bellman_operator,
+    max_error,
+    oracle,
+    structure,
+    true_parents,
+    value_iteration,
+)
 from planner.gabf.path import cheapest_path, extract_path
-from planner.gabf.references import BackwardEuler, RungeKutta45, right_side
+from planner.gabf.problem import Premises, overestimate
 from planner.gabf.result import CostToGo, Ending, FieldHistory
-from planner.gabf.saving import AtTimes, EverySteps
 from planner.gabf.solve import solve
 from planner.gabf.splitting import Splitting
-from planner.gabf.structure import Structure, structure, true_parents
 
 __all__ = [
     "Additive",
     "Assumption",
-    "AtTimes",
-    "BackwardEuler",
     "Certificate",
     "CostToGo",
     "EdgeIntegral",
     "Ending",
-    "EverySteps",
     "FieldHistory",
     "FixedTime",
     "Healing",
@@ -53,7 +54,6 @@ __all__ = [
     "Nominal",
     "Premises",
     "PrescribedTime",
-    "RungeKutta45",
     "SingularityFree",
     "Splitting",
     "Structure",
@@ -66,7 +66,6 @@ __all__ = [
     "certify",
     "cheapest_path",
     "control_input",
-    "examples",
     "extract_path",
     "heal",
     "learning",
@@ -75,8 +74,6 @@ __all__ = [
     "oracle",
     "overestimate",
     "raised_start",
-    "residual",
-    "right_side",
     "solve",
     "structure",
     "true_parents",

@@ -1,4 +1,4 @@
-"""When a law settles, proved: upper and lower solutions that the true states stay between, from any start."""
+"""When a law settles, proved: upper and lower solutions of the equation in tau that every run stays between."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ import math
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import AssumptionError
-from planner.gabf.assumptions import Premises, start_above
 from planner.gabf.flows import Flow
-from planner.gabf.problem import Problem
-from planner.gabf.sub_super_solutions import Side, limit
+from planner.gabf.problem import Premises, Problem, ceiling
+from planner.gabf.splitting import parents_of
 
 WIDTH = 0.5
 """Share of the latest settling tau that a bracket may be wide before it is computed again with smaller steps.
@@ -39,33 +37,37 @@ _RAMP = 16.0
 a power of tau, from 17 to 1 within 1e-120 where an exponent is 99.
 """
 
+_SPARE = 1.05
+"""Farther than expected from the last step that the next one is held: nearer is tighter, and fails more often."""
+
+_SWEEPS = 32
+_TIGHTER = 16
+
 
 def bracket_settling(
     problem: Problem,
     flow: Flow,
     y0: Floats,
+    y_star: Floats,
     bounds: Premises,
     tolerance: float,
     guess: float,
     width: float = WIDTH,
-    y_star: Floats | None = None,
 ) -> tuple[float, float]:
-    """The earliest and the latest tau at which every error can have entered its band for good.
+    """The earliest and the latest tau at which every error of a run from ``y0`` can have entered its band for good.
 
     ``tolerance`` defines the band as in :func:`planner.gabf.solve`; ``guess`` is where to expect the answer and
     decides about the work only. Steps shrink until the bracket is ``width`` of its end, or the work is spent: a
     smaller width takes proportionally more. The latest is +inf where the lower solution is not there within the work,
     and the earliest 0 as well where rows and hops to a source are too many to begin. Proved up to rounding, for every
-    increasing kernel. ``y_star`` (R + S,): the fixed point, where it is known.
+    increasing kernel.
     """
-    hops = int(problem.hops.max(initial=0))
-    if problem.n_rows * hops > _MOST_WORK:
+    if problem.n_rows * problem.most_hops > _MOST_WORK:
         return 0.0, math.inf
-    y_star = _optimum(problem) if y_star is None else y_star
     limits = [limit(problem, y0, y_star, upper) for upper in (True, False)]
     earliest, latest = 0.0, math.inf
     whole = guess or flow.pace
-    dtau, spent = whole / max(_STEPS, hops), 0  # what a step finds goes one hop on
+    dtau, spent = whole / max(_STEPS, problem.most_hops), 0  # what a step finds goes one hop on
     for _ in range(_ROUNDS):
         sides = [Side(problem, flow, y0, bounds, upper, limits[not upper]) for upper in (True, False)]
         ramp = math.expm1(min(_RAMP * dtau / whole * flow.far_power, 30.0))
@@ -79,15 +81,115 @@ def bracket_settling(
     return earliest, latest
 
 
-def _optimum(problem: Problem) -> Floats:
-    """x*, from above: as many sweeps of eq. (bellman-gabf) as there are rows suffice."""
-    settled = problem.settled(start_above(problem), problem.n_rows)
-    if settled is None:
-        raise AssumptionError(
-            f"x* is not reached in as many sweeps as there are nodes: {type(problem.network.kernel).__name__} does not "
-            "increase, or is not progressive, somewhere between the values that it was probed at; mend it"
-        )
-    return settled[0]
+def limit(problem: Problem, y0: Floats, y_star: Floats, upper: bool) -> Floats:
+    """(R + S,) states z with m(z) <= z, y0 <= z, which no run from ``y0`` exceeds (with >=: falls below).
+
+    The least (largest) of them is x* itself, ``y_star``, where ``y0`` is nowhere above (below) it.
+    """
+    if (y0 <= y_star if upper else y0 >= y_star).all():
+        return y_star
+    worse = np.maximum if upper else np.minimum
+    z = ceiling(problem, y0) if upper else y0
+    for _ in range(problem.n_rows):
+        swept = problem.with_sources(worse(y0[: problem.n_rows], problem.parent_values(z)))
+        if np.array_equal(swept, z):
+            break
+        z = swept
+    return z
+
+
+class Side:
+    """An upper (or lower) solution: states ``y`` (R + S,) at ``tau`` that no run from ``y0`` exceeds (falls below).
+
+    The right side of a node's equation increases with every parent's state (the law is cooperative), so runs keep
+    their order, and parents held too high (low) over a step give states that are too high (low). Where parents fall
+    that is their value at the start of the step; where they rise it is a guess ``reach`` of how far, which is proved
+    by the step itself: if no state goes farther with parents held there, none does at all. First order in the step.
+    ``beyond`` (R + S,) are states that no run goes beyond, see :func:`limit`.
+    """
+
+    def __init__(self, problem: Problem, flow: Flow, y0: Floats, bounds: Premises, upper: bool, beyond: Floats):
+        self.tau, self.y, self.sign, self.steps = 0.0, y0, 1.0 if upper else -1.0, 0
+        self._problem, self._rows = problem, slice(0, problem.n_rows)
+        self._flow, self._values, self._upper = flow, parents_of(problem), upper
+        self._speed = self._expected = np.zeros(problem.n_rows)
+        self._contracts = bounds.L <= 1.0 and not bounds.sampled  # between samples a kernel may be steeper
+        self._limit = beyond[self._rows]
+
+    @property
+    def first_step(self) -> float:
+        """A tenth of the time in which the fastest node would move by its own disequilibrium."""
+        largest = float(np.abs(self.y[self._rows] - self._values(self.y)).max(initial=0.0))
+        return 0.1 * largest / min(self._flow.speed(largest), 1e300) if largest else math.inf
+
+    @np.errstate(over="ignore")
+    def step(self, dtau: float) -> None:
+        """Go on by ``dtau``."""
+        there = self._from_speed(dtau)
+        there = self._within_limit(self._from_fastest(dtau) if there is None else there)
+        speed = np.maximum(self._outwards(there), 0.0) / dtau
+        slowing = np.divide(speed, self._speed, out=np.ones_like(speed), where=speed < self._speed)
+        self._speed, self._expected = speed, speed * slowing
+        self.tau, self.y, self.steps = self.tau + dtau, self._problem.with_sources(there), self.steps + 1
+
+    def stays(self, y_star: Floats) -> bool:
+        """Whether no state ever leaves max(y, y_star) (min on the lower side): it is an upper solution that rests."""
+        worse = np.maximum(self.y, y_star) if self._upper else np.minimum(self.y, y_star)
+        own = worse[self._rows]
+        return bool((self.sign * (self._values(worse) - own) <= 4e-16 * np.maximum(1.0, np.abs(own))).all())
+
+    def _from_speed(self, dtau: float) -> Floats | None:
+        """Where the states get if they go on as in the last step, slowing down as before; None if it is not proved.
+
+        A state that goes farther than guessed is held farther out, and all are looked at again.
+        """
+        reach = _SPARE * dtau * self._expected
+        for _ in range(_SWEEPS):
+            there = self._flown(reach, dtau)
+            moved = self._outwards(there)
+            short = moved > reach
+            if not short.any():
+                return there
+            reach[short] = _SPARE * moved[short]
+        return None
+
+    def _from_fastest(self, dtau: float) -> Floats:
+        """How far the states get if each moves as far as the fastest one, or to the limit.
+
+        The fastest never becomes faster if L <= 1. What this proves is used to repeat the step, as long as it gains.
+        """
+        reach = self._outwards(self._limit)
+        if self._contracts:
+            fastest = float(np.max(self.sign * (self._values(self.y) - self.y[self._rows]), initial=0.0))
+            reach = np.minimum(reach, dtau * self._flow.speed(fastest))
+        there = self._flown(reach, dtau)
+        for _ in range(_TIGHTER):
+            moved = self._outwards(there)
+            if (moved >= 0.99 * reach).all():
+                break
+            reach = np.minimum(reach, np.maximum(moved, 0.0))
+            there = self._flown(reach, dtau)
+        return there
+
+    def _outwards(self, there: Floats) -> Floats:
+        """(R,) how far ``there`` is beyond the states."""
+        return self.sign * (there - self.y[self._rows])
+
+    def _within_limit(self, rows: Floats) -> Floats:
+        return np.minimum(rows, self._limit) if self._upper else np.maximum(rows, self._limit)
+
+    def _flown(self, reach: Floats, dtau: float) -> Floats:
+        """Where the rows get in ``dtau`` with all states held ``reach`` (R,) outwards, at most (at least)."""
+        here = self.y[self._rows]
+        m = self._values(self._problem.with_sources(self._within_limit(here + self.sign * reach)))
+        s = here - m
+        falling, rising = self._flow.slowest, self._flow.fastest
+        if not self._upper:
+            falling, rising = rising, falling
+        there = m + np.where(s < 0, rising(s, dtau), falling(s, dtau))
+        held = np.flatnonzero((there == here) & (self.sign * s < 0.0))  # or rounding would hold them inside for ever
+        there[held] = np.nextafter(here[held], m[held])
+        return there
 
 
 def _dates(side: Side, y_star: Floats, tolerance: float, dtau: float, ramp: float) -> tuple[float, float]:

@@ -35,10 +35,6 @@ class Flow(ABC):
     def time_between(self, start: float, end: float) -> float:
         """tau that |s| takes from ``start`` down to ``end``."""
 
-    @abstractmethod
-    def resolvent(self, c: Floats, dtau: float) -> Floats:
-        """The root s of s + dtau phi(s) = c: one backward Euler step."""
-
     def advance(self, s: Floats, dtau: float) -> Floats:
         """s after ``dtau``, second order in ``dtau``, exact at s = 0."""
         return self.compiled.moved(STRANG, s, dtau)
@@ -107,9 +103,6 @@ class LinearFlow(Flow):
 
     def rate(self, s: Floats) -> Floats:
         return np.asarray(s)
-
-    def resolvent(self, c: Floats, dtau: float) -> Floats:
-        return c / (1.0 + dtau)
 
     def time_between(self, start: float, end: float) -> float:
         """tau that |s| takes from ``start`` down to ``end`` > 0."""
@@ -192,26 +185,6 @@ class PowerFlow(Flow):
         p, q, _, _ = self._floats
         with np.errstate(over="ignore"):
             return np.copysign(self.beta1 * size**p + self.beta2 * size**q, s)
-
-    def resolvent(self, c: Floats, dtau: float) -> Floats:
-        """Newton in v = |s|^p, in which the equation is convex: from above, the iterates fall to the root.
-
-        They begin where one of the three terms alone would be all of it: far above, they fall by 1 - p/q each.
-        """
-        p, q, _, _ = self._floats
-        moving = c.nonzero()[0]
-        goal = np.abs(c[moving])
-        v = np.minimum(goal**p, goal / (dtau * self.beta1))
-        v = np.minimum(v, (goal / (dtau * self.beta2)) ** (p / q))
-        for _ in range(60):
-            value = v ** (1 / p) + dtau * (self.beta1 * v + self.beta2 * v ** (q / p)) - goal
-            slope = v ** (1 / p - 1) / p + dtau * (self.beta1 + self.beta2 * q / p * v ** (q / p - 1))
-            v, before = np.maximum(v - value / slope, 0.0), v
-            if (np.abs(v - before) <= 4e-16 * before).all():
-                break
-        root = np.zeros_like(c)
-        root[moving] = np.copysign(v ** (1 / p), c[moving])
-        return root
 
     def time_between(self, start: float, end: float) -> float:
         """tau that |s| takes from ``start`` down to ``end`` >= 0.

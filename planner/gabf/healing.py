@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.arrays import Floats, Ints, frozen
 from planner.base.errors import AssumptionError, OptionError
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
-from planner.gabf.problem import Problem, reduce, states
+from planner.gabf.problem import reduce, states
 from planner.gabf.result import CostToGo
 from planner.gabf.solve import solve
 
@@ -53,7 +52,7 @@ class Healing:
         """How often a node's parent value was computed."""
         return self.cost_to_go.evaluations * int(np.isfinite(self.cost_to_go.x).sum())
 
-    @cached_property
+    @property
     def error(self) -> float:
         """The largest error of x against Dijkstra's, see :func:`planner.gabf.max_error`."""
         return max_error(self.cost_to_go, oracle(self.cost_to_go.network))
@@ -96,7 +95,9 @@ def raised_start(net: Network, x: Floats) -> Floats:
     """
     problem = reduce(net)
     y = problem.pack(states(net, x, "x"))
-    settled = _borne(problem, y)
+    with np.errstate(invalid="ignore"):
+        bears = problem.arcs(y[problem.heads]) <= y[problem.owners]
+    settled = problem.hops_along(bears & np.isfinite(y[problem.owners])) >= 0
     arcs = np.flatnonzero(~settled[problem.owners] & settled[problem.heads])
     while arcs.size:
         owners = problem.owners[arcs]
@@ -105,15 +106,7 @@ def raised_start(net: Network, x: Floats) -> Floats:
         y[frontier] = np.inf
         np.minimum.at(y, owners, offers)
         settled[frontier] = True
-        if settled.all():  # as where only a start is new: who reads whom need not be known
-            break
-        arcs = problem.readers.of(frontier)
-        arcs = arcs[~settled[problem.owners[arcs]]]
+        reached = np.zeros(problem.nodes.size, dtype=bool)
+        reached[frontier] = True
+        arcs = np.flatnonzero(reached[problem.heads] & ~settled[problem.owners])
     return problem.unpack(y)
-
-
-def _borne(problem: Problem, y: Floats) -> Bools:
-    """(R + S,) the nodes that arcs with f(y_j) <= y_i lead from to a source."""
-    with np.errstate(invalid="ignore"):
-        bears = problem.arcs(y[problem.heads]) <= y[problem.owners]
-    return problem.hops_along(bears & np.isfinite(y[problem.owners])) >= 0

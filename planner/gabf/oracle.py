@@ -1,16 +1,17 @@
-"""Algorithms that never integrate, to check the dynamics by: they find x* of eq. (bellman) from the kernel alone."""
+"""The optimum without an ODE: x* of eq. (bellman) from the kernel alone, and its parents, levels and diameter."""
 
 from __future__ import annotations
 
 import heapq
+from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, plain_numbers
+from planner.base.arrays import Bools, Floats, Ints, indices, plain_numbers, so_far
 from planner.base.errors import AssumptionError
-from planner.gabf.arcmaps import AffineArcs
+from planner.gabf.kernels import AffineArcs
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem, field, reduce
+from planner.gabf.problem import Problem, field, reduce, states
 from planner.gabf.result import CostToGo
 from planner.native.compiled import cheapest_costs
 
@@ -32,39 +33,24 @@ def oracle(net: Network) -> Floats:
 
 
 def _dijkstra(problem: Problem) -> Floats:
-    best = [np.inf] * problem.n_rows + problem.anchors.tolist()
-    indptr, order = problem.readers.indptr.tolist(), problem.readers.order
-    owners = problem.owners[order].tolist()
-    reach = _affine_reach(problem, indptr, order) if isinstance(problem.arcs, AffineArcs) else None
-    heap = [(value, node) for node, value in enumerate(best) if node >= problem.n_rows]
+    order = np.argsort(problem.heads, kind="stable")  # node j is read by the arcs order[indptr[j] : indptr[j + 1]]
+    indptr = so_far(np.bincount(problem.heads, minlength=problem.nodes.size))
+    best = problem.with_sources(np.full(problem.n_rows, np.inf))
+    heap = [(value, node) for node, value in enumerate(best.tolist()) if node >= problem.n_rows]
     heapq.heapify(heap)
     while heap:
         value, j = heapq.heappop(heap)
-        if value > best[j]:
+        arcs = order[indptr[j] : indptr[j + 1]]
+        if value > best[j] or not arcs.size:
             continue
-        arcs = slice(indptr[j], indptr[j + 1])
-        reached = reach(value, arcs) if reach else _values(problem, order[arcs], value)
-        for i, offer in zip(owners[arcs], reached, strict=True):
+        offers = problem.arcs.take(arcs)(np.full(arcs.size, value))
+        for i, offer in zip(problem.owners[arcs].tolist(), offers.tolist(), strict=True):
             if offer < best[i]:
                 if offer < value:
                     _refuse(problem, i, j)
                 best[i] = offer
                 heapq.heappush(heap, (offer, i))
-    return np.array(best)
-
-
-def _affine_reach(problem: Problem, indptr: list[int], order: np.ndarray):
-    arcs = problem.arcs.take(order)
-    assert isinstance(arcs, AffineArcs)
-    offset = arcs.offset.tolist()
-    if arcs.slope is None:
-        return lambda value, span: [value + c for c in offset[span]]
-    slope = arcs.slope.tolist()
-    return lambda value, span: [s * value + c for s, c in zip(slope[span], offset[span], strict=True)]
-
-
-def _values(problem: Problem, arcs: np.ndarray, value: float) -> list[float]:
-    return problem.arcs.take(arcs)(np.full(arcs.size, value)).tolist() if arcs.size else []
+    return best
 
 
 def _refuse(problem: Problem, i: int, j: int) -> None:
@@ -80,7 +66,7 @@ def bellman_operator(net: Network, x: Floats) -> Floats:
     It is +inf at unreachable nodes.
     """
     problem = reduce(net)
-    return problem.unpack(problem.swept(problem.pack(field(problem, x, "x"))))
+    return problem.unpack(problem.with_sources(problem.parent_values(problem.pack(field(problem, x, "x")))))
 
 
 def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> tuple[Floats, int]:
@@ -90,18 +76,14 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     number grows like x* / zeta. AssumptionError if ``max_sweeps`` (default 1000 n) do not suffice.
     """
     problem = reduce(net)
+    y = problem.pack(field(problem, x0, "x0"))
     budget = 1000 * net.n_nodes if max_sweeps is None else max_sweeps
-    settled = problem.settled(problem.pack(field(problem, x0, "x0")), budget)
-    if settled is None:
-        raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
-    return problem.unpack(settled[0]), settled[1]
-
-
-def residual(net: Network, x: Floats) -> float:
-    """max_i |x_i - min_j f_i(x_j, w_ij)| over reachable nodes: small is not converged, see settling.error_bound."""
-    problem = reduce(net)
-    y = problem.pack(field(problem, x, "x"))
-    return float(np.abs(problem.disequilibrium(y)).max(initial=0.0))
+    for sweep in range(budget + 1):
+        swept = problem.with_sources(problem.parent_values(y))
+        if np.array_equal(swept, y):
+            return problem.unpack(y), sweep
+        y = swept
+    raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
 
 
 def max_error(result: CostToGo | Floats, x_star: Floats) -> float:
@@ -113,3 +95,83 @@ def max_error(result: CostToGo | Floats, x_star: Floats) -> float:
         return float("inf")
     error = np.abs(x[finite] - x_star[finite]) / np.maximum(1.0, np.abs(x_star[finite]))
     return float(error.max(initial=0.0))
+
+
+TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: paths whose costs differ by less are tied, as they round
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """What definitions (true), (longest) and (S) name; arrays over the n nodes, -1 where a node reaches no source.
+
+    ``x_star`` (n,); ``true_arcs`` ids of the arcs (i, j) with j in P(i); ``longest`` the l of F_l; ``fewest``
+    arcs on the optimal path of fewest hops (ours); ``level`` the l of S_l; ``values`` (R + 1,) the distinct
+    xbar_l*, the sources' smallest value first; ``diameter`` D(G) in nodes, so that 6 -> 8 -> 9 counts three.
+    """
+
+    x_star: Floats
+    true_arcs: Ints
+    longest: Ints
+    fewest: Ints
+    level: Ints
+    values: Floats
+    diameter: int
+    unreachable: Ints
+
+    @property
+    def R(self) -> int:
+        """The number of levels, R of definition (S)."""
+        return self.values.size - 1
+
+
+def structure(net: Network, x_star: Floats | None = None) -> Structure:
+    """Everything about the optimum of any progressive increasing kernel.
+
+    ``x_star``: the oracle's unless given. Parents and hops count costs as tied that differ by at most
+    1e-12 max(1, |x*|), with the largest |x*| in place of 1 where that is less. Levels count every distinct x*: a chain
+    of tiny arcs settles one after another, however near its values are.
+    """
+    x = oracle(net) if x_star is None else states(net, x_star, "x_star")
+    problem = reduce(net)
+    y = problem.pack(x)
+    tight = _true_arcs(problem, y)
+    longest, fewest = _most_hops(problem, tight, y), problem.hops_along(tight)
+    values, rank = np.unique(y[: problem.n_rows], return_inverse=True)
+    level = problem.unpack(np.concatenate((rank + 1, np.zeros(problem.anchors.size, dtype=np.int64))), missing=-1)
+    return Structure(
+        x_star=x,
+        true_arcs=problem.arc_ids[tight],
+        longest=problem.unpack(longest, missing=-1),
+        fewest=problem.unpack(np.where(fewest < 0, problem.nodes.size, fewest), missing=-1),
+        level=level,
+        values=np.concatenate(([problem.anchors.min()], values)),
+        diameter=int(longest.max(initial=0)) + 1,
+        unreachable=np.flatnonzero(level < 0),
+    )
+
+
+def true_parents(net: Network, optimum: Structure, i: int) -> Ints:
+    """P(i), definition (true), ascending; empty at sources and at nodes that reach none.
+
+    Raises :class:`ArrayError` where there is no node ``i``.
+    """
+    i = int(indices("i", i, (), net.n_nodes))
+    arcs = optimum.true_arcs
+    return np.unique(net.indices[arcs[net.tails[arcs] == i]])
+
+
+def _true_arcs(problem: Problem, y: Floats) -> Bools:
+    """Arcs with f_i(x_j*, w_ij) = x_i*, and x_j* < x_i*, so that no cycle of ties is let in."""
+    values, own, head = problem.arcs(y[problem.heads]), y[problem.owners], y[problem.heads]
+    nearly = TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
+    return (values <= own + nearly) & (head < own)
+
+
+def _most_hops(problem: Problem, tight: Bools, y: Floats) -> Ints:
+    """The most true arcs from each node to a source; these lead to smaller x*, so one pass in that order suffices."""
+    owners, heads = problem.owners[tight], problem.heads[tight]
+    order = np.argsort(y[owners], kind="stable")
+    hops = [0] * problem.nodes.size
+    for owner, head in zip(owners[order].tolist(), heads[order].tolist(), strict=True):
+        hops[owner] = max(hops[owner], hops[head] + 1)
+    return np.array(hops, dtype=np.int64)

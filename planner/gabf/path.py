@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, indices, numbers
+from planner.base.arrays import Bools, Floats, Ints, indices
 from planner.base.errors import ArrayError, StateError
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce, states
@@ -25,22 +25,7 @@ def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
     states round to the same number. StateError if ``start`` is not a node, reaches no source, or the field
     has not settled; AssumptionError if the field does not belong to this network.
     """
-    return extract_paths(net, result, [start])[0]
-
-
-def extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]) -> tuple[Ints, ...]:
-    """The path, see :func:`extract_path`, from each of the ``starts``."""
-    known = isinstance(result, CostToGo)
-    x = result.x if known else result
-    problem = result.problem if known and result.network is net else reduce(net)
-    here = [_position(problem, start) for start in starts]
-    tight = _tight_arcs(problem, problem.pack(field(problem, x, "x")))
-    hops = problem.hops_along(tight)
-    for start in np.array(starts)[hops[here] < 0]:
-        raise StateError(
-            f"minimising neighbours of node {start} lead to no source: the field has not settled; solve it to the end"
-        )
-    return tuple(problem.nodes[_descent(problem, tight, hops, row)] for row in here)
+    return _extract_paths(net, result, [start])[0]
 
 
 def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | Sequence[int]) -> tuple[Ints, ...]:
@@ -55,13 +40,11 @@ def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | S
 
     Raises :class:`StateError` for a start that is no node.
     """
-    n = network.n_nodes
     x = states(network, cost_to_go.x if isinstance(cost_to_go, CostToGo) else cost_to_go, "x")
-    nodes = numbers("starts", starts, ("s",), StateError).tolist()
-    nodes = [int(start) if start == int(start) else start for start in nodes]
-    reaching = [start for start in nodes if start not in range(n) or np.isfinite(x[start])]
-    paths = dict(zip(reaching, extract_paths(network, cost_to_go, reaching), strict=True))
-    return tuple(paths.get(start, np.zeros(0, dtype=np.int64)) for start in nodes)
+    nodes = indices("starts", starts, ("s",), network.n_nodes, StateError)
+    reaching = nodes[np.isfinite(x[nodes])].tolist()
+    paths = dict(zip(reaching, _extract_paths(network, cost_to_go, reaching), strict=True))
+    return tuple(paths.get(start, np.zeros(0, dtype=np.int64)) for start in nodes.tolist())
 
 
 def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
@@ -73,9 +56,20 @@ def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
     if not len(starts):
         raise ArrayError("starts are none: give the index of one node at least.")
     start = int(starts[np.argmin(result.x[starts])])
-    if not np.isfinite(result.x[start]):
-        return np.zeros(0, dtype=np.int64)
-    return extract_path(result.network, result, start)
+    return paths_from(result.network, result, [start])[0]
+
+
+def _extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]) -> list[Ints]:
+    known = isinstance(result, CostToGo)
+    problem = result.problem if known and result.network is net else reduce(net)
+    here = [_position(problem, start) for start in starts]
+    tight = _tight_arcs(problem, problem.pack(field(problem, result.x if known else result, "x")))
+    hops = problem.hops_along(tight)
+    for start in np.array(starts)[hops[here] < 0]:
+        raise StateError(
+            f"minimising neighbours of node {start} lead to no source: the field has not settled; solve it to the end"
+        )
+    return [problem.nodes[_descent(problem, tight, hops, row)] for row in here]
 
 
 def _position(problem: Problem, start: int) -> int:
@@ -98,15 +92,11 @@ def _tight_arcs(problem: Problem, y: Floats) -> Bools:
 
 
 def _descent(problem: Problem, tight: Bools, hops: Ints, here: int) -> list[int]:
-    path = [here]
-    while path[-1] < problem.n_rows:
-        path.append(_next(problem, tight, hops, path[-1]))
+    ends, path = np.append(problem.starts, problem.heads.size), [here]
+    while here < problem.n_rows:
+        arcs = slice(ends[here], ends[here + 1])
+        heads = problem.heads[arcs][tight[arcs]]
+        heads = heads[hops[heads] == hops[here] - 1]
+        here = int(heads[np.argmin(problem.nodes[heads])])
+        path.append(here)
     return path
-
-
-def _next(problem: Problem, tight: Bools, hops: Ints, here: int) -> int:
-    last = problem.heads.size if here + 1 == problem.n_rows else problem.starts[here + 1]
-    arcs = np.arange(problem.starts[here], last)
-    heads = problem.heads[arcs[tight[arcs]]]
-    heads = heads[hops[heads] == hops[here] - 1]
-    return int(heads[np.argmin(problem.nodes[heads])])

@@ -1,11 +1,9 @@
-"""The part of a network that the dynamics acts on, laid out for speed."""
+"""The part of a network that the dynamics acts on, and what the theorems assume of it, checked before a run."""
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -14,9 +12,8 @@ from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints, plain_numbers
 from planner.base.errors import AssumptionError
-from planner.gabf.arcmaps import AffineArcs, ArcMap
+from planner.gabf.kernels import ArcMap
 from planner.gabf.network import Network
-from planner.gabf.reverse_adjacency import Readers
 from planner.native.compiled import hops_to_source
 
 
@@ -38,28 +35,32 @@ class Standing(NamedTuple):
         """The largest |y| of the rows."""
         return max(abs(self.lowest), abs(self.highest))
 
-    @staticmethod
-    def of(y: Floats, xhat: Floats) -> Standing:
-        rows = y[: xhat.size]
-        lowest, highest = float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
-        moving = float(np.minimum(rows, rows - xhat)[xhat != 0].min(initial=np.inf))
-        return Standing(y, xhat, float(np.abs(xhat).max(initial=0.0)), lowest, highest, moving)
-
 
 @dataclass(frozen=True, eq=False)
-class Rows:
-    """States that move: row i reads the states at ``heads[starts[i]:starts[i + 1]]`` through ``arcs``, at least one.
+class Problem:
+    """The nodes that reach a source: the R non-source ones (rows) first, then the S sources.
 
-    The states of the R rows come first, behind them those that are only read.
+    Row i reads the states at ``heads[starts[i]:starts[i + 1]]`` through ``arcs``, at least one. ``nodes`` (R + S,) are
+    indices in the network, ``anchors`` (S,) the values of the sources; ``heads`` are positions in ``nodes``, ``arcs``
+    the arcs ``arc_ids`` of the network. ``hops`` (R,) fewest arcs to a source.
     """
 
+    network: Network
     starts: Ints
     heads: Ints
     arcs: ArcMap
+    nodes: Ints
+    anchors: Floats
+    arc_ids: Ints
+    hops: Ints
 
     @property
     def n_rows(self) -> int:
         return self.starts.size
+
+    @property
+    def rows(self) -> Ints:
+        return self.nodes[: self.n_rows]
 
     @cached_property
     def owners(self) -> Ints:
@@ -78,37 +79,10 @@ class Rows:
 
     def standing(self, y: Floats) -> Standing:
         """How the rows stand at states ``y``."""
-        return Standing.of(y, self.disequilibrium(y))
-
-
-@dataclass(frozen=True, eq=False)
-class Problem(Rows):
-    """The nodes that reach a source: the R non-source ones (rows) first, then the sources.
-
-    ``nodes`` (R + S,) their indices in the network, ``anchors`` (S,) the values of the sources; ``heads`` are positions
-    in ``nodes``, ``arcs`` the arcs ``arc_ids`` of the network. ``hops`` (R,) fewest arcs to a source.
-    """
-
-    network: Network
-    nodes: Ints
-    anchors: Floats
-    arc_ids: Ints
-    hops: Ints
-
-    @property
-    def rows(self) -> Ints:
-        return self.nodes[: self.n_rows]
-
-    @cached_property
-    def _downhill(self) -> Bools:
-        """(A,) the arcs that lead one hop nearer to the sources."""
-        hops = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
-        return hops[self.heads] < hops[self.owners]
-
-    @cached_property
-    def readers(self) -> Readers:
-        """Which arcs read a node."""
-        return Readers(self.heads, self.nodes.size)
+        rows, xhat = y[: self.n_rows], self.disequilibrium(y)
+        lowest, highest = float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
+        moving = float(np.minimum(rows, rows - xhat)[xhat != 0].min(initial=np.inf))
+        return Standing(y, xhat, float(np.abs(xhat).max(initial=0.0)), lowest, highest, moving)
 
     def hops_along(self, arcs: Bools) -> Ints:
         """(R + S,) the fewest of these ``arcs`` (A,) from each node to a source; -1 where they lead to none."""
@@ -116,65 +90,45 @@ class Problem(Rows):
         sources = np.arange(self.n_rows, self.nodes.size)
         return hops_to_source(np.concatenate(([0], np.cumsum(counts))), self.heads[arcs], sources)
 
-    @cached_property
-    def climbs(self) -> list[Callable[[float], float]]:
-        """g_1, g_2, ..: g_k(a) is the largest, over the nodes of k hops, of the cheapest f_ij(a) towards k - 1 hops."""
-        if isinstance(self.arcs, AffineArcs) and self.arcs.slope is None and self.n_rows:
-            cheapest = np.minimum.reduceat(np.where(self._downhill, self.arcs.offset, np.inf), self.starts)
-            steepest = np.full(int(self.hops.max()), -np.inf)
-            np.maximum.at(steepest, self.hops - 1, cheapest)
-            return [partial(operator.add, cost) for cost in steepest.tolist()]
-        downhill = np.flatnonzero(self._downhill)
-        height = self.hops[self.owners[downhill]]
-        downhill = downhill[np.argsort(height, kind="stable")]
-        ends = np.cumsum(np.bincount(height, minlength=1))
-        return [partial(_climb, self._reading_one(downhill[a:b])) for a, b in pairwise(ends)]
+    @property
+    def most_hops(self) -> int:
+        """The largest of ``hops``."""
+        return int(self.hops.max(initial=0))
 
-    def _reading_one(self, arcs: Ints) -> Rows:
-        """The rows of some ``arcs``, all of which read one state."""
-        starts = np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))
-        return Rows(starts, np.zeros(arcs.size, dtype=np.int64), self.arcs.take(arcs))
+    def climb(self, k: int, a: float) -> float:
+        """g_k(a): the largest, over the nodes of k hops, of the cheapest f_ij(a) towards k - 1 hops."""
+        arcs, starts = self._stairs[k - 1]
+        with np.errstate(over="ignore"):
+            return float(np.minimum.reduceat(self.arcs.take(arcs)(np.full(arcs.size, a)), starts).max())
+
+    @cached_property
+    def _stairs(self) -> list[tuple[Ints, Ints]]:
+        """For 1, 2, .. hops the arcs that lead one hop nearer to the sources, and where each node's begin."""
+        hops = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
+        downhill = np.flatnonzero(hops[self.heads] < hops[self.owners])
+        height = hops[self.owners[downhill]]
+        downhill = downhill[np.argsort(height, kind="stable")]
+        stairs = [downhill[a:b] for a, b in pairwise(np.cumsum(np.bincount(height, minlength=1)))]
+        return [(arcs, np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))) for arcs in stairs]
 
     def mean_cost(self, y: Floats) -> float:
         """What an arc adds on average at state ``y``: the scale that errors of one step are measured by."""
-        if not self.n_rows:
-            return 0.0
         heads = y[self.heads]
-        return float(np.mean(np.abs(self.arcs(heads) - heads)))
+        return float(np.mean(np.abs(self.arcs(heads) - heads))) if self.n_rows else 0.0
 
     def with_sources(self, rows: Floats) -> Floats:
         """(R + S,) the states ``rows`` (R,), and the sources at their anchors."""
         return np.concatenate((rows, self.anchors))
 
-    def swept(self, y: Floats) -> Floats:
-        """T'y of eq. (bellman-gabf)."""
-        return self.with_sources(self.parent_values(y))
-
-    def settled(self, y: Floats, sweeps: int) -> tuple[Floats, int] | None:
-        """T' iterated from ``y`` until nothing changes, and how often it did; None where ``sweeps`` do not suffice."""
-        for sweep in range(sweeps + 1):
-            swept = self.swept(y)
-            if np.array_equal(swept, y):
-                return y, sweep
-            y = swept
-        return None
-
     def pack(self, x: Floats) -> Floats:
         """States of these nodes from an array over all nodes, sources at their anchors."""
-        y = x[self.nodes]
-        y[self.n_rows :] = self.anchors
-        return y
+        return self.with_sources(x[self.rows])
 
     def unpack(self, y: Any, missing: float = np.inf) -> NDArray[Any]:
         """An array over all nodes out of ``y`` (R + S,), or of the rows alone (R,); ``missing`` at all others."""
         x = np.full(self.network.n_nodes, missing, dtype=y.dtype)
         x[self.nodes[: y.size]] = y
         return x
-
-
-def _climb(rows: Rows, a: float) -> float:
-    with np.errstate(over="ignore"):
-        return float(rows.parent_values(np.array([a])).max())
 
 
 def reduce(net: Network) -> Problem:
@@ -184,15 +138,19 @@ def reduce(net: Network) -> Problem:
     nodes = np.concatenate((np.flatnonzero(is_row), net.sources))
     position = np.full(net.n_nodes, -1, dtype=np.intp)
     position[nodes] = np.arange(nodes.size)
-    used = is_row[net.tails] & (hops[net.indices] >= 0)
-    arc_ids = np.flatnonzero(used)
+    arc_ids = np.flatnonzero(is_row[net.tails] & (hops[net.indices] >= 0))
     counts = np.bincount(position[net.tails[arc_ids]], minlength=nodes.size - net.sources.size)
-    heads = position[net.indices[arc_ids]]
-    arcs = net.arcs if arc_ids.size == net.n_arcs else net.arcs.take(arc_ids)
-    anchors = net.source_values
-    assert anchors is not None
-    starts = np.cumsum(counts) - counts
-    return Problem(starts, heads, arcs, net, nodes, anchors, arc_ids, hops[is_row])
+    assert net.source_values is not None
+    return Problem(
+        network=net,
+        starts=np.cumsum(counts) - counts,
+        heads=position[net.indices[arc_ids]],
+        arcs=net.arcs.take(arc_ids),
+        nodes=nodes,
+        anchors=net.source_values,
+        arc_ids=arc_ids,
+        hops=hops[is_row],
+    )
 
 
 def states(net: Network, x: Any, name: str) -> Floats:
@@ -210,3 +168,119 @@ def field(problem: Problem, x: Any, name: str) -> Floats:
     if bad.size:
         raise AssumptionError(f"{name}[{bad[0]}] is {result[bad[0]]}: every state must be finite")
     return result
+
+
+@dataclass(frozen=True)
+class Premises:
+    """The interval [lower, upper] that a run stays in, and zeta of eq. (progressive) and L of eq. (Lipschitz) on it.
+
+    ``sampled`` is True where a user's kernel was probed on a grid, which can refuse a kernel but prove
+    nothing.
+    """
+
+    lower: float
+    upper: float
+    zeta: float
+    L: float
+    sampled: bool
+
+
+def overestimate(net: Network) -> Floats:
+    """(n,) a strict overestimate of x*, as assumption (over) asks; +inf at nodes that reach no source.
+
+    U_0 = max source value, U_k = g_k(U_(k-1)) with g_k(a) the largest, over nodes of k hops, of their
+    cheapest arc's f_ij(a) towards k - 1 hops: a fewest-hops path costs at most U_k. Nodes of k hops start at
+    g_k(U_k) > U_k.
+    """
+    problem = reduce(net)
+    return problem.unpack(start_above(problem))
+
+
+def start_above(problem: Problem) -> Floats:
+    rungs = _ladder(problem, np.full(problem.most_hops + 1, -np.inf)).tolist()
+    starts = [0.0, *(problem.climb(k, rungs[k]) for k in range(1, len(rungs)))]
+    return problem.with_sources(np.array(starts)[problem.hops])
+
+
+def premises(problem: Problem, y0: Floats) -> Premises:
+    """Check kernel and start; raises AssumptionError naming the node and arc that break an assumption.
+
+    The interval: lemma (globalbound) from below, where x_i >= min{xbar_1*, min x(0)}, loosened to the
+    sources' smallest value; from above the largest value of :func:`ceiling`.
+    """
+    kernel, outside = problem.network.kernel, np.flatnonzero(~problem.network.kernel.domain.holds(y0))
+    if outside.size:
+        raise AssumptionError(
+            f"node {problem.nodes[outside[0]]} starts at {y0[outside[0]]:g}, outside the domain {kernel.domain} of "
+            f"{type(kernel).__name__}: choose x0 and source_values inside"
+        )
+    rows = y0[: problem.n_rows]
+    upper = float(_rungs_above(problem, y0).max())
+    if not np.isfinite(upper):
+        raise AssumptionError("the bound on the states overflows: pass a smaller x0, or rescale the weights")
+    lower = float(min(problem.anchors.min(), rows.min(initial=np.inf)))
+    return check_kernel(problem, lower, upper)
+
+
+def ceiling(problem: Problem, y0: Floats) -> Floats:
+    """(R + S,) states that no run from ``y0`` exceeds (ours, for lemma (globalexistence) names no number).
+
+    V_0 = max source, V_k = max(x_i(0) over nodes of k hops, g_k(V_(k-1))) with g_k of :func:`overestimate`
+    satisfies T'V <= V, and the flow keeps order, so x stays below V.
+    """
+    return problem.with_sources(_rungs_above(problem, y0)[problem.hops])
+
+
+def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:
+    """zeta, L and monotonicity of the kernel on [lower, upper]; AssumptionError where one fails."""
+    if problem.n_rows == 0:
+        return Premises(lower, upper, np.inf, 1.0, problem.arcs.sampled)
+    least, steepest = problem.arcs.slopes(lower, upper)
+    _refuse(problem, least > 0, least, f"does not increase on [{lower:g}, {upper:g}]: its slope falls to")
+    gains = problem.arcs.progress(lower, upper)
+    _refuse(problem, gains > 0, gains, f"is not progressive on [{lower:g}, {upper:g}]: f(a) - a falls to")
+    return Premises(lower, upper, float(gains.min()), float(steepest.max()), problem.arcs.sampled)
+
+
+def require_overestimate(problem: Problem, y0: Floats, y_star: Floats, law: str) -> None:
+    """Assumption (over): x_i(0) > x_i* at every non-source node."""
+    rows = problem.n_rows
+    bad = np.flatnonzero(~(y0[:rows] > y_star[:rows]))
+    if bad.size:
+        raise AssumptionError(
+            f"the {law} law needs starts above the optimum, eq. (ass:over), but node {problem.nodes[bad[0]]} "
+            f"starts at {y0[bad[0]]:g} with x* = {y_star[bad[0]]:g}: use x0=overestimate(net), or the "
+            "SingularityFree law"
+        )
+
+
+def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
+    """The start as the solver holds it: ``x0`` (n,) or one number for all; sources keep their values."""
+    if x0 is None:
+        return start_above(problem)
+    x = plain_numbers("x0", x0, AssumptionError)
+    x = np.full(problem.network.n_nodes, float(x)) if x.ndim == 0 else x
+    return problem.pack(field(problem, x, "x0"))
+
+
+def _rungs_above(problem: Problem, y0: Floats) -> Floats:
+    floor = np.full(problem.most_hops + 1, -np.inf)
+    np.maximum.at(floor, problem.hops, y0[: problem.n_rows])
+    return _ladder(problem, floor)
+
+
+def _ladder(problem: Problem, floor: Floats) -> Floats:
+    rungs = [float(problem.anchors.max())]
+    for k, least in enumerate(floor[1:].tolist(), start=1):
+        rungs.append(max(least, problem.climb(k, rungs[-1])))
+    return np.array(rungs)
+
+
+def _refuse(problem: Problem, fine: Bools, value: Floats, complaint: str) -> None:
+    bad = np.flatnonzero(~np.broadcast_to(fine, problem.arc_ids.shape))
+    if bad.size:
+        net, arc = problem.network, problem.arc_ids[bad[0]]
+        raise AssumptionError(
+            f"{type(net.kernel).__name__} {complaint} {value[bad[0]]:g} on arc {arc}, by which node "
+            f"{net.tails[arc]} reads node {net.indices[arc]}; raise that arc's cost, or choose x0 elsewhere"
+        )

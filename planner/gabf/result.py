@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
-from planner.gabf.assumptions import Premises
 from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem
+from planner.gabf.problem import Premises, Problem
 
 
 class Ending(Enum):
@@ -20,8 +18,8 @@ class Ending(Enum):
 
     SETTLED = "Every node that reaches a source settled on its optimal cost-to-go."
     BUDGET_SPENT = (
-        "The budget ran out before the field was proved settled: raise max_steps or until_tau, start from "
-        "gabf.overestimate(net), or use the splitting solver."
+        "The budget ran out before the field was proved settled: raise max_steps or until_tau, or start from "
+        "gabf.overestimate(net)."
     )
 
     @property
@@ -33,8 +31,7 @@ class Ending(Enum):
 class FieldHistory:
     """Saved states: ``tau`` (k,), ``t`` (k,), ``x`` (k, n) and the control input ``u`` = dx/dt (k, n).
 
-    x is +inf and u is 0 at nodes that reach no source. tau is +inf for times from T_p on, where the law is
-    inert.
+    x is +inf and u is 0 at nodes that reach no source.
     """
 
     tau: Floats
@@ -49,12 +46,12 @@ class CostToGo:
 
     :attr:`settling_tau`: the first tau after which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i for ever
     after; ``dated_tau`` is what this run's steps alone say of it, None if it was not reached. What is proved of it,
-    whatever the solver and its steps, is :attr:`settling_tau_bracket`. ``error_bound`` bounds max |x - x*|, proved
-    without an oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
-    and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
-    non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt| there: a figure of this run, which a
-    smaller tolerance of the solver converges where the gain grows before the last node settles. ``premises`` holds the
-    interval that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
+    whatever the steps, is :attr:`settling_tau_bracket`. ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|, 0 where x is
+    proved to be x* to the last bit. ``lowest`` and ``highest`` are the extreme states of non-source nodes over all
+    steps, ``largest_input`` the largest |dx_i/dt| there: a figure of this run, which a smaller tolerance of the solver
+    converges where the gain grows before the last node settles. ``evaluations`` counts how often all parent values
+    were computed. ``premises`` holds the interval that the run stayed in with zeta and L on it, ``problem`` the part of
+    the network that reaches a source.
     """
 
     x: Floats
@@ -69,12 +66,11 @@ class CostToGo:
     lowest: float
     highest: float
     largest_input: float
-    error_bound: float
     settle_tolerance: float
     steps: int
     evaluations: int
-    solver: str
     history: FieldHistory | None = None
+    _brackets: dict[float, tuple[float, float]] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         end = "settled" if self.dated_tau is not None else "not settled"
@@ -85,7 +81,7 @@ class CostToGo:
         """The network that it is the field of."""
         return self.problem.network
 
-    @cached_property
+    @property
     def settling_tau(self) -> float | None:
         """The tau of :attr:`settling_tau_bracket` that is nearest to ``dated_tau``, so a few times a run's work."""
         return self.dated_within()
@@ -111,14 +107,14 @@ class CostToGo:
         None for a run that did not settle, (0, inf) for a field of too many rows times hops. Else they are ``width`` of
         the latest apart, unless that took more work than :mod:`planner.gabf.enclosure` spends, or errors begin within
         the tolerance and leave it first: then the earliest is 0. Half the width takes about twice the work. Raises
-        :class:`OptionError` for a width that is none.
+        :class:`OptionError` for a width that is no share in (0, 1].
         """
         if not 0.0 < width <= 1.0:
-            raise OptionError(f"width {width:g} is not usable: give a share of the latest, above 0 up to 1.")
+            raise OptionError(f"width must be above 0 and at most 1, a share of the latest, got {width:g}.")
         if self.dated_tau is not None and width not in self._brackets:
-            y0, y_star = self.problem.pack(self.x0), self.problem.pack(self.x) if self.error_bound == 0.0 else None
+            start, end, band = self.problem.pack(self.x0), self.problem.pack(self.x), self.settle_tolerance
             self._brackets[width] = bracket_settling(
-                self.problem, self.law.flow, y0, self.premises, self.settle_tolerance, self.dated_tau, width, y_star
+                self.problem, self.law.flow, start, end, self.premises, band, self.dated_tau, width
             )
         return self._brackets.get(width)
 
@@ -126,8 +122,3 @@ class CostToGo:
         """The tau of :meth:`settling_within` that is nearest to ``dated_tau``; None for a run that did not settle."""
         bracket = self.settling_within(width)
         return None if bracket is None or self.dated_tau is None else min(max(self.dated_tau, bracket[0]), bracket[1])
-
-    @cached_property
-    def _brackets(self) -> dict[float, tuple[float, float]]:
-        """Those that were asked for, by their width."""
-        return {}

@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
 from planner.gabf.flows import Flow
-from planner.gabf.parents import parents_of
-from planner.gabf.problem import Problem
-from planner.gabf.solvers import ROUNDED, Solver, State, Targets
+from planner.gabf.kernels import AffineArcs
+from planner.gabf.problem import Problem, Standing
+from planner.native.compiled import NativeArcs
 
 _EPS, _TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
-SAFETY = 0.9
+_ROUNDED = 64 * _EPS
+"""Share of the largest state below which a disequilibrium may be rounding: steps are not measured by less."""
+_SAFETY = 0.9
 _MOST = 2.5
 """Shares of ``tolerance`` that a step may err by of a disequilibrium that the law undoes in no time: without it, rises
 that step as fast as they may are 100 times too slow where exponents are far from 1.
@@ -31,7 +32,7 @@ RETIRE_EVERY = 8
 
 
 @dataclass(frozen=True)
-class Splitting(Solver):
+class Splitting:
     """Hold each parent value m_i = min_j f_i(y_j, w_ij): then y_i - m_i follows a scalar equation of known flow.
 
     A step takes m from about half a step (order 2) and flows across the whole. It has no stability limit, no
@@ -48,9 +49,6 @@ class Splitting(Solver):
 
     tolerance: float = 0.05
     max_step: float = np.inf
-    order: ClassVar[int] = 2
-    exact_rest: ClassVar[bool] = True
-    name: ClassVar[str] = "splitting"
 
     def __post_init__(self) -> None:
         if not (self.tolerance > 0 and self.max_step > 0):
@@ -58,39 +56,7 @@ class Splitting(Solver):
         if np.isinf(self.tolerance) and np.isinf(self.max_step):
             raise OptionError("an infinite tolerance needs a finite max_step, the size of every step")
 
-    def states(self, problem: Problem, flow: Flow, y0: Floats, targets: Floats) -> Iterator[State]:
-        """See :class:`planner.gabf.solvers.Solver`."""
-        return self.steps(Field(problem, flow, y0), flow, problem.mean_cost(y0), targets)
-
-    def steps(self, field: Field, flow: Flow, hop: float, targets: Floats) -> Iterator[State]:
-        """The same for states wherever they are kept; ``hop`` is their mean cost, see :class:`Problem`."""
-        landing = Targets(targets)
-        tau, count, steps, rejected = 0.0, 1, 0, 0
-        state = field.state(tau, count, rejected)
-        dtau = self._first_step(flow, state.residual, hop)
-        while True:
-            yield state
-            steps += 1
-            if steps % RETIRE_EVERY == 0:
-                field.retire()
-            size = _measured_by(state, hop)
-            allowed, shortest = self._allowed(flow, size), _shortest_step(flow, state)
-            dtau = min(max(dtau, shortest), self._longest_step(flow, state.residual))
-            while True:  # ends: a rejected step is a tenth shorter at least, and the shortest is accepted
-                step, reached = landing.clip(tau, dtau)
-                share = field.attempt(step, size)
-                count += 1
-                if share <= allowed or step <= shortest:
-                    break
-                dtau = max(step * max(0.2, SAFETY * allowed / share), shortest)
-                rejected += 1
-            field.accept()
-            tau, count = reached, count + 1
-            state = field.state(tau, count, rejected)
-            growth = SAFETY * allowed / share if share > 0.5 * SAFETY * allowed else 2.0
-            dtau = max(dtau, step) * growth
-
-    def _allowed(self, flow: Flow, size: float) -> float:
+    def allowed(self, flow: Flow, size: float) -> float:
         """The share of a disequilibrium of ``size`` that a step may err by.
 
         It is ``tolerance`` in tau, in units of the law's own pace, and at most a share of the time in which the law
@@ -98,23 +64,75 @@ class Splitting(Solver):
         """
         return self.tolerance * min(flow.pace * flow.speed(size) / size, _MOST) if size else np.inf
 
-    def _longest_step(self, flow: Flow, size: float) -> float:
+    def longest_step(self, flow: Flow, size: float) -> float:
         """Strang's rule itself errs by about (dtau / longest)^3 longest in tau. At last, nothing is left to be done."""
         if np.isinf(self.tolerance):
             return self.max_step
         return min(math.cbrt(self.tolerance) * flow.longest_step(size), self.max_step, flow.whole_time)
 
-    def _first_step(self, flow: Flow, residual: float, hop: float) -> float:
+    def first_step(self, flow: Flow, residual: float, hop: float) -> float:
+        """The time in which the law undoes the largest disequilibrium, or that of one arc if that is less."""
         if np.isinf(self.tolerance):
             return self.max_step
         size = max(min(residual, hop), _TINY)
         return size / flow.speed(size)
 
 
+@dataclass(frozen=True, eq=False)
+class State:
+    """How the rows stand at clock reading ``tau``, and how many steps were tried in vain until then."""
+
+    tau: float
+    standing: Standing
+    rejected: int = 0
+
+    @property
+    def y(self) -> Floats:
+        """(R + S,) the states; not to be written to."""
+        return self.standing.y
+
+    @property
+    def residual(self) -> float:
+        """max |xhat_i|, the Bellman residual."""
+        return self.standing.residual
+
+    @property
+    def resolution(self) -> float:
+        """The least |xhat| that says anything: what steps leave is rounded. The start is exact."""
+        return _ROUNDED * self.standing.largest if self.tau > 0.0 else 0.0
+
+
+def run(problem: Problem, flow: Flow, y0: Floats, solver: Splitting, until_tau: float = np.inf) -> Iterator[State]:
+    """The start, then the state after every step of dy/dtau = -phi(y - m(y)), without end; one is at ``until_tau``."""
+    parents, hop = parents_of(problem), problem.mean_cost(y0)
+    state = State(0.0, parents.standing(y0))
+    dtau = solver.first_step(flow, state.residual, hop)
+    steps = rejected = 0
+    while True:
+        yield state
+        steps += 1
+        if steps % RETIRE_EVERY == 0:
+            parents = parents.retire(state.standing)
+        size = _measured_by(state, hop)
+        allowed, shortest = solver.allowed(flow, size), _shortest_step(flow, state)
+        dtau = min(max(dtau, shortest), solver.longest_step(flow, state.residual))
+        while True:  # ends: a rejected step is a tenth shorter at least, and the shortest is accepted
+            step, reached = dtau, state.tau + dtau
+            if state.tau < until_tau <= state.tau + 1.0001 * dtau:
+                step, reached = until_tau - state.tau, until_tau
+            standing, share = parents.step(flow, state.standing, step, size)
+            if share <= allowed or step <= shortest:
+                break
+            dtau = max(step * max(0.2, _SAFETY * allowed / share), shortest)
+            rejected += 1
+        state = State(reached, standing, rejected)
+        dtau = max(dtau, step) * (_SAFETY * allowed / share if share > 0.5 * _SAFETY * allowed else 2.0)
+
+
 def _measured_by(state: State, hop: float) -> float:
-    """The disequilibrium that an error of the next step is measured by, see :meth:`Parents.advance`."""
+    """The disequilibrium that an error of the next step is measured by, see :meth:`Parents.step`."""
     largest = state.standing.largest
-    return max(min(state.residual, max(hop, _FINEST * largest)), ROUNDED * largest)
+    return max(min(state.residual, max(hop, _FINEST * largest)), _ROUNDED * largest)
 
 
 def _shortest_step(flow: Flow, state: State) -> float:
@@ -123,26 +141,75 @@ def _shortest_step(flow: Flow, state: State) -> float:
     return max(_EPS * state.tau, _FINEST * left, _TINY)
 
 
-class Field:
-    """The states of a run in one array, and one step of them; subclasses keep them elsewhere."""
+class Parents:
+    """Parent values of all rows, and steps of the splitting method by them, for every kernel."""
 
-    def __init__(self, problem: Problem, flow: Flow, y0: Floats):
-        self._flow, self._parents = flow, parents_of(problem)
-        self._here = self._next = self._parents.standing(y0)
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
 
-    def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
-        """The states as they are."""
-        return State(tau, self._here, evaluations, rejected)
+    def __call__(self, y: Floats) -> Floats:
+        """(R,) m_i at states ``y``."""
+        return self.problem.parent_values(y)
 
-    def attempt(self, dtau: float, size: float) -> float:
-        """Try a step, and how far off it may be, see :meth:`Parents.advance`."""
-        self._next, share = self._parents.step(self._flow, self._here, dtau, size)
-        return share
+    def standing(self, y: Floats) -> Standing:
+        """How the rows stand at states ``y``."""
+        return self.problem.standing(y)
 
-    def accept(self) -> None:
-        """Take the step that was tried last."""
-        self._here = self._next
+    def step(self, flow: Flow, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
+        """How the rows stand after ``dtau``, and how far off that may be, as a share of ``size`` + |xhat_i|.
 
-    def retire(self) -> None:
-        """Stop looking at rows that rest for good."""
-        self._parents = self._parents.retire(self._here, self._here.lowest_moving)
+        Parent values are taken about half a step on, see :meth:`Flow.half_step`. Had m not been moved by delta, the
+        step would have ended delta (1 - rho) elsewhere, rho the share of y_i - m_i that the flow leaves over. The law
+        undoes an error of ``size`` in size / phi(size), so this share counts as a time: ``size`` is the largest
+        disequilibrium, or an average arc cost if smaller.
+        """
+        y = at.y.copy()
+        flow.compiled.sketch(None, at.y, at.xhat, flow.half_step(dtau, size), y)
+        off = flow.compiled.advance(None, self(y), at.y, at.xhat, dtau, size, y)
+        return self.standing(y), off
+
+    def retire(self, at: Standing) -> Parents:
+        """The same without rows that rest for good, if that saves anything."""
+        return self
+
+
+class AffineParents(Parents):
+    """The same in compiled code for the kernels of the paper, of the ``rows`` that still move, None for all."""
+
+    def __init__(self, problem: Problem, arcs: NativeArcs, rows: Ints | None = None) -> None:
+        super().__init__(problem)
+        self.rows, self._arcs = rows, arcs
+
+    def __call__(self, y: Floats) -> Floats:
+        """(rows,) m_i at states ``y``."""
+        return self._arcs.parent_values(self.rows, y)
+
+    def standing(self, y: Floats) -> Standing:
+        """How the rows stand at states ``y``; xhat is 0 at those that are not looked at."""
+        return Standing(y, *self._arcs.standing(self.rows, y))
+
+    def step(self, flow: Flow, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
+        half = flow.half_step(dtau, size)
+        y, xhat, *numbers, off = self._arcs.step(flow.compiled, self.rows, at.y, at.xhat, half, dtau, size)
+        return Standing(y, xhat, *numbers), off
+
+    def retire(self, at: Standing) -> Parents:
+        """Drop the rows that rest for good, once they are a quarter of all.
+
+        Let v be :attr:`Standing.lowest_moving`. Rows at rest below v read only rows at rest below v, and no state falls
+        below v any more: the moving row that is lowest has parent values of at least v. So they never move again; this
+        is lemma (globalbound) applied to the rest of the network.
+        """
+        rows = np.arange(self.problem.n_rows) if self.rows is None else self.rows
+        kept = rows[(at.xhat[rows] != 0) | (at.y[rows] >= at.lowest_moving)]
+        if not rows.size or kept.size > 0.75 * rows.size:
+            return self
+        return AffineParents(self.problem, self._arcs, kept)
+
+
+def parents_of(problem: Problem) -> Parents:
+    """Parent values of all rows, compiled where the kernel is affine."""
+    arcs = problem.arcs
+    if not isinstance(arcs, AffineArcs):
+        return Parents(problem)
+    return AffineParents(problem, NativeArcs(problem.starts, problem.heads, arcs.slope, arcs.offset))

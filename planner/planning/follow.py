@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Floats
 from planner.base.errors import OptionError, SceneError
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
@@ -209,9 +209,9 @@ def _reached(
     """How far a ladder leads in a tube."""
     with clock("ladder"):
         step = None if request.what.tool_speed is None else _FAST_STEP
-        ladder = build_ladder(
-            checker.robot, tube, step, request.quality.seed, request.what.ladder_density, _free_at(checker)
-        )
+        prover = EdgeProver(checker)
+        how = request.quality.seed, request.what.ladder_density, lambda q: prover.free(q, np.zeros_like(q))
+        ladder = build_ladder(checker.robot, tube, step, *how)
         progress("ladder", len(ladder.q), len(ladder.q))
     with clock("proofs"):
         return reached_on(ladder, checker, request.quality.min_manipulability, request.quality.seed, progress)
@@ -222,12 +222,6 @@ def _starts(request: FollowRequest, checker: CollisionChecker) -> Floats:
     states = states_of(checker.robot, checker.world.scene)
     assert request.what.start is not None  # a free motion begins there
     return resolve(request.what.start, checker, states, "start", tolerance=request.what.ik_tolerance)
-
-
-def _free_at(checker: CollisionChecker) -> Callable[[Floats], Bools]:
-    """Which configurations (k, dof) are proven free, (k,)."""
-    prover = EdgeProver(checker)
-    return lambda q: prover.free(q, np.zeros_like(q))
 
 
 def _forward(network: gabf.Network, along: Floats) -> gabf.Network:

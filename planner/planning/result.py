@@ -53,7 +53,7 @@ class Plan(Result[PlanRecord]):
     A continuous joint is unwound along the path, so that following it is never a jump. ``layered`` is what the dynamics
     ran on, where it came so far: the roadmap, or with a manipulability floor the layers of
     :mod:`planner.search.manipulability_floor`; ``cost_to_go`` is of its nodes. ``goal`` is the text of the goal
-    that is reached, ``alternatives`` the paths of other betas, see :mod:`planner.tradeoff.alternatives`.
+    that is reached, ``alternatives`` the paths of other betas, see :mod:`planner.tradeoff.sweep`.
     """
 
     FILES: ClassVar = (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME, PAGE_NAME, JSON_NAME)

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from planner.base.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
-from planner.cost.integral import costs_along
-from planner.cost.scale import CostScale, measure_scale
+from planner.cost.scale import CostScale, costs_along, measure_scale
 from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import node_manipulability
 from planner.roadmap.roadmap import LIBRARIES, Roadmap

@@ -20,8 +20,8 @@ from planner.query.resolve import resolve
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried
-from planner.tasks.modes import ARM, BLOCKED, STRAYS, Held, Mode, Modes, Placement
-from planner.tasks.sampling import REST, extent, generate_grasps, place_at, place_in_region, standing, tool_poses
+from planner.tasks.modes import ARM, BLOCKED, STRAYS, Held, Mode, Modes
+from planner.tasks.sampling import generate_grasps, place_at, place_in_region, standing, tool_poses
 from planner.tasks.task import Gripper, Line, Move, Pick, Place, Task, TaskError
 
 NOTHING = -1  # in the place of a number of a grasp or a placement
@@ -39,8 +39,7 @@ _GOALS = 8  # configurations that a state becomes at most
 def solutions(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: Tolerance) -> Floats:
     """At most ``most`` distinct configurations (k, dof) that bring the tool to ``pose``, best manipulability first.
 
-    From each of the ``seeds`` (n, dof), by damped least squares as :func:`planner.kinematics.inverse.solve_within`,
-    within a ``tolerance`` (m, rad).
+    From each of the ``seeds`` (n, dof), as :func:`planner.kinematics.inverse.solve_within` finds them.
     """
     ends = _solve(robot, pose, seeds, tolerance)
     best = np.argsort(-manipulability(robot, ends), kind="stable") if len(ends) else slice(0)
@@ -48,10 +47,7 @@ def solutions(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: T
 
 
 def along(robot: Robot, q: Floats, poses: Floats, tolerance: Tolerance) -> Floats | None:
-    """Configurations (k + 1, dof) from ``q`` on with the tool at ``poses`` (k, 4, 4); None where that cannot be.
-
-    A line ends where a solution is missing, or lies a jump away from the one before it.
-    """
+    """Configurations (k + 1, dof) from ``q`` on with the tool at ``poses`` (k, 4, 4); None where that needs a jump."""
     path = [q]
     for pose in poses:
         ends = _solve(robot, pose, path[-1][None], tolerance)
@@ -74,9 +70,8 @@ def _line_poses(rest: Floats, line: Line, forward: bool, margin: float) -> Float
     """
     axis = np.array(line.axis) if line.frame == "world" else rest[:3, :3] @ np.array(line.axis)
     first = min(RELEASE + margin, line.distance)
-    left = line.distance - first
-    count = int(np.ceil(left / STEP - 1e-9))
-    distances = np.append(first, first + left * (np.arange(count) + 1) / max(count, 1))
+    count = int(np.ceil((line.distance - first) / STEP - 1e-9))
+    distances = np.append(first, first + (line.distance - first) * (np.arange(count) + 1) / max(count, 1))
     poses = np.tile(rest, (count + 1, 1, 1))
     poses[:, :3, 3] += np.outer(distances if forward else -distances, axis)
     return poses
@@ -141,7 +136,6 @@ class Candidates:
             others = tuple(other for other in stands if other is not item)
             modes.placements.append(standing(item, item.placement, modes.checker, others))
         self._standing = {each.object: [k] for k, each in enumerate(modes.placements)}  # numbers of its placements
-        self._require_free_tops()
         self.first = Mode(tuple(range(len(modes.placements))), self._held[0] if self._held else None)
         for step in task.steps:
             self.rejected.append(Rejected())
@@ -157,24 +151,6 @@ class Candidates:
     def dead_end(self) -> int | None:
         """The first step (from 0) that nothing is left for."""
         return next((k for k, step in enumerate(self.steps) if not any(step.values())), None)
-
-    def _require_free_tops(self) -> None:
-        """Raise :class:`TaskError` where something is picked on which another stands that is picked later."""
-        first = {each.object: each for each in self.modes.placements}
-        for number, step in enumerate(self.task.steps, start=1):
-            below = first.pop(step.object, None) if isinstance(step, Pick) else None
-            if below is None:
-                continue
-            for name, placement in first.items():
-                side_by_side = self._heights(placement)[0] < self._heights(below)[1] - REST
-                if below.object in placement.supports and not side_by_side:
-                    picks = f"step {number} picks '{below.object}'"
-                    raise TaskError(f"{picks} while '{name}' stands on it: pick '{name}' before.")
-
-    def _heights(self, placement: Placement) -> Floats:
-        """How low and how high (2,) m an object at a placement reaches."""
-        ends = extent(self.modes.objects[placement.object].shape, placement.pose[:3, :3])
-        return np.array(ends)[:, 2] + placement.pose[2, 3]
 
     def _goals(self, number: int, step: Move) -> list[Candidate]:
         checker, role, none = self.modes.checker, f"step {number}, the move,", np.zeros(0, dtype=np.int64)
@@ -281,19 +257,19 @@ def require_sensible(task: Task, scene: Scene) -> Carried | None:
     held = None if first is None else first.name
     for k, step in enumerate(task.steps, start=1):
         if isinstance(step, Pick):
+            picks = f"step {k} picks '{step.object}'"
             if step.object not in names:
                 meant, there = nearest(step.object, names), choices(names)
-                raise TaskError(f"step {k} picks '{step.object}'{meant}, not in the scene; obstacles are {there}.")
+                raise TaskError(f"{picks}{meant}, not in the scene; obstacles are {there}.")
             if names.count(step.object) > 1:
-                raise TaskError(f"step {k} picks '{step.object}', which is several shapes: give one that is one shape.")
+                raise TaskError(f"{picks}, which is several shapes: give one that is one shape.")
             if held is not None:
-                raise TaskError(f"step {k} picks '{step.object}' while '{held}' is held: place that first.")
+                raise TaskError(f"{picks} while '{held}' is held: place that first.")
             held = step.object
         elif isinstance(step, Place):
             if held != step.object:
                 what = f"'{held}' is held" if held else "nothing is held"
                 raise TaskError(f"step {k} places '{step.object}', but {what}: pick it first.")
-            if step.object not in names:
-                names.append(step.object)
+            names += [] if step.object in names else [step.object]
             held = None
     return first

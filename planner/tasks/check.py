@@ -115,7 +115,7 @@ def check_file(
         path = path / JSON_NAME
     read = cache(lambda robot: read_motion(path, robot, record if path.name == JSON_NAME and record else None))
     message = None if given.robot is not None and given.robot != config.get("robot") else config.get("request")
-    checker = checker or open_world(world, message, lambda checker: _first(read(checker.robot)))
+    checker = checker or open_world(world, message, lambda checker: _start_of(read(checker.robot)))
     motion = read(checker.robot)
     if isinstance(motion, Trajectory):
         if limits is None and motion.limits is not None:
@@ -163,8 +163,7 @@ def _check_task_in(folder: Path, data: dict[str, Any], checker: CollisionChecker
     return check_task(record, checker, whole, step)
 
 
-def _first(motion: Floats | Trajectory) -> Floats:
-    """Where a motion begins (dof,)."""
+def _start_of(motion: Floats | Trajectory) -> Floats:
     return motion.columns[0][0] if isinstance(motion, Trajectory) else motion[0]
 
 
@@ -199,7 +198,7 @@ def check_task(
     """
     _require(plan.segments, "a task must be solved, got no segments", "plan again")
     motions, replay, parts = _motions_of(plan, whole), _Replay(checker, plan.events), list[Report]()
-    begun, before = None, None
+    begun, before, rows = None, None, list[list[float]]()
     for number, (segment, motion) in enumerate(zip(plan.segments, motions, strict=True)):
         _require_path(f"segment {number + 1}", segment, motion, before, replay)
         events, before = [event for event in plan.events if event.segment == number], segment.path
@@ -212,7 +211,8 @@ def check_task(
         if report.ok and rests:
             faults += _find_contacts_off_rest(segment.path, motion, replay, hand, rests, step)
         faults += _find_wrong_commands(events, replay.robot)
-        if number == len(plan.segments) - 1 and not _is_path_of(plan.path, plan.segments):
+        rows += segment.path[len(rows) > 0 :].tolist()
+        if number == len(plan.segments) - 1 and np.asarray(plan.path, dtype=object).tolist() != rows:
             faults.append("the path of the task must be that of its segments: plan again")
         found = tuple(Finding("constraint", ("task",), (number, number), text=text) for text in faults)
         labels = {name: getattr(segment, name) for name in ("step", "doing", "part", "carried")}
@@ -231,11 +231,6 @@ def _require(holds: object, text: str, remedy: str = "the files are damaged, pla
         raise FileError(f"{text}: {remedy}.")
 
 
-def _is_path_of(path: Sequence | Floats, segments: Sequence[Segment]) -> bool:
-    rows = np.vstack([segments[0].path[:1], *(segment.path[1:] for segment in segments)])
-    return np.array_equal(np.array(path, dtype=object), rows)
-
-
 def _require_path(
     head: str, segment: Segment, motion: Trajectory | None, before: Floats | None, replay: _Replay
 ) -> None:
@@ -249,7 +244,7 @@ def _require_path(
     joins = motion is None or np.abs(motion.columns[0][[0, -1]] - path[[0, -1]]).max() <= _SAME
     _require(joins, f"{head} of the task has another path than its trajectory")
     said, truth = (f"'{name}'" if name else "nothing" for name in (segment.carried, held))
-    _require(segment.carried == held, f"{head} says that {said} is held, by the events it is {truth}")
+    _require(said == truth, f"{head} says that {said} is held, by the events it is {truth}")
 
 
 def _motions_of(plan: TaskPlan | TaskRecord, whole: Trajectory | None) -> Sequence[Trajectory | None]:

@@ -23,10 +23,7 @@ STRAYS = "strays"  # in the place of two names: what motions keep is not proven 
 
 @dataclass(frozen=True)
 class Mode:
-    """``standing``: numbers of the placements at which objects stand; ``held``: number of the grasp that holds one.
-
-    ``allowed``: pairs of names that may touch in it, as fingers and an object do while one goes to the other.
-    """
+    """Numbers of the placements at which objects stand, of the grasp that holds one, and pairs that may touch."""
 
     standing: tuple[int, ...]
     held: int | None = None
@@ -79,14 +76,9 @@ class Modes:
     pieces_proven: int = 0
 
     def __post_init__(self) -> None:
+        self.robot = self.checker.robot
         self.motions = Motions(self.robot)
         self._provers = {ARM: EdgeProver(self.checker)}  # of what all motions keep too
-        self._checkers: dict[Mode, CollisionChecker] = {}
-        self._holding: dict[int | None, Robot] = {None: self.robot}
-
-    @property
-    def robot(self) -> Robot:
-        return self.checker.robot
 
     def take(self, item: Carried) -> int:
         """Let the arm hold something from the beginning: the number of its grasp."""
@@ -121,26 +113,19 @@ class Modes:
 
     def checker_of(self, mode: Mode) -> CollisionChecker:
         """A checker of all that is there in a mode."""
-        if mode not in self._checkers:
-            self._checkers[mode] = self._made(mode, self.checker.world.conditions)
-        return self._checkers[mode]
+        return self._made(mode, self.checker.world.conditions)
 
     def _made(self, mode: Mode, conditions: tuple[Condition, ...] = (), fixed: bool = True) -> CollisionChecker:
-        base, robot = self.checker.world, self._robot(mode.held)
+        base, robot = self.checker.world, self.robot
+        if mode.held is not None:
+            item = self.grasps[mode.held]
+            at, shape = frozen(np.linalg.inv(item.tool)), self.objects[item.object].shape
+            robot = with_carried(robot, [Carried(robot.tool, item.object, shape, at, item.touch)])
         placed = (self.placements[k] for k in mode.standing)
         standing = [replace(self.objects[each.object], placement=each.pose) for each in placed]
         obstacles = (*(base.obstacles if fixed else ()), *standing)
         scene = replace(base.scene, obstacles=obstacles, allowed=base.scene.allowed | mode.allowed)
         return type(self.checker)(replace(base.among(scene, robot), conditions=conditions), self.checker)
-
-    def _robot(self, held: int | None) -> Robot:
-        """The robot with what a grasp holds."""
-        if held is not None and held not in self._holding:
-            item = self.grasps[held]
-            pose = frozen(np.linalg.inv(item.tool))
-            carried = Carried(self.robot.tool, item.object, self.objects[item.object].shape, pose, item.touch)
-            self._holding[held] = with_carried(self.robot, [carried])
-        return self._holding[held]
 
     def _prover(self, clause: Mode) -> EdgeProver:
         """A prover of a clause's own pairs: those of what stands, and of the last body, which is the one held."""
@@ -155,10 +140,9 @@ class Modes:
 
     def known(self, clause: Mode) -> Ints:
         """(motions,) what is known of motions in a clause."""
-        have, count = self.verdicts.get(clause, np.zeros(0, dtype=np.int64)), self.motions.count
-        if len(have) < count:
-            have = np.concatenate([have, np.zeros(count - len(have), dtype=np.int64)])
-            self.verdicts[clause] = have
+        have = self.verdicts.get(clause, np.zeros(0, dtype=np.int64))
+        if len(have) < self.motions.count:
+            have = self.verdicts[clause] = np.append(have, np.zeros(self.motions.count - len(have), dtype=np.int64))
         return have
 
     def prove(self, clause: Mode, numbers: Ints) -> None:

@@ -18,11 +18,11 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.looks import second_look, straight
-from planner.cost.integral import costs_along
-from planner.cost.scale import cost_number, length_cost
+from planner.cost.scale import cost_number, costs_along, length_cost
 from planner.kinematics.forward import tool_path_lengths
 from planner.native.graphs import reached
 from planner.problem.request import Objective
+from planner.roadmap.connections import nearest_of
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.search.search import Found, search
@@ -34,23 +34,18 @@ from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 NEIGHBOURS = 10  # nodes of the roadmap that each end of a line is joined to
 MOST_NODES = 3_000_000  # of the network
 TRANSIT, APPROACH, RETREAT = 0, 1, 2
-_CHUNK = 256  # ends whose neighbours are looked for at once
 _AT_ONCE = 2000  # open motions of a clause that are proven once one of them is refused
 _COLUMNS = ("tails", "heads", "motion", "mode", "leg")  # of arcs
 
 
 @dataclass(frozen=True, eq=False)
 class Transition:
-    """A mode left and another entered by a candidate of a step, or a goal reached; ``first`` is its first node."""
+    """A mode left and another entered by a candidate of a step, or a goal reached; its nodes are first to last."""
 
     step: int
     candidate: Candidate
     first: int
-
-    @property
-    def last(self) -> int:
-        """Its last node."""
-        return self.first + len(self.candidate.motions)
+    last: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,17 +125,17 @@ def task_network(candidates: Candidates, roadmap: Roadmap, objective: Objective)
     node, transitions, goals, reaches = len(layers) * n, [], [], [np.repeat([stage for stage, _ in layers], n)]
     for layer, candidate, after in crossings:
         (stage, mode), (near_in, there, near_out, off) = layers[layer], joints[id(candidate)]
-        transition = Transition(stage, candidate, node)
+        last = node + len(candidate.motions)
         arcs.append(_arcs(layer * n + near_in, node, there, number[mode], 3 * stage))
         for k, (part, leg) in enumerate(_lines(candidates, mode, candidate)):
             part_number = number.setdefault(part, len(number))
             arcs.append(_arcs(node + k, node + k + 1, candidate.motions[k], part_number, 3 * stage + leg))
         if after is None:
-            goals.append(transition.last)
+            goals.append(last)
         else:
-            arcs.append(_arcs(transition.last, after * n + near_out, off, number[layers[after][1]], 3 * stage + 3))
-        node = transition.last + 1
-        transitions.append(transition)
+            arcs.append(_arcs(last, after * n + near_out, off, number[layers[after][1]], 3 * stage + 3))
+        transitions.append(Transition(stage, candidate, node, last))
+        node = last + 1
         reaches.append(np.append(np.full(len(candidate.motions), stage), stage + 1))  # its last is behind the step
     columns = np.concatenate(arcs, axis=1)
     columns = columns[:, np.argsort(columns[0] * node + columns[1], kind="stable")]  # as the network has them
@@ -209,11 +204,7 @@ def _after(mode: Mode, candidate: Candidate) -> Mode:
 
 def _nearest(roadmap: Roadmap, robot: Robot, ends: Floats) -> Ints:
     """The nodes (k, ``NEIGHBOURS``) of the roadmap nearest to ``ends`` (k, dof)."""
-    many, rows = min(NEIGHBOURS, len(roadmap.nodes)), []
-    for first in range(0, len(ends), _CHUNK):
-        away = np.linalg.norm(robot.difference(ends[first : first + _CHUNK, None], roadmap.nodes[None]), axis=2)
-        rows.append(np.argsort(away, axis=1, kind="stable")[:, :many])
-    return np.concatenate(rows)
+    return nearest_of(robot, roadmap.nodes, ends, min(NEIGHBOURS, len(roadmap.nodes)))[1]
 
 
 def _motion_costs(modes: Modes, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:

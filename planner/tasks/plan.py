@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
@@ -118,8 +118,8 @@ class TaskPlanner:
         quality = request.quality
         draft = TaskPlan(request, Outcome.NO_PATH, self.task, robot, self.scene, self.candidates, timings=clock.seconds)
         if start is None:
-            world = self.candidates.modes.checker
-            told = other_turns(parse_target(self.task.start), world, states_of(robot, world.world.scene))
+            states = states_of(robot, self.candidates.modes.checker.world.scene)
+            told = other_turns(parse_target(self.task.start), self.candidates.modes.checker, states)
             draft = replace(draft, end_notes=tuple(told))
         if self.search is None or self.roadmap is None:
             return replace(draft, reason=why_stuck(self.candidates, None))
@@ -150,8 +150,17 @@ class TaskPlanner:
             return replace(draft, outcome=Outcome.INTERRUPTED)
         if not len(arcs):
             return replace(draft, reason=why_stuck(self.candidates, search))
+        omega, distance = (float(total) for total in network.costs[arcs].sum(axis=0))
+        cost = PathCost(quality.objective.total(omega, distance), omega, distance, quality.beta)
         with clock("timing"):
-            return self._solved(draft, network, self.roadmap, arcs, timing)
+            segments, modes = segments_of(self.candidates, network, arcs)
+            motions = None
+            if timing is not None:
+                how = timing, quality.objective, self.roadmap.scale
+                motions = time_segments(segments, modes, self.candidates, *how)
+            timed, events, trajectory = join(segments, modes, motions, self.candidates)
+        found = {"segments": tuple(timed), "events": tuple(events), "trajectory": trajectory}
+        return replace(draft, outcome=Outcome.SOLVED, cost=cost, **found)
 
     def intervals(self) -> list[Piece]:
         """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
@@ -159,25 +168,6 @@ class TaskPlanner:
         Costs are those of ``piece.support``, whose ``nodes`` are of ``network``; none where there is no path.
         """
         return [] if self.search is None else self.search.pieces()
-
-    def _solved(
-        self, draft: TaskPlan, network: TaskNetwork, roadmap: Roadmap, arcs: Ints, timing: TimingRequest | None
-    ) -> TaskPlan:
-        objective = draft.request.quality.objective
-        omega, distance = (float(total) for total in network.costs[arcs].sum(axis=0))
-        segments, modes = segments_of(self.candidates, network, arcs)
-        motions = None
-        if timing is not None:
-            motions = time_segments(segments, modes, self.candidates, timing, objective, roadmap.scale)
-        timed, events, trajectory = join(segments, modes, motions, self.candidates)
-        return replace(
-            draft,
-            outcome=Outcome.SOLVED,
-            cost=PathCost(objective.total(omega, distance), omega, distance, objective.beta),
-            segments=tuple(timed),
-            events=tuple(events),
-            trajectory=trajectory,
-        )
 
 
 def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes]:
@@ -215,9 +205,10 @@ def why_stuck(candidates: Candidates, search: LazySearch | None) -> StepFails:
     number = min(number, len(candidates.task.steps) - 1)
     step, rejected = candidates.task.steps[number], deepcopy(candidates.rejected[number])
     lost = search is not None and not isinstance(step, Move) and _all_blocked(candidates, search, number, rejected)
-    what = "no_path"
-    if dead is not None or lost:
-        what = "no_grasp" if isinstance(step, Pick) else "no_placement"
+    what = ("no_grasp" if isinstance(step, Pick) else "no_placement") if dead is not None or lost else "no_path"
+    beyond = 0.0
+    if 0 < rejected.of == len(rejected.out_of_reach):  # of all it is proven how far they are beyond reach
+        beyond = min(beyond_reach(candidates.modes.robot, position) for position in rejected.out_of_reach)
     return StepFails(
         step=number + 1,
         doing=step_text(step),
@@ -227,16 +218,8 @@ def why_stuck(candidates: Candidates, search: LazySearch | None) -> StepFails:
         strays=rejected.strays,
         contacts=dict(rejected.contacts.most_common()),
         conditions=candidates.modes.checker.world.keeps.texts,
-        beyond=_beyond(candidates, rejected),
+        beyond=beyond if beyond >= _LEAST_BEYOND else None,
     )
-
-
-def _beyond(candidates: Candidates, rejected: Rejected) -> float | None:
-    """How far (m) the nearest is proven beyond reach; None where not all are."""
-    if len(rejected.out_of_reach) < rejected.of or not rejected.of:
-        return None
-    shortest = min(beyond_reach(candidates.modes.robot, position) for position in rejected.out_of_reach)
-    return shortest if shortest >= _LEAST_BEYOND else None
 
 
 def _all_blocked(candidates: Candidates, search: LazySearch, number: int, rejected: Rejected) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from planner.kinematics.forward import tool_joint
 from planner.robot.files import urdf
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
-from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
+from planner.robot.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere, corners
 from planner.tasks.modes import Held, Placement
 from planner.tasks.task import Grasp, Gripper, Place, TaskError
 
@@ -93,7 +93,10 @@ def _grasps_of(shape: Shape, deep: float) -> Iterator[tuple[Floats, float]]:
         case Box(size):
             yield from _on_box(size, deep)
         case Sphere(radius):
-            for out in _directions():
+            k = np.arange(_SPHERE) + 0.5  # evenly around, on a spiral (Fibonacci's lattice)
+            height, angle = 1 - 2 * k / _SPHERE, np.pi * (1 + np.sqrt(5)) * k
+            across = np.sqrt(1 - height**2)
+            for out in np.column_stack([across * np.cos(angle), across * np.sin(angle), height]):
                 at = (radius - min(radius, _ROUND * deep)) * out
                 yield from ((tool, 2 * radius) for tool in _turned_about(at, -out, _TURNS))
         case Cylinder(radius, length) | Capsule(radius, length):
@@ -133,14 +136,6 @@ def _tilted(at: Floats, approach: Floats, closing: Floats) -> Iterator[Floats]:
             yield tool_at(at, tilted, sign * closing)
 
 
-def _directions() -> Floats:
-    """Unit vectors (k, 3) evenly around, on a spiral (Fibonacci's lattice)."""
-    k = np.arange(_SPHERE) + 0.5
-    height, angle = 1 - 2 * k / _SPHERE, np.pi * (1 + np.sqrt(5)) * k
-    across = np.sqrt(1 - height**2)
-    return np.column_stack([across * np.cos(angle), across * np.sin(angle), height])
-
-
 def gripper_of(robot: Robot, given: Gripper) -> Gripper:
     """The gripper as ``given``, and for the rest as the robot shows it: sliding joints that it holds behind the tool.
 
@@ -151,8 +146,13 @@ def gripper_of(robot: Robot, given: Gripper) -> Gripper:
     joints = {name: model.getJointId(name) for name in robot.fixed_joints}
     ends = list(zip(model.lowerPositionLimit.tolist(), model.upperPositionLimit.tolist(), strict=True))
     limits = {name: ends[model.idx_qs[k]] for name, k in joints.items()}
-    for values in (given.open or {}, given.closed or {}):
-        _require_joints(robot, limits, values)
+    for name, value in [*(given.open or {}).items(), *(given.closed or {}).items()]:
+        if name not in limits:
+            held = choices(sorted(limits))
+            raise TaskError(f"the gripper cannot move '{name}': joints of {robot.name} that are held are {held}.")
+        low, high = limits[name]
+        if not low - 1e-9 <= value <= high + 1e-9:
+            raise TaskError(f"the gripper moves '{name}' to {value:g}, outside its limits [{low:g}, {high:g}].")
     links = dict.fromkeys(body.link for body in robot.bodies)
     unknown = sorted(set(given.touch or ()) - set(links))
     if unknown:
@@ -172,33 +172,15 @@ def gripper_of(robot: Robot, given: Gripper) -> Gripper:
     )
 
 
-def _require_joints(robot: Robot, limits: Mapping[str, tuple[float, float]], values: Mapping[str, float]) -> None:
-    """Raise :class:`TaskError` for joints that are not held, or values beyond their limits."""
-    for name, value in values.items():
-        if name not in limits:
-            held = choices(sorted(limits))
-            raise TaskError(f"the gripper cannot move '{name}': joints of {robot.name} that are held are {held}.")
-        low, high = limits[name]
-        if not low - 1e-9 <= value <= high + 1e-9:
-            raise TaskError(f"the gripper moves '{name}' to {value:g}, outside its limits [{low:g}, {high:g}].")
-
-
 def extent(shape: Shape, rotation: Floats) -> tuple[Floats, Floats]:
     """The lowest and highest coordinates (3,) of a turned shape about its own origin, exact."""
-    match shape:
-        case Box(size):
-            half = np.abs(rotation) @ (0.5 * np.array(size))
-        case Sphere(radius):
-            half = np.full(3, radius)
-        case Cylinder(radius, length):
-            axis = rotation[:, 2]
-            half = 0.5 * length * np.abs(axis) + radius * np.sqrt(np.maximum(1 - axis**2, 0.0))
-        case Capsule(radius, length):
-            half = 0.5 * length * np.abs(rotation[:, 2]) + radius
-        case Mesh():
-            points = shape.vertices @ rotation.T
-            return points.min(axis=0) - shape.radius, points.max(axis=0) + shape.radius
-    return -half, half
+    if isinstance(shape, Cylinder):
+        axis = rotation[:, 2]
+        half = 0.5 * shape.length * np.abs(axis) + shape.radius * np.sqrt(np.maximum(1 - axis**2, 0.0))
+        return -half, half
+    points, radius = corners(shape)
+    turned = points @ rotation.T
+    return turned.min(axis=0) - radius, turned.max(axis=0) + radius
 
 
 def place_in_region(item: Obstacle, step: Place, boards: Iterable[Obstacle], margin: float) -> list[Placement]:
@@ -207,8 +189,8 @@ def place_in_region(item: Obstacle, step: Place, boards: Iterable[Obstacle], mar
     All of it lies within the region, ``GAP`` beyond the margin above the top. Raises :class:`TaskError` for a region
     that is not on a level top, or smaller than the object.
     """
-    corners = np.array(step.at, dtype=np.float64)
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    region = np.array(step.at, dtype=np.float64)
+    low, high = region.min(axis=0), region.max(axis=0)
     top = _level_top(str(step.on), list(boards), low, high)
     upright, placements = item.placement[:3, :3], list[Placement]()
     for k in range(_TRIES * step.samples):
@@ -242,8 +224,8 @@ def _level_top(name: str, boards: list[Obstacle], low: Floats, high: Floats) -> 
     if not isinstance(board.shape, Box) or abs(turn[2, up]) < 1.0 - _LEVEL:
         raise TaskError(f"'{name}' must be a box with a level top: give a 'pose' in place of 'on' and 'at'.")
     half = 0.5 * np.array(board.shape.size)
-    corners = np.array([[x, y, board.placement[2, 3]] for x in (low[0], high[0]) for y in (low[1], high[1])])
-    if not (np.abs((corners - board.placement[:3, 3]) @ turn) <= half + 1e-9).all():
+    region = np.array([[x, y, board.placement[2, 3]] for x in (low[0], high[0]) for y in (low[1], high[1])])
+    if not (np.abs((region - board.placement[:3, 3]) @ turn) <= half + 1e-9).all():
         least, most = (end + board.placement[:3, 3] for end in extent(board.shape, turn))
         spans = f"x {least[0]:.3g} to {most[0]:.3g}, y {least[1]:.3g} to {most[1]:.3g}"
         raise TaskError(f"the region reaches beyond the top of '{name}' ({spans} m): keep it inside.")

@@ -107,8 +107,6 @@ def segments_of(candidates: Candidates, network: TaskNetwork, arcs: Ints) -> tup
     legs = [(leg, list(rows)) for leg, rows in itertools.groupby(arcs.tolist(), key=lambda arc: int(network.leg[arc]))]
     corners = [[network.corners(motions, arc) for arc in rows] for _, rows in legs]
     paths = [np.vstack([parts[0][:1], *(part[1:] for part in parts)]) for parts in corners]
-    if not paths:
-        return [], []
     unwound = np.split(robot.unwound(np.vstack(paths)), np.cumsum([len(path) for path in paths])[:-1])
     segments, modes = [], []
     for (leg, rows), path in zip(legs, unwound, strict=True):

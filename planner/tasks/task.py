@@ -205,15 +205,11 @@ class Task:
 
     robot: Annotated[RobotLike, _NAME]
     scene: Annotated[RobotLike, _NAME]
-    steps: tuple[_StepInFile, ...]
+    steps: Annotated[tuple[_StepInFile, ...], Field(min_length=1)]
     start: Name = "home"
     gripper: Gripper = Gripper()
     name: Name = "task"
     __pydantic_config__: ClassVar = _STRICT
-
-    def __post_init__(self) -> None:
-        if not self.steps:
-            raise TaskError("a task has no steps: give at least one Pick, Place or Move.")
 
     @staticmethod
     def load(path: StrPath) -> Task:
@@ -222,11 +218,8 @@ class Task:
         where = f"task file {path}"
         data = parse_yaml(read_text(path, "task file"), where)
         task = validate(Task, {"name": path.stem, **data} if isinstance(data, dict) else data, where, TaskError)
-        robot, scene = (_beside(str(name), path) for name in (task.robot, task.scene))
-        return replace(task, robot=robot, scene=scene)
-
-
-def _beside(name: str, path: Path) -> str:
-    """The file ``name`` in the folder of the task file, if there is one and the planner has none built in."""
-    near = path.parent / name
-    return str(near) if scene_file(name) is None and os.path.isfile(near) else name
+        beside = {name: str(path.parent / str(getattr(task, name))) for name in ("robot", "scene")}
+        built_in = {name for name in beside if scene_file(str(getattr(task, name))) is not None}
+        return replace(
+            task, **{name: near for name, near in beside.items() if name not in built_in and os.path.isfile(near)}
+        )

@@ -14,8 +14,7 @@ from planner.collision.checker import CollisionChecker, contact_of
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.scale import CostScale, measure_scale
 from planner.kinematics.inverse import POSITION_TOLERANCE
-from planner.kinematics.manipulability import node_manipulability
-from planner.kinematics.manipulability_proof import prove_floor
+from planner.kinematics.manipulability import node_manipulability, prove_floor
 from planner.native.graphs import reached
 from planner.problem.outcome import CannotFollow
 from planner.roadmap.measure import measure_edges, nobody

@@ -66,36 +66,20 @@ class ToolPath:
             values = np.asarray(getattr(self, name), dtype=float)
             dtype = {"free": bool, "given": int}.get(name, float)
             object.__setattr__(self, name, frozen(numbers(name, values, shape), dtype))
-        self._require_path()
-
-    def _require_path(self) -> None:
-        """Raise :class:`ArrayError` for the first thing that no tool can do."""
-        if len(self.positions) < 2:
-            raise ArrayError(f"a tool path of {len(self.positions)} points leads nowhere: give two at least.")
-        far = np.abs(self.positions).max(axis=1)
-        if far.max() > _FARTHEST:
-            where = self.positions[far.argmax()].tolist()
-            raise ArrayError(
-                f"point {self.given[far.argmax()]} at {where} m is beyond any arm's reach: mm? Give metres."
-            )
-        k = int(self.lengths.argmin())
-        if self.lengths[k] < _SAME:
-            raise ArrayError(
-                f"the position of point {self.given[k]} stands there twice, as point {self.given[k + 1]} too: leave "
-                "one out."
-            )
-        k = int(np.where((self.cones >= 0) & (self.cones <= _WIDEST), -1.0, np.abs(self.cones)).argmax())
-        if not 0 <= self.cones[k] <= _WIDEST:
-            raise ArrayError(
-                f"the cone of point {self.given[k]} has the angle {self.cones[k]:g} rad: give one up to {_WIDEST}; "
-                "5 degrees are 0.0873."
-            )
+        if k < 2:
+            raise ArrayError(f"a tool path of {k} points leads nowhere: give two at least.")
         off = np.abs(self.turns @ np.swapaxes(self.turns, 1, 2) - np.eye(3)).max(axis=(1, 2))
-        bad = (off > _TURNED) | (np.linalg.det(self.turns) < 0)
-        if bad.any():
-            raise ArrayError(f"turns of point {self.given[bad.argmax()]} are no rotation: give a right-handed one.")
+        faults = (
+            (np.abs(self.positions).max(axis=1) > _FARTHEST, "point {} is beyond any arm's reach: mm? Give metres."),
+            (self.lengths < _SAME, "the position of point {} stands there twice: leave one out."),
+            (~((self.cones >= 0) & (self.cones <= _WIDEST)), "the cone of point {} must be up to 1.5708 rad."),
+            ((off > _TURNED) | (np.linalg.det(self.turns) < 0), "turns of point {} are no rotation, right-handed."),
+        )
+        for wrong, text in faults:
+            if wrong.any():
+                raise ArrayError(text.format(self.given[wrong.argmax()]))
 
-    @property
+    @cached_property
     def lengths(self) -> Floats:
         """(k - 1,) m of every line."""
         return np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
@@ -229,12 +213,8 @@ def arc_points(through: Floats, tube: float) -> tuple[Floats, Floats]:
     to_middle, to_last = angle(middle), angle(last)
     step = 2.0 * np.arccos(max(1.0 - SAGITTA * tube / radius, 0.5))
     counts = [max(1, int(np.ceil(part / step))) for part in (to_middle, to_last - to_middle)]
-    angles = np.concatenate(
-        [
-            to_middle * np.arange(1, counts[0] + 1) / counts[0],
-            to_middle + (to_last - to_middle) * np.arange(1, counts[1] + 1) / counts[1],
-        ]
-    )
+    before, behind = (np.arange(1, count + 1) for count in counts)
+    angles = np.append(to_middle * before / counts[0], to_middle + (to_last - to_middle) * behind / counts[1])
     found = centre + radius * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
     found[counts[0] - 1], found[-1] = middle, last
     return found, angles

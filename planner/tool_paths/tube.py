@@ -70,13 +70,9 @@ class Tube:
         return _LEAN * self.path.tube.angle if self.all_of_it else 0.0
 
     @cached_property
-    def _length(self) -> Floats:
-        return self.path.lengths
-
-    @cached_property
     def _chord(self) -> Floats:
         """By what columns of rotations on a line are off their chord."""
-        past = self._beyond / self._length
+        past = self._beyond / self.path.lengths
         return 0.5 * self.path.turned**2 * np.maximum(0.25, past * (1.0 + past)) + past * self.path.turned
 
     @property
@@ -86,12 +82,12 @@ class Tube:
     def _beside(self, lines: Ints, position: Floats) -> tuple[Floats, Floats]:
         """The shares of lines (n, a) at which positions (n, 3) lie beside them, and how far (n, a) m they are off."""
         begin, way = self.path.positions[lines], np.diff(self.path.positions, axis=0)[lines]
-        u = ((position[:, None] - begin) * way).sum(axis=2) / self._length[lines] ** 2
+        u = ((position[:, None] - begin) * way).sum(axis=2) / self.path.lengths[lines] ** 2
         return u, np.linalg.norm(position[:, None] - begin - np.clip(u, 0.0, 1.0)[..., None] * way, axis=2)
 
     def spare(self, lines: Ints, rotation: Floats, position: Floats) -> Floats:
         """(n, a, 3) what poses have to spare beside lines (n, a): m, the length of a column's change, m along it."""
-        path, length = self.path, self._length[lines]
+        path, length = self.path, self.path.lengths[lines]
         u, off = self._beside(lines, position)
         away = rotation[:, None] - (path.turns[lines] + u[..., None, None] * np.diff(path.turns, axis=0)[lines])
         free = path.free[lines] | path.free[lines + 1]
@@ -104,8 +100,10 @@ class Tube:
 
     def prove(self, bound: ToolBound, coefficients: Floats, lines: Ints) -> Bools:
         """Which curves (m, degree + 1, dof) stay inside, (m,), each piece beside one of its ``lines`` (m, a)."""
-        opens = float(np.max(np.abs(np.diff(self.path.widths)) / self._length, initial=0.0))
-        rate = float((self.path.turned / self._length).max())  # the most that a column changes per metre along a line
+        opens = float(np.max(np.abs(np.diff(self.path.widths)) / self.path.lengths, initial=0.0))
+        rate = float(
+            (self.path.turned / self.path.lengths).max()
+        )  # the most that a column changes per metre along a line
         return prove_along(
             bound,
             coefficients,
@@ -137,7 +135,7 @@ class Tube:
 
     def _off(self, rotation: Floats, position: Floats, places: Floats, unsure: float = 0.0) -> Deviation:
         """How far poses are off at most at ``places`` (n,) m that are known to ``unsure`` m."""
-        along, count = self.path.along, len(self._length)
+        along, count = self.path.along, len(self.path.lengths)
         first, last = (np.searchsorted(along, places + side * unsure, side="right") for side in (-1, 1))
         largest = np.zeros(2)
         for rows in np.array_split(np.arange(len(places)), 1 + len(places) // _AT_ONCE):

@@ -10,17 +10,20 @@ from planner import gabf
 from planner.base.arrays import frozen
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.planning.improvement import improved_roadmap, roomy_roadmap
+from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, SweepQuality, SweepRequest
 from planner.query.query import Query, make_query
 from planner.roadmap.obtain import obtain_roadmap
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.robot import Robot
+from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import build_network
-from planner.search.search import RoadmapPaths, second_looks
+from planner.search.search import ProvenNetwork, RoadmapPaths, second_looks
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 from planner.tradeoff.result import Interval, Tradeoff
 from planner.trajectory.measure import measure_path
+from planner.view.motion import ShownPath, path_rows
 
 IMPROVED_AT = (0.0, 0.25, 0.5, 0.75, 1.0)  # betas at which the roadmap is improved before the sweep
 
@@ -93,3 +96,35 @@ def _interval(piece: Piece, paths: RoadmapPaths, robot: Robot) -> Interval:
         cost_to_go=support.cost_to_go,
         **asdict(measure_path(robot, path)),
     )
+
+
+def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
+    """The plan with the paths that every other beta would choose on its network, for its page; a search of its own.
+
+    One path for every interval of beta, sorted; none where the search was stopped. They consist of proven edges, and
+    are not checked a second time. Their fields are the oracle's, which the dynamics would settle at. Where obstacles
+    move there are none: no beta chooses among motions in time.
+    """
+    if plan.layered is None or plan.cost is None or plan.scene.moving:
+        return plan
+    clock = Stopwatch()
+    with clock("alternatives"):
+        found = _paths_for_every_beta(plan, plan.layered, progress)
+    return replace(plan, alternatives=found, timings=plan.timings | clock.seconds)
+
+
+def _paths_for_every_beta(plan: Plan, layered: LayeredNetwork, progress: Progress) -> tuple[ShownPath, ...]:
+    search = EnvelopeSearch(ProvenNetwork(layered.network, layered.starts))
+    while not search.done:
+        if progress.stopped:
+            return ()
+        search.step()
+        progress("other betas", int(100 * search.reach), 100)
+    shown = []
+    for piece in pieces(search.supports):
+        support = piece.support
+        path = path_waypoints(plan.roadmap, plan.robot, layered.roadmap_node[support.nodes])
+        costs = support.manipulability, support.distance
+        rows, field = path_rows(plan.robot, path, *costs), layered.on_roadmap(support.x)
+        shown.append(ShownPath(path, rows, (piece.beta_min, piece.beta_max), field, costs))
+    return tuple(shown)

@@ -110,7 +110,7 @@ class Trace:
 
 def run_case(graph: RandomGraph, optimum: gabf.Structure, case: LawCase) -> tuple[Measurement, Trace]:
     """Run ``case`` on a graph, whose ``optimum`` the certificates use."""
-    result = gabf.solve(graph.network, law=case.law, x0=case.x0, solver=SOLVER, save=gabf.EverySteps())
+    result = gabf.solve(graph.network, law=case.law, x0=case.x0, solver=SOLVER, save_every=1)
     course = result.history
     assert course is not None
     certificates = gabf.certify(graph.network, case.law, result, optimum)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.cost.integral import w_along
 from planner.cost.motion_cost import MotionCost
-from planner.cost.scale import COSTS, CostScale, length_cost, manipulability_cost, mean_manipulability_cost
+from planner.cost.scale import COSTS, CostScale, length_cost, manipulability_cost, mean_manipulability_cost, w_along
 from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import manipulability
 from planner.problem.options import Charge, Metric

@@ -1,4 +1,4 @@
-"""An integrator that shares nothing with the package's solvers, to judge when a law settles.
+"""An integrator that shares nothing with the package's solver, to judge where a law's states are and when they settle.
 
 SciPy's implicit Radau method at tight tolerance, on the law itself: phi is only rounded off within ``ROUNDED`` of 0,
 where its slope is infinite; that is far inside the band of every test here.
@@ -7,41 +7,29 @@ where its slope is infinite; that is far inside the band of every test here.
 from __future__ import annotations
 
 import numpy as np
-from scipy.integrate import Radau
+from scipy.integrate import Radau, solve_ivp
 
 from planner import gabf
 
 ROUNDED = 1e-8
 
 
+def states(net, law, x0, taus, rtol=1e-8):
+    """(k, n) the states at ascending readings of the clock; x* where no source is reached."""
+    x_star, rows, right_side, jacobian = _equation(net, law)
+    x = np.broadcast_to(np.asarray(x0, dtype=float), net.n_nodes)[rows]
+    end = max(float(taus[-1]), 1e-12)
+    found = solve_ivp(right_side, (0.0, end), x, "Radau", np.minimum(taus, end), rtol=rtol, atol=1e-9, jac=jacobian)
+    every = np.tile(x_star, (len(taus), 1))
+    every[:, rows] = found.y.T
+    return every
+
+
 def settling_tau(net, law, x0, tolerance=1e-6, rtol=1e-7, max_steps=20_000):
     """The last tau at which an error leaves its band, or None if Radau does not get there in ``max_steps``."""
-    x_star = gabf.oracle(net)
-    rows = np.setdiff1d(np.arange(net.n_nodes), net.sources)
+    x_star, rows, right_side, jacobian = _equation(net, law)
     band = tolerance * np.maximum(1.0, np.abs(x_star[rows]))
-    speed, slope = _law(law)
-
-    def disequilibrium(y):
-        x = x_star.copy()
-        x[rows] = y
-        values = net.arcs(x[net.indices])
-        arc = [int(a + np.argmin(values[a:b])) for a, b in zip(net.indptr[rows], net.indptr[rows + 1], strict=True)]
-        return y - values[arc], arc
-
-    def jacobian(_, y):
-        s, arc = disequilibrium(y)
-        step = 1e-6
-        gain = (net.arcs(x_star[net.indices] + step) - net.arcs(x_star[net.indices])) / step
-        matrix = np.eye(rows.size)
-        place = {int(node): k for k, node in enumerate(rows)}
-        for i, a in enumerate(arc):
-            if (j := place.get(int(net.indices[a]))) is not None:
-                matrix[i, j] -= gain[a]
-        return -slope(s)[:, None] * matrix
-
-    solver = Radau(
-        lambda _, y: -speed(disequilibrium(y)[0]), 0.0, x0[rows], np.inf, rtol=rtol, atol=2e-3 * tolerance, jac=jacobian
-    )
+    solver = Radau(right_side, 0.0, x0[rows], np.inf, rtol=rtol, atol=2e-3 * tolerance, jac=jacobian)
     last = 0.0
     for _ in range(max_steps):
         solver.step()
@@ -55,6 +43,33 @@ def settling_tau(net, law, x0, tolerance=1e-6, rtol=1e-7, max_steps=20_000):
         if (excess < -0.9 * band).all():
             return last
     return None
+
+
+def _equation(net, law):
+    """x*, the nodes that move, and the right side of their equation in tau with its Jacobian."""
+    x_star = gabf.oracle(net)
+    rows = np.setdiff1d(np.flatnonzero(np.isfinite(x_star)), net.sources)
+    speed, slope = _law(law)
+
+    def disequilibrium(y):
+        x = x_star.copy()
+        x[rows] = y
+        values = np.where(np.isfinite(x_star[net.indices]), net.arcs(np.nan_to_num(x[net.indices])), np.inf)
+        arc = [int(a + np.argmin(values[a:b])) for a, b in zip(net.indptr[rows], net.indptr[rows + 1], strict=True)]
+        return y - values[arc], arc
+
+    def jacobian(_, y):
+        s, arc = disequilibrium(y)
+        step, here = 1e-6, np.nan_to_num(x_star[net.indices])
+        gain = (net.arcs(here + step) - net.arcs(here)) / step
+        matrix = np.eye(rows.size)
+        place = {int(node): k for k, node in enumerate(rows)}
+        for i, a in enumerate(arc):
+            if (j := place.get(int(net.indices[a]))) is not None:
+                matrix[i, j] -= gain[a]
+        return -slope(s)[:, None] * matrix
+
+    return x_star, rows, lambda _, y: -speed(disequilibrium(y)[0]), jacobian
 
 
 def _crossing(solver, x_star, band):

@@ -11,7 +11,6 @@ from planner import gabf
 # Tests hand in lists and know which results are there; a type checker would ask for both to be said each time.
 solve: Any = gabf.solve
 Network: Any = gabf.Network
-AtTimes: Any = gabf.AtTimes
 
 
 def from_arcs(n, arcs, sources=(0,), **more):

@@ -4,11 +4,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from planner import gabf
 from planner.gabf import certificates
+from planner.gabf import certificates as bounds
 
-from .networks import AtTimes, chain, from_arcs, scattered, solve
+from . import judge
+from .networks import chain, from_arcs, scattered, solve
 
 NET = scattered(100, seed=6)
 FINE = gabf.Splitting(0.005)
@@ -36,7 +39,7 @@ def test_fixed_time_certificates_hold(law, start):
 
 @pytest.mark.parametrize("law", [gabf.Nominal(), gabf.PrescribedTime()], ids=lambda law: law.name)
 def test_exponential_certificates_hold_along_the_whole_run(law):
-    result = solve(NET, law, solver=FINE, save=gabf.EverySteps(1))
+    result = solve(NET, law, solver=FINE, save_every=1)
     found = gabf.certify(NET, law, result)
     equations = {c.equation for c in found}
     assert {"eq. (errorbound)", "lemma (over)", "eq. (boundt)"} <= equations
@@ -106,7 +109,7 @@ def test_arcs_that_vanish_beside_the_field_are_no_progress():
 @pytest.mark.parametrize("law", [gabf.PrescribedTime(), gabf.SingularityFree()], ids=lambda law: law.name)
 def test_nor_are_those_that_vanish_beside_a_source(arcs, law):
     net = from_arcs(len(arcs) + 1, arcs, source_values=[1.0])
-    assert gabf.certify(net, law, solve(net, law, save=gabf.EverySteps())) == []
+    assert gabf.certify(net, law, solve(net, law, save_every=1)) == []
 
 
 @pytest.mark.parametrize(("stages", "tolerance"), [(100, 1e-10), (10, 1e-12)])
@@ -208,9 +211,9 @@ def test_rounding_times_a_late_gain_is_no_input(small, large, h):
     """The input was 1.6e5 for arcs of 1e-11; it is largest at the start, as far as h = 1 goes."""
     net = tiny_steps([small] * 10 + [large])
     law, start = gabf.PrescribedTime(h=h), gabf.oracle(net) + np.r_[0.0, np.full(11, 0.5 * small)]
-    result = solve(net, law, None if large == 1e12 else start, save=gabf.EverySteps())
+    result = solve(net, law, None if large == 1e12 else start, save_every=1)
     assert all(c.holds for c in gabf.certify(net, law, result))
-    at_start = (law.gamma + 2.0 * (1.0 + h) / law.T) * gabf.residual(net, result.x0)
+    at_start = (law.gamma + 2.0 * (1.0 + h) / law.T) * np.abs(gabf.bellman_operator(net, result.x0) - result.x0).max()
     fine = solve(net, law, result.x0, gabf.Splitting(max_step=0.02))
     assert result.largest_input == pytest.approx(fine.largest_input, rel=0.1)
     assert h < 1.0 or result.largest_input == pytest.approx(at_start, rel=1e-9)
@@ -221,7 +224,7 @@ def test_rounding_times_a_late_gain_is_no_input(small, large, h):
 def test_costs_near_the_largest_double_give_no_warning(costs, law):
     """The tests make every warning of the package an error."""
     net = tiny_steps(costs)
-    result = solve(net, law, save=gabf.EverySteps())
+    result = solve(net, law, save_every=1)
     assert np.array_equal(result.x, gabf.oracle(net))
     assert all(c.holds for c in gabf.certify(net, law, result) if c.proven and np.isfinite(c.bound))
 
@@ -231,7 +234,73 @@ def test_states_that_are_rounding_break_no_bound(seed):
     """Errors stay at the rounding of x* while the bound goes to 0; saved states that are at rest have no bound."""
     rng = np.random.default_rng(seed)
     net = tiny_steps([*(10.0 ** rng.uniform(-6.0, 1.0, 20)), 1e12])
-    result = solve(net, gabf.Nominal(), save=gabf.EverySteps())
+    result = solve(net, gabf.Nominal(), save_every=1)
     assert all(c.holds for c in gabf.certify(net, result.law, result))
-    rest = solve(net, gabf.PrescribedTime(), save=AtTimes([4.0, 5.0]))
-    assert {c.quantity for c in gabf.certify(net, rest.law, rest)} == {"-min x", "max x", "settling tau"}
+
+
+EXPONENTS = [((3, 5), (15, 7)), ((1, 9), (5, 1)), ((3, 5), (9, 7)), ((9, 11), (15, 7)), ((1, 3), (3, 1))]
+BETAS = [(1.0, 1.0), (0.3, 2.0), (5.0, 0.2)]
+
+
+def laws():
+    return [gabf.SingularityFree(p=p, m=m, beta1=beta1, beta2=beta2) for p, m in EXPONENTS for beta1, beta2 in BETAS]
+
+
+@pytest.mark.parametrize("law", laws(), ids=str)
+def test_the_sharp_T_star_is_the_integral_and_the_corrected_one_a_bound(law):
+    p, q = law.p[0] / law.p[1], law.m[0] / law.m[1]
+    below = quad(lambda z: 1 / (law.beta1 + law.beta2 * z ** ((q - p) / (1 - p))) / (1 - p), 0, 1)[0]
+    above = quad(lambda z: 1 / (law.beta1 * z ** ((q - p) / (q - 1)) + law.beta2) / (q - 1), 0, 1)[0]
+    assert bounds.T_star_sharp(law) == pytest.approx(below + above, rel=1e-8)
+    assert bounds.T_star_sharp(law) <= bounds.T_star_corrected(law)
+    assert law.flow.time_between(1e6, 0.0) <= bounds.T_star_sharp(law)
+
+
+def test_the_printed_T_star_is_no_bound():
+    """The two cases of the issue: 2.375 against 2.80, and theorem (fix)'s 0.75 against 1.19 with one node."""
+    law = gabf.FixedTime(eta=1.0, p=(3, 5), m=(15, 7))
+    assert bounds.T_star_printed(law) == pytest.approx(2.375)
+    assert bounds.T_star_sharp(law) == pytest.approx(2.80, abs=0.005)
+    assert bounds.T_star_corrected(law) == pytest.approx(7 / 8 + 2.5)
+    law = gabf.FixedTime(eta=1.0, p=(1, 9), m=(5, 1))
+    result = solve(chain(2), law, x0=1e6, solver=gabf.Splitting(0.001))
+    printed, *others = [c for c in gabf.certify(chain(2), law, result) if "T_*" in c.name]
+    assert printed.bound == pytest.approx(0.75)
+    assert result.settling_tau == pytest.approx(1.19, abs=0.01)
+    assert not printed.holds
+    assert all(c.holds for c in others)
+
+
+def test_the_error_bound_is_sharp_on_a_chain_and_below_the_exponential_one():
+    net, law = chain(8), gabf.Nominal()
+    x0 = np.arange(8.0) + 5.0
+    readings = [1.0, 5.0, 20.0]
+    for tau, x in zip(readings, judge.states(net, law, x0, readings, rtol=1e-12), strict=True):
+        exact = np.log(x[7] - 7.0)
+        assert bounds.log_errorbound(5.0, 1.0, 7, tau) == pytest.approx(exact, abs=1e-5)
+        log_M = bounds.log_exponential_factor(5.0, 1.0, 8)
+        assert bounds.log_errorbound(5.0, 1.0, 7, tau) <= bounds.log_boundt(log_M, tau)
+
+
+def test_bounds_stay_finite_where_alpha_overflows():
+    log_M = bounds.log_exponential_factor(1.0, 2.0, 5000)
+    assert 709 < log_M < 1e6
+    assert np.isfinite(bounds.tau_when(lambda tau: bounds.log_boundt(log_M, tau), 1e-9))
+    assert np.isfinite(bounds.tau_when(lambda tau: bounds.log_errorbound(1.0, 1.0, 4999, tau), 1e-9))
+
+
+def test_tau_when_finds_the_last_crossing():
+    tau = bounds.tau_when(lambda tau: bounds.log_errorbound(5.0, 1.0, 7, tau), 1e-6)
+    assert bounds.log_errorbound(5.0, 1.0, 7, tau) == pytest.approx(np.log(1e-6), abs=1e-9)
+    assert bounds.log_errorbound(5.0, 1.0, 7, tau + 0.01) < np.log(1e-6)
+    assert bounds.tau_when(lambda tau: -1.0 - tau, 0.5) == 0.0
+
+
+def test_errors_that_grow_out_of_the_tolerance_before_they_fall_are_no_end():
+    """x -> 2 x + 1.01 from -1: each of seven nodes doubles the error of the one before, at values below 1."""
+    kernel = gabf.UserKernel(lambda i, a, b: 2.0 * a + b)
+    net = chain(8, 1.01, source_values=[-1.0], kernel=kernel)
+    result = solve(net, gabf.Nominal(), x0=gabf.oracle(net) + 1e-4, settle_tolerance=1e-3)
+    assert result.settling_tau > 8.0
+    certificates = [c for c in gabf.certify(net, result.law, result) if c.quantity == "settling tau"]
+    assert min(c.bound for c in certificates) == pytest.approx(result.settling_tau, rel=0.01)  # as it is sharp

@@ -98,11 +98,6 @@ def test_rounding_does_not_carry_a_weight_to_one() -> None:
             assert 0.0 < changed[0] < 1.0
 
 
-def test_labels_tell_rules_and_parameters_apart() -> None:
-    labels = {rule.label for rule in (Hebbian(), Hebbian(alpha=1.0), ErrorDriven(), ErrorDriven(beta=0.1))}
-    assert len(labels) == 4
-
-
 @pytest.mark.parametrize("kind", [Hebbian, ErrorDriven])
 @pytest.mark.parametrize("bad", [0.0, -1.0, np.inf, np.nan])
 def test_parameters_must_be_positive(kind, bad) -> None:
@@ -110,12 +105,6 @@ def test_parameters_must_be_positive(kind, bad) -> None:
         kind(alpha=bad)
     with pytest.raises(OptionError, match="beta"):
         kind(beta=bad)
-
-
-@pytest.mark.parametrize(("floor", "ceiling"), [(0.0, 0.9), (0.5, 0.5), (0.1, 1.0)])
-def test_floor_and_ceiling_lie_in_the_open_interval(floor: float, ceiling: float) -> None:
-    with pytest.raises(OptionError, match="floor"):
-        Hebbian(floor=floor, ceiling=ceiling)
 
 
 @pytest.mark.parametrize("d", [0.0, 1e-20, 10.0, 11.0, np.nan])
@@ -149,15 +138,6 @@ def test_all_arcs_are_trained_at_once_each_by_its_own_ends(seed: int) -> None:
         assert after.wbar[arc] == pytest.approx(0.5 + gain * (1.0 - 0.3 * d[arc] - 0.5), rel=1e-12)
     assert (before.iteration, after.iteration) == (0, 1)
     assert (before.wbar == learning.FIRST_WEIGHT).all()
-
-
-def test_an_arc_learns_nothing_of_other_arcs_distances() -> None:
-    network, d = random_network(1)
-    stage = learning.planning_stage(network)
-    elsewhere = np.where(np.arange(d.size) == 3, d, 0.5)
-    for rule in (Hebbian(), ErrorDriven()):
-        one, other = learning.next_stage(stage, rule, d), learning.next_stage(stage, rule, elsewhere)
-        assert one.wbar[3] == other.wbar[3]
 
 
 def test_a_stage_starts_from_the_x_of_the_one_before_under_the_same_law() -> None:

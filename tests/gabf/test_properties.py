@@ -84,7 +84,7 @@ def test_singularity_free_settles_before_T_on_the_oracle_and_within_every_bound(
 @settings(max_examples=100, deadline=None)
 @given(networks(), LINEAR)
 def test_prescribed_time_settles_at_T_from_above_and_within_every_bound(net, law):
-    result = solve(net, law, solver=FINE, save=gabf.EverySteps(1))
+    result = solve(net, law, solver=FINE, save_every=1)
     x_star = gabf.oracle(net)
     finite = np.isfinite(x_star)
     assert np.array_equal(result.x, x_star)
@@ -101,7 +101,7 @@ def test_starts_above_stay_above_under_the_fixed_time_laws(net, excess):
     finite = np.isfinite(x_star)
     x0 = np.where(finite, x_star, 0.0)
     x0 += excess * (1.0 - x0) / 11.0 if _bounded(net) else excess
-    saved = solve(net, gabf.FixedTime(), x0, save=gabf.EverySteps(1)).history
+    saved = solve(net, gabf.FixedTime(), x0, save_every=1).history
     assert (saved.x[:, finite] >= x_star[finite] - 1e-12 * np.abs(x_star[finite])).all()
 
 

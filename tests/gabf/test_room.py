@@ -12,7 +12,7 @@ from .networks import Network, solve
 
 def test_importing_the_package_loads_no_robot_library_and_no_scipy():
     code = (
-        "import sys, planner.gabf as g; g.solve(g.examples.nine_node());"
+        "import sys, planner.gabf as g; g.solve(g.Network.from_arcs([1], [0], [1.0], [0], 2, kernel=g.Additive()));"
         "print([m for m in ('scipy', 'numba', 'pinocchio', 'ompl', 'fcl', 'coal', 'meshcat', 'matplotlib')"
         " if m in sys.modules])"
     )

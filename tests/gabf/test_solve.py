@@ -1,10 +1,14 @@
+"""Runs: where they end, when they settled, and what is kept of them."""
+
 import numpy as np
 import pytest
 
 from planner import gabf
 from planner.base.errors import AssumptionError, OptionError
+from planner.gabf.problem import reduce
+from planner.gabf.solve import require_rooted
 
-from .networks import Network, chain, from_arcs, scattered, solve
+from .networks import Network, from_arcs, scattered, solve
 
 NET = scattered(200, seed=4)
 
@@ -13,14 +17,14 @@ def test_the_result_is_the_oracle_to_the_last_bit_and_proves_it():
     result = solve(NET)
     x_star = gabf.oracle(NET)
     assert np.array_equal(result.x, x_star)
-    assert (result.residual, result.error_bound) == (0.0, 0.0)
-    assert gabf.residual(NET, result.x) == 0.0
+    assert result.residual == 0.0
+    assert np.array_equal(gabf.bellman_operator(NET, result.x), result.x)
     assert gabf.max_error(result, x_star) == 0.0
 
 
 def test_results_are_read_only_and_repeatable():
     one, two = solve(NET), solve(NET)
-    assert (one.settling_tau, one.steps, one.evaluations) == (two.settling_tau, two.steps, two.evaluations)
+    assert (one.settling_tau, one.steps) == (two.settling_tau, two.steps)
     with pytest.raises(ValueError, match="read-only"):
         one.x[0] = 1.0
 
@@ -28,27 +32,16 @@ def test_results_are_read_only_and_repeatable():
 def test_a_small_residual_is_not_taken_for_convergence():
     """Two nodes linked by one arc of 0.002 and far from the source: from zeros they rise together, slowly."""
     net = from_arcs(3, [(1, 2, 0.002), (2, 1, 0.002), (1, 0, 0.5)])
-    result = solve(net, x0=0.0, save=gabf.EverySteps(1))
+    result = solve(net, x0=0.0, save_every=1)
     assert result.x.tolist() == [0.0, 0.5, 0.502]
     early = result.history.x[1]
-    assert gabf.residual(net, early) < 0.005
+    assert np.abs(gabf.bellman_operator(net, early) - early).max() < 0.005
     assert gabf.max_error(early, gabf.oracle(net)) > 0.4
-
-
-def test_error_bound_holds_wherever_the_run_is_stopped():
-    x_star = gabf.oracle(NET)
-    proved = 0
-    for tau in (1.0, 4.0, 12.0, 25.0, 35.0, 40.0, 50.0, 60.0):
-        result = solve(NET, gabf.Nominal(), x0=np.full(200, 7.0), until_tau=tau)
-        assert np.abs(result.x - x_star)[np.isfinite(x_star)].max() <= result.error_bound
-        proved += np.isfinite(result.error_bound)
-    assert proved >= 2
 
 
 def test_budgets_end_a_run():
     result = solve(NET, max_steps=4)
     assert (result.steps, result.outcome) == (3, gabf.Ending.BUDGET_SPENT)
-    assert result.evaluations == 1 + 4 + 3, "4 steps were tried, of which 3 were taken"
     assert (result.settling_tau, result.settling_time, result.log10_remaining) == (None, None, None)
     assert solve(NET, until_tau=2.5).end_tau == 2.5
     assert solve(NET, max_steps=0).steps == 0
@@ -73,15 +66,6 @@ def test_self_stabilisation_after_an_arc_is_lost_and_another_gets_costlier():
     assert np.array_equal(solve(cheap, x0=warm).x, gabf.oracle(cheap))
 
 
-@pytest.mark.parametrize("weight", [1e-9, 1.0, 1e9])
-def test_weights_of_any_size(weight):
-    net = chain(6, cost=weight)
-    for start in (None, 0.0, 100.0 * weight):
-        result = solve(net, x0=start)
-        assert np.array_equal(result.x, gabf.oracle(net))
-        assert result.settling_time < 4.0
-
-
 def test_weights_of_1e9_beside_weights_of_1e_minus_9():
     net = from_arcs(4, [(1, 0, 1e9), (2, 1, 1e-9), (1, 2, 1e-9), (3, 2, 1e-9)])
     result = solve(net)
@@ -91,6 +75,57 @@ def test_weights_of_1e9_beside_weights_of_1e_minus_9():
         solve(net, x0=5e8)
 
 
-def test_parallel_arcs_and_several_sources():
-    net = from_arcs(3, [(1, 0, 5.0), (1, 0, 2.0), (1, 2, 0.5)], sources=(0, 2), source_values=[0.0, 1.0])
-    assert solve(net).x.tolist() == [0.0, 1.5, 1.0]
+def test_a_history_keeps_the_start_every_so_manieth_state_and_the_end():
+    assert solve(NET).history is None
+    result = solve(NET, save_every=1)
+    saved = result.history
+    assert len(saved.tau) == result.steps + 1
+    assert np.array_equal(saved.x[0], result.x0)
+    assert np.array_equal(saved.x[-1], result.x)
+    thin = solve(NET, save_every=4).history
+    assert len(thin.tau) == (result.steps + 3) // 4 + 1
+    assert np.array_equal(thin.x[[1, -1]], saved.x[[4, -1]])
+    away = ~np.isfinite(result.x)
+    assert np.isinf(saved.x[:, away]).all()
+    assert (saved.u[:, away] == 0).all()
+    assert (saved.u[:, NET.sources] == 0).all()
+
+
+def test_a_run_that_is_cut_is_at_the_reading_asked_for_and_ends_where_the_whole_one_does():
+    cut = solve(NET, until_tau=0.7)
+    assert cut.end_tau == 0.7
+    assert np.array_equal(solve(NET, x0=np.nan_to_num(cut.x, posinf=0.0)).x, solve(NET).x)
+
+
+def test_settling_time_is_the_first_after_which_all_errors_stay_in_the_band():
+    x_star = gabf.oracle(NET)
+    for law in (gabf.SingularityFree(), gabf.Nominal()):
+        for tolerance in (1e-2, 1e-9):
+            result = solve(NET, law, save_every=1, settle_tolerance=tolerance)
+            saved, finite = result.history, np.isfinite(x_star)
+            error = np.abs(saved.x - x_star)[:, finite] / np.maximum(1, x_star[finite])
+            inside = error.max(axis=1) <= tolerance
+            last_outside = np.flatnonzero(~inside)[-1]
+            assert saved.tau[last_outside] < result.settling_tau <= saved.tau[last_outside + 1]
+
+
+def test_settling_time_converges_with_the_tolerance():
+    tau = [solve(NET, solver=gabf.Splitting(tol)).settling_tau for tol in (0.05, 0.02, 0.005, 0.0005)]
+    errors = np.abs(np.array(tau[:-1]) / tau[-1] - 1)
+    assert errors[0] < 0.1
+    assert errors[2] < 0.01
+    assert errors[2] < errors[1] < errors[0]
+
+
+def test_settled_from_the_start():
+    result = solve(NET, x0=gabf.oracle(NET))
+    assert (result.settling_tau, result.settling_time, result.steps) == (0.0, 0.0, 0)
+
+
+def test_a_residual_of_zero_without_a_root_is_no_solution():
+    """Two nodes that hold each other at a value beside which the cost of an arc vanishes."""
+    net = from_arcs(3, [(1, 0, 1.0), (1, 2, 1e-9), (2, 1, 1e-9)])
+    problem = reduce(net)
+    require_rooted(problem, problem.pack(gabf.oracle(net)))
+    with pytest.raises(AssumptionError, match="stuck at -1e\\+10"):
+        require_rooted(problem, problem.pack(np.array([0.0, -1e10, -1e10])))

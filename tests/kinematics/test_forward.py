@@ -55,12 +55,6 @@ def test_an_arm_with_one_joint(urdf_file):
     assert_as_pinocchio(robot, random_q(robot, 5))
 
 
-def test_empty_batch():
-    rotation, position = joint_placements(Chain.of(load("iiwa14")), np.zeros((0, 7)))
-    assert rotation.shape == (8, 0, 3, 3)
-    assert position.shape == (8, 0, 3)
-
-
 def denavit_hartenberg(q: np.ndarray) -> np.ndarray:
     """KUKA's table: d = 0.36, 0, 0.42, 0, 0.40, 0, 0.126, a = 0, alpha = -90, 90, 90, -90, -90, 90, 0 degrees."""
     total = np.eye(4)
@@ -76,12 +70,6 @@ def test_iiwa14_is_the_dh_table():
     robot = load("iiwa14")
     for q in random_q(robot, 100, seed=3):
         np.testing.assert_allclose(tool_pose(robot, q).homogeneous, denavit_hartenberg(q), atol=1e-9)
-
-
-def test_iiwa14_stands_upright_at_zero():
-    upright = tool_pose(load("iiwa14"), np.zeros(7))
-    np.testing.assert_allclose(upright.translation, [0, 0, 1.306], atol=1e-12)
-    np.testing.assert_allclose(upright.rotation, np.eye(3), atol=1e-12)
 
 
 def test_a_base_moves_everything_with_it():

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 from planner.kinematics.reach import Reach
-from planner.robot.robot import Robot, load_visuals
+from planner.robot.robot import Robot
 from planner.robot.shapes import Box, Cylinder
 from tests.random_shapes import moved, points_in
 from tests.worlds import ROBOTS, checker_of, geometry_xml, joint_xml, link_xml, load, random_q
@@ -42,12 +42,6 @@ def assert_bounds_motion(robot, bodies, reach, seed=0, n=30):
 @pytest.mark.parametrize("name", ROBOTS)
 def test_no_point_moves_further(name):
     assert_bounds_motion(load(name), load(name).bodies, Reach.of(load(name)))
-
-
-def test_also_for_bodies_that_are_only_looked_at():
-    robot = load("iiwa14")
-    visuals = load_visuals(robot)
-    assert_bounds_motion(robot, visuals, Reach.of(robot, visuals), n=10)
 
 
 def sliding(urdf_file) -> Robot:

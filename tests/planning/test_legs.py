@@ -8,17 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.errors import KeywordError, SceneError
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.outcome import CannotFollow, Outcome
-from planner.problem.request import FollowRequest, TimingRequest
+from planner.problem.request import TimingRequest
 from planner.roadmap.storage import load_roadmap
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Obstacle
-from tests.documents import ROOT
 from tests.tool_paths.judge import line_of, outside, pose_of
 
 DOWN = {"robot": "panda", "scene": "table", "start": "home", "goal": "xyz:0.45,0.2,0.9 & axis:z,0,0,-1"}
@@ -138,10 +136,3 @@ def test_what_is_in_the_way_is_named_with_the_leg(tmp_path: Path) -> None:
     far = plan(robot="panda", scene="empty", start="home", goal="xyz:0.4,0.2,0.6", path_only=True, retreat=1.0)
     assert isinstance(far.reason, CannotFollow)
     assert far.reason.leg == "retreat"
-
-
-def test_where_it_says_nothing_it_is_refused() -> None:
-    with pytest.raises(KeywordError, match="no option 'approach'"):
-        FollowRequest.from_options(approach=0.1)
-    with pytest.raises(SceneError, match="takes no --approach"):
-        plan(robot="panda", scene=ROOT / "scenes/examples/cart.yaml", approach=0.1, timing=TimingRequest())

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
+from reproduce.example import nine_node
 from reproduce.figures import beta_costs, exponent_summary, nine_node_graph, share_curves
 from tests.view.figures.panels import data, lines, require_labels
 
@@ -23,7 +24,7 @@ def test_exponents_have_medians_with_their_range() -> None:
 
 
 def test_the_nine_nodes_show_every_arc_once_and_true_parents_thick() -> None:
-    net = gabf.examples.nine_node()
+    net = nine_node()
     found = gabf.structure(net)
     (axes,) = nine_node_graph(net, found).axes
     widths = [patch.get_linewidth() for patch in axes.patches]

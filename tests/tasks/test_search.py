@@ -9,16 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.base.progress import Progress
 from planner.base.resolutions import PROOF
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import tool_pose
-from planner.problem.outcome import Outcome
 from planner.robot.poses import pose
 from planner.robot.shapes import Obstacle, Sphere
 from planner.tasks.modes import BLOCKED, FREE, OPEN, Mode, Modes
 from planner.tasks.network import LazySearch, TaskNetwork
-from planner.tasks.plan import TaskPlanner, task
+from planner.tasks.plan import TaskPlanner
 from tests.tasks.cases import MUG, SCENE, SMALL, small
 
 
@@ -132,13 +130,6 @@ def test_intervals_of_beta_are_those_of_the_best_proven_path(brute) -> None:
         piece = next(p for p in found if p.beta_min <= beta <= p.beta_max)
         best = dijkstra(planner.network, (1 - beta) * costs[:, 0] + beta * costs[:, 1], free)
         assert piece.support.at(beta) == pytest.approx(best, rel=1e-9)
-
-
-def test_a_task_that_is_asked_to_stop_says_so() -> None:
-    found = task(SMALL, Progress(stop=lambda: True), nodes=100)
-    assert found.outcome is Outcome.INTERRUPTED
-    assert found.to_dict()["outcome"] == "interrupted"
-    assert not found.segments
 
 
 def test_what_only_the_object_in_hand_touches_is_gone_round_at_the_least_cost() -> None:

@@ -56,16 +56,6 @@ def test_two_objects_are_placed_side_by_side() -> None:
     assert apart >= 0.05
 
 
-def test_modes_are_as_many_as_there_are_combinations() -> None:
-    net = both().network
-    assert net is not None
-    plain = {mode for mode in net.modes if not mode.allowed}
-    held = [mode for mode in plain if mode.held is not None]
-    first = {mode for mode in held if len(mode.standing) == 1 and mode.standing == (1,)}
-    assert 0 < len(first) <= 2
-    assert len(held) > len(first)  # the second is held in worlds that differ in where the first stands
-
-
 def test_what_was_placed_can_be_taken_again() -> None:
     scene = Scene("one cube", (TABLE, FIRST))
     back = Place("first", "table", ((0.35, -0.35), (0.55, -0.15)), samples=3)

@@ -12,7 +12,6 @@ from planner.base.errors import SceneError
 from planner.kinematics.forward import tool_pose
 from planner.problem.request import TimingRequest
 from planner.session.session import Session
-from planner.tasks.check import TaskRecord, check_task
 from planner.tasks.plan import task
 from planner.tasks.task import Move, Pick, Place, TaskError
 from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, SCENE, SMALL
@@ -76,19 +75,6 @@ def test_what_is_held_is_put_down_from_where_the_arm_is(carrying) -> None:
     assert found.trajectory.proven
     assert planner.check(found, step=1e-4).ok
     assert "mug" in found.page()
-
-
-def test_what_is_held_is_judged_from_the_record_too(carrying) -> None:
-    """``planner check`` in a scene that says what is carried; not in one where the mug still stands."""
-    session, q, _ = carrying
-    found = session.task((ON_BOARD,), start=q, **FEW)
-    record = TaskRecord.model_validate(found.to_dict())
-    report = check_task(record, session.checker, None)
-    assert len(report.parts) == 3
-    assert report.ok
-    last = report.parts[-1].checker.world
-    assert "mug" in {item.name for item in last.scene.obstacles}
-    assert "mug" not in {body.link for body in last.bodies}
 
 
 def test_it_may_be_taken_again_and_moved_while_held(carrying) -> None:

@@ -37,13 +37,6 @@ def test_a_yaml_file_and_a_csv_say_the_same(tmp_path: Path) -> None:
     np.testing.assert_allclose(one.turns[:, :, 2], [[0, 0, -1]] * 2, atol=1e-15)
 
 
-def test_quaternions_of_a_csv_are_whole_orientations(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("x, y, z, qx, qy, qz, qw\n0.4,-0.1,0.3,1,0,0,0\n0.4,0.1,0.3,1,0,0,0\n")
-    found = read_tool_path(tmp_path / "a.csv")
-    assert not found.free.any()
-    np.testing.assert_allclose(found.turns[0], np.diag([1, -1, -1]), atol=1e-15)
-
-
 def test_an_arc_is_lines_near_it_through_its_middle() -> None:
     points = [{"position": p, "axis": [0, 0, -1]} for p in ([0.4, -0.1, 0.3], [0.5, 0.0, 0.3], [0.4, 0.1, 0.3])]
     points[1]["via"] = "arc"
@@ -68,20 +61,15 @@ def test_approach_and_retreat_are_legs_along_the_tools_axis() -> None:
 @pytest.mark.parametrize(
     ("data", "part"),
     [
-        ({"points": []}, "0 points"),
         ({"points": POINTS[:1]}, "1 points"),
         ({"points": with_point(position=[0.4, float("nan"), 0.3])}, "finite number"),
         ({"points": [POINTS[0], POINTS[0]]}, "twice"),
         ({"points": with_point(position=[400, 100, 300])}, "mm?"),
         ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3], "quaternion": [0, 0, 0, 2]}]}, "length 2"),
         ({"points": with_point(axis=[0, 0, -2])}, "length 2"),
-        ({"points": with_point(axis=[0, 0, 0])}, "length 0"),
         ({"points": POINTS, "tube": {"position": 0}}, "tube.position"),
-        ({"points": POINTS, "tube": {"angle": 0}}, "tube.angle"),
         ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3], "cone": {"axis": [0, 0, -1], "angle": 3.49}}]}, "cone"),
-        ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3], "cone": {"axis": [0, 0, -1], "angle": 200}}]}, "cone"),
         ({"points": with_point(quaternion=[0, 0, 0, 1])}, "one of quaternion, axis and cone"),
-        ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3]}]}, "one of quaternion, axis and cone"),
         ({"points": with_point(frame="camera")}, "unknown key"),
         ({"points": with_point(via="arc")}, "via"),
         ({"points": POINTS, "approach": -1}, "approach"),
@@ -107,11 +95,8 @@ def test_what_makes_no_sense_is_one_sentence(data: dict[str, Any], part: str) ->
         "",
         "x,y,z\n1,2,3\n",
         "x,y,z,ax,ay,az\n0,0,one,0,0,1\n",
-        "x,y,z,ax,ay,az\n0,0\n",
         "x,y,z,ax,ay,az\n0,0,0,0,0,1,9\n1,0,0,0,0,1,9\n",
-        "x,y,z,ax,ay,az\nnan,0,0,0,0,1\n1,0,0,0,0,1\n",
         "x,x,y,z,ax,ay,az\n9,0,0,0,0,0,1\n9,1,0,0,0,0,1\n",
-        "x,y,z,ax,ay,az,speed\n0,0,0,0,0,1,9\n1,0,0,0,0,1,9\n",
         "x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,2\n1,0,0,0,0,0,1\n",
     ],
 )
@@ -138,16 +123,11 @@ ARRAYS: dict[str, Any] = {
 @pytest.mark.parametrize(
     ("changed", "part"),
     [
-        ({"positions": [[0.4, np.nan, 0.3], [0.4, 0.1, 0.3]]}, "positions[0, 1] is nan"),
         ({"positions": [[0.4, 0.1], [0.4, 0.2]]}, "shape (2, 2)"),
-        ({"positions": 2 * [[0.4, 0.1, 0.3]]}, "twice"),
-        ({"positions": 1000 * np.array(ARRAYS["positions"])}, "mm?"),
-        ({name: values[:1] for name, values in ARRAYS.items()}, "1 points"),
         ({name: values[:0] for name, values in ARRAYS.items() if name != "positions"} | {"positions": np.zeros((0, 3))},
          "0 points"),
         ({"turns": 2 * ARRAYS["turns"]}, "no rotation"),
         ({"turns": np.tile(np.diag([1.0, 1.0, -1.0]), (2, 1, 1))}, "no rotation"),
-        ({"cones": [0.0, 3.49]}, "5 degrees are 0.0873"),
         ({"cones": [0.0, -0.1]}, "cone of point 2"),
         ({"cones": [0.0]}, "shape (1,)"),
     ],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +9,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.base.errors import KeywordError, OptionError, RobotError, SceneError, StateError
+from planner.base.errors import OptionError, SceneError, StateError
 from planner.kinematics.manipulability import manipulability
 from planner.planning.follow import Follower, follow
 from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, TimingRequest
-from planner.roadmap.storage import load_roadmap
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Obstacle
@@ -50,27 +48,6 @@ def test_a_raster_is_followed_without_a_jump(follower: Follower) -> None:
     q = (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)
     assert outside(RASTER, found.robot, q) <= 1.0
     assert found.to_dict()["tool_path"]["followed"] == 1.0
-
-
-def test_its_roadmap_can_be_kept(follower: Follower, tmp_path: Path) -> None:
-    found = follower.plan(REQUEST)
-    found.save(tmp_path)
-    assert load_roadmap(tmp_path / "roadmap.npz").sha256 == found.roadmap.sha256
-
-
-def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn: list[np.ndarray] = []
-    monkeypatch.setattr("planner.view.page.Page.add_tool_line", lambda page, points, radius: drawn.append(points))
-    rungs: list[tuple] = []
-    monkeypatch.setattr("planner.view.drawing.Canvas.segments", lambda _, *drawn: rungs.append(drawn))
-    found = follower.plan(REQUEST)
-    found.page()
-    assert follower.found.roadmap is not None
-    ((_, bars, _),) = [each for each in rungs if each[0] == "tool_path/rungs"]
-    assert len(bars) == 2 * len(follower.found.roadmap.nodes)
-    turn, position = pose_of(found.robot, follower.found.roadmap.nodes[7])
-    np.testing.assert_allclose(bars[14:16], position + np.outer([-0.025, 0.025], turn[:, 0]), atol=1e-9)
-    np.testing.assert_array_equal(drawn, [RASTER.positions])
 
 
 def test_beta_trades_off_on_one_ladder(follower: Follower) -> None:
@@ -253,43 +230,10 @@ def test_a_start_that_is_cut_off_says_why_and_keeps_the_record(tmp_path: Path) -
     assert found.tool_path.record.followed == 0.0
 
 
-def test_the_law_of_stops_is_taken_too() -> None:
-    path = line_of([[0.45, -0.02, 0.4], [0.45, 0.02, 0.4]])
-    stops = follow(path, REQUEST, timing=TimingRequest(time_law="stop-at-corners"))
-    assert stops.trajectory is not None
-    assert stops.trajectory.proven
-    assert stops.trajectory.proof["corners_blended"] == 0 < stops.trajectory.proof["corners"]
-
-
 def test_the_example_is_followed_by_arcs_and_cones() -> None:
     found = follow(ROOT / "scenes/examples/seam.yaml", robot="panda", scene="table")
     assert found.outcome is Outcome.SOLVED
     assert found.tool_path.record.followed == 1.0  # type: ignore[union-attr]
-
-
-def test_options_that_make_no_sense_are_refused() -> None:
-    for bad in (0.0, -1.0, np.nan, np.inf):
-        with pytest.raises(OptionError, match="tool speed"):
-            FollowRequest.from_options(tool_speed=bad)
-    of_free_motions = (("path_only", True), ("nodes", 50), ("effort", 3), ("room", 0.02))
-    for name in ("goal", "ik_solutions", "widen_limits", "approach"):
-        with pytest.raises(OptionError, match=f"follow has no option '{name}'"):
-            FollowRequest.from_options(**{name: 3})
-    for name, value in of_free_motions:
-        with pytest.raises(OptionError, match=f"{name.replace('_', '-')} needs a start"):
-            FollowRequest.from_options(**{name: value})
-    FollowRequest.from_options(start="home", path_only=True)
-    FollowRequest.from_options(start="home", nodes=50, effort=3, room=0.02)
-    with pytest.raises(OptionError, match="--extra-cost says nothing to a tool path"):
-        follow(RASTER, REQUEST, timing=TimingRequest(extra_cost=0.5))
-    with pytest.raises(OptionError, match="ladder density must be"):
-        FollowRequest.from_options(ladder_density=0)
-    with pytest.raises(RobotError, match="not found"):
-        follow(RASTER, REQUEST, tool="nowhere")
-    with pytest.raises(KeywordError, match="follow has no option"):
-        follow(RASTER, REQUEST, speed=1.0)
-    with pytest.raises(SceneError, match="a tool path needs a still one"):
-        follow(RASTER, robot="panda", scene=ROOT / "scenes/examples/cart.yaml")
 
 
 def test_what_is_told_of_an_arc_is_of_the_arc_and_not_of_its_lines() -> None:
@@ -322,27 +266,6 @@ def test_a_deviation_is_told_of_the_motion_too_which_rounds_corners() -> None:
     assert "proven within 2 mm" in told
 
 
-def test_a_motion_is_off_by_as_much_as_its_path_is_moved_away() -> None:
-    points = np.add([0.45, 0.0, 0.4], [[0.06, 0, 0], [-0.06, 0, 0], [-0.06, 0.06, 0], [0, 0.06, 0], [0, -0.06, 0]])
-    found = follow(line_of(points, tube=(1e-3, 0.02)), REQUEST, timing=TimingRequest())
-    assert found.trajectory is not None
-    tube = Follower.of(line_of(points, tube=(1e-3, 0.02)), REQUEST).found.ladder.tube
-    shifted = replace(tube, path=replace(tube.path, positions=np.add(tube.path.positions, [0.0, 0.0, 5e-4])))
-    along = np.linspace(0.0, tube.path.along[-1], 50)
-    off = [each.deviation_of(found.trajectory, found.robot, along).position for each in (tube, shifted)]
-    assert off[0] <= 1e-3
-    assert off[1] == pytest.approx(np.hypot(off[0], 5e-4), rel=0.1)
-
-
-def test_a_start_in_another_turn_is_told() -> None:
-    robot = load("kinova")
-    far = np.where(robot.continuous, robot.home + 2.0 * np.pi, robot.home)
-    start = "q:" + ",".join(f"{value!r}" for value in far.tolist())
-    found = follow(line_of([[3.0, 0.0, 0.5], [3.1, 0.0, 0.5]]), robot="kinova", start=start, path_only=True)
-    assert sum("in another turn" in note for note in found.record.notes) == robot.continuous.sum() > 0
-    assert set(found.record.notes) <= set(found.to_dict()["notes"])
-
-
 @pytest.mark.parametrize(
     "kinds", ["axis quaternion", "quaternion axis", "axis quaternion axis", "cone quaternion cone"]
 )
@@ -365,3 +288,13 @@ def test_lines_between_an_axis_and_a_quaternion_are_followed_in_their_tube(kinds
         assert outside(path, found.robot, q) <= 1.0
     near = found.trajectory.at(np.linspace(0.0, found.trajectory.duration, 3000))
     assert all(passes_by(path, found.robot, near, k) <= 1.0 for k in np.flatnonzero(~path.free).tolist())
+
+
+def test_options_that_make_no_sense_are_refused() -> None:
+    for wrong in ({"tool_speed": np.nan}, {"goal": 3}, {"path_only": True}, {"ladder_density": 0}):
+        with pytest.raises(OptionError):
+            FollowRequest.from_options(**wrong)
+    with pytest.raises(OptionError, match="--extra-cost says nothing to a tool path"):
+        follow(RASTER, REQUEST, timing=TimingRequest(extra_cost=0.5))
+    with pytest.raises(SceneError, match="a tool path needs a still one"):
+        follow(RASTER, robot="panda", scene=ROOT / "scenes/examples/cart.yaml")

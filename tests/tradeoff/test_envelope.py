@@ -78,22 +78,6 @@ def test_every_law_finds_the_same(law: gabf.Law) -> None:
     assert [piece.beta_max for piece in plain] == [piece.beta_max for piece in other]
 
 
-@QUICK
-@given(st.integers(0, 2**31), st.sampled_from([None, 3]))
-def test_without_a_law_the_oracle_finds_the_same_fields_and_paths(seed: int, levels: int | None) -> None:
-    graph = random_graph(seed, 11, 0.7, levels)
-    dynamic, search = searched(graph), EnvelopeSearch(ProvenNetwork(graph.network(), graph.starts))
-    while not search.done:
-        search.step()
-    assert (search.connected, search.solves) == (dynamic.connected, 0)
-    assert [s.beta for s in search.supports] == [s.beta for s in dynamic.supports]
-    for ours, theirs in zip(search.supports, dynamic.supports, strict=True):
-        assert theirs.cost_to_go is not None
-        assert ours.cost_to_go is None
-        np.testing.assert_array_equal(ours.nodes, theirs.nodes)
-        np.testing.assert_array_equal(ours.x, theirs.cost_to_go.x)
-
-
 def test_solves_are_warm_where_the_law_allows_it(monkeypatch: pytest.MonkeyPatch) -> None:
     graph, real = random_graph(5, 60, 0.6, None), gabf.solve
     for law in LAWS:

@@ -17,9 +17,9 @@ from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
-from planner.search.network import build_network, path_cost
+from planner.search.network import at_beta, build_network, path_cost
 from planner.tradeoff.result import Interval, Tradeoff
-from planner.tradeoff.sweep import sweep
+from planner.tradeoff.sweep import sweep, with_alternatives
 from planner.trajectory.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
 from tests.search.failing import collide
 
@@ -171,3 +171,23 @@ def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> Non
     assert 2 < len(part.roadmap.nodes) < 150
     part.save(tmp_path)
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == part.roadmap.sha256
+
+
+def test_each_interval_has_its_optimum_and_together_they_are_all_of_it(solved: Plan) -> None:
+    assert solved.layered is not None
+    layered = solved.layered
+    shown = with_alternatives(solved).alternatives
+    ends = [path.interval for path in shown if path.interval]
+    assert (ends[0][0], ends[-1][1]) == (0.0, 1.0)
+    assert [low for low, _ in ends[1:]] == pytest.approx([high for _, high in ends[:-1]])
+    for path, (low, high) in zip(shown, ends, strict=True):
+        beta = 0.5 * (low + high)
+        x = gabf.oracle(at_beta(layered.network, beta))
+        assert path.costs is not None
+        omega, distance = path.costs
+        assert (1 - beta) * omega + beta * distance == pytest.approx(x[layered.starts].min(), rel=1e-9)
+        np.testing.assert_allclose(path.path[0], solved.path[0], atol=1e-12)
+
+
+def test_a_stopped_search_shows_none(solved: Plan) -> None:
+    assert with_alternatives(solved, Progress(stop=lambda: True)).alternatives == ()

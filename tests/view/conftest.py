@@ -8,9 +8,8 @@ from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
-from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.result import Tradeoff
-from planner.tradeoff.sweep import sweep
+from planner.tradeoff.sweep import sweep, with_alternatives
 
 TASK = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
 

@@ -16,9 +16,8 @@ from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
-from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.result import Tradeoff
-from planner.tradeoff.sweep import sweep
+from planner.tradeoff.sweep import sweep, with_alternatives
 from planner.view.motion import ShownPath
 from tests.browser import page_data
 from tests.worlds import checker_of, load

@@ -22,9 +22,8 @@ from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Cylinder
-from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.result import Tradeoff
-from planner.tradeoff.sweep import sweep
+from planner.tradeoff.sweep import sweep, with_alternatives
 from planner.trajectory.measure import path_manipulability
 from planner.trajectory.timing import time_path
 from planner.view.drawing import joint_matrices

@@ -112,7 +112,7 @@ def node_histories(rows: Sequence[tuple[str, Mapping[str, NodeHistory]]], node: 
 
 def _history(label: str, result: gabf.CostToGo) -> gabf.FieldHistory:
     if result.history is None:
-        raise OptionError(f"'{label}' has no history to draw: solve with save=gabf.EverySteps(1).")
+        raise OptionError(f"'{label}' has no history to draw: solve with save_every=1.")
     return result.history
 
 

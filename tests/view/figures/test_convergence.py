@@ -9,15 +9,16 @@ import pytest
 
 from planner import gabf
 from planner.view import figures
+from reproduce.example import nine_node
 from tests.view.figures.panels import data, lines, require_labels
 
 
 @pytest.fixture(scope="module")
 def laws() -> dict[str, gabf.CostToGo]:
     """Two laws on the nine-node example, with their trajectories."""
-    network = gabf.examples.nine_node()
+    network = nine_node()
     chosen = {"nominal": gabf.Nominal(), "singularity-free": gabf.SingularityFree(T=2.0)}
-    return {name: gabf.solve(network, law=law, save=gabf.EverySteps(1)) for name, law in chosen.items()}
+    return {name: gabf.solve(network, law=law, save_every=1) for name, law in chosen.items()}
 
 
 def test_convergence_shows_the_trajectory_with_its_deadline(laws: dict[str, gabf.CostToGo]) -> None:
