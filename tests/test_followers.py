@@ -17,7 +17,7 @@ from benchmarks.gate.attack import Attack
 from planner.base.polynomials import evaluate
 from planner.certificate import verify, verify_proof
 from planner.certificate.geometry import geometry_of
-from planner.certificate.proof_inequalities import Refused
+from planner.certificate.verify_proof import Refused
 from planner.collision import BACKENDS, make_checker
 from planner.collision.coal import CoalInTime
 from planner.collision.edge_prover import EdgeProver, Verdict

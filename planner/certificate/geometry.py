@@ -14,8 +14,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import StateError
-from planner.certificate.proof_inequalities import Shape
-from planner.certificate.verify_proof import EXEMPT, FORMAT, PROVEN
+from planner.certificate.verify_proof import EXEMPT, FORMAT, PROVEN, Shape
 from planner.collision.bounding_volumes import hull_corners, hull_of
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, tool_joint

@@ -80,7 +80,7 @@ def verify(out: tyro.conf.Positional[Path] = Path("out"), debug: Debug = False) 
     """
     from planner.certificate import verify as verified
     from planner.certificate.certificate import require_certificate
-    from planner.certificate.proof_inequalities import Refused
+    from planner.certificate.verify_proof import Refused
 
     out = out.parent if os.path.isfile(out) else out
     require_certificate(out)

@@ -16,7 +16,7 @@ from benchmarks.attack.certificates.folders import AROUND, folder_of
 from benchmarks.attack.certificates.judge import closest
 from benchmarks.attack.certificates.mutations import Case
 from planner.certificate import PROOF_NAME, certificate_of, certificate_of_motion, verify, verify_proof
-from planner.certificate.proof_inequalities import Refused
+from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.planning.plan import plan
@@ -51,23 +51,15 @@ def test_the_same_plan_has_the_same_certificate() -> None:
     assert one == two
 
 
-def test_the_checker_is_two_short_files_that_need_numpy_alone(tmp_path: Path) -> None:
-    """Copied elsewhere they run without the planner."""
-    (tmp_path / "alone").mkdir()
-    lines = 0
-    for file in (TOOL, TOOL.with_name("proof_inequalities.py")):
-        text = file.read_text()
-        (tmp_path / "alone" / file.name).write_text(text)
-        lines += len(text.splitlines())
-        nodes = list(ast.walk(ast.parse(text)))
-        names = {a.name for node in nodes if isinstance(node, ast.Import) for a in node.names}
-        names |= {str(node.module) for node in nodes if isinstance(node, ast.ImportFrom)}
-        names -= {"planner.certificate.proof_inequalities", "proof_inequalities"}
-        assert {name.split(".")[0] for name in names} - set(sys.stdlib_module_names) == {"numpy"}
-    assert lines <= LINES
+def test_the_checker_is_one_short_file_that_needs_numpy_alone(tmp_path: Path) -> None:
+    text = TOOL.read_text()
+    assert len(text.splitlines()) <= LINES
+    tree = ast.walk(ast.parse(text))
+    names = {a.name for node in tree if isinstance(node, ast.Import) for a in node.names}
+    names |= {str(node.module) for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom)}
+    assert {name.split(".")[0] for name in names} - set(sys.stdlib_module_names) == {"numpy"}
     folder, _ = folder_of(tmp_path / "out", make_post(), AROUND)
-    alone = tmp_path / "alone" / TOOL.name
-    run = subprocess.run([sys.executable, "-I", alone, folder], capture_output=True, text=True, cwd=tmp_path)
+    run = subprocess.run([sys.executable, "-I", TOOL, folder], capture_output=True, text=True, cwd=tmp_path)
     assert (run.returncode, run.stdout[:7]) == (0, "Proven:"), run.stderr
     bare = subprocess.run([sys.executable, "-I", TOOL, tmp_path], capture_output=True, text=True, cwd=tmp_path)
     assert (bare.returncode, bare.stderr) == (

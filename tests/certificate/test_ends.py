@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.attack.certificates.folders import folder_of
 from benchmarks.attack.certificates.mutations import Case
 from planner.certificate import PROOF_NAME, verify_proof
-from planner.certificate.proof_inequalities import Refused
+from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_pose
 from planner.planning.plan import plan

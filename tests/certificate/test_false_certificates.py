@@ -13,7 +13,7 @@ import pytest
 from benchmarks.attack.certificates.folders import AROUND, folder_of
 from benchmarks.attack.certificates.mutations import Case
 from planner.certificate import verify, verify_proof
-from planner.certificate.proof_inequalities import Refused
+from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions

@@ -15,8 +15,7 @@ from benchmarks.attack.certificates.mutations import WITNESSES, Case, packed
 from planner.base.errors import FileError
 from planner.certificate import certificate_of, verify, verify_proof
 from planner.certificate.geometry import shapes_of
-from planner.certificate.proof_inequalities import Refused
-from planner.certificate.verify_proof import ROWS
+from planner.certificate.verify_proof import ROWS, Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability

@@ -13,7 +13,7 @@ from benchmarks.attack.certificates.folders import AROUND, folder_of
 from benchmarks.attack.certificates.judge import closest
 from benchmarks.attack.certificates.mutations import WITNESSES, Case, largest, mutated, packed
 from planner.certificate import PROOF_NAME, verify_proof
-from planner.certificate.proof_inequalities import Refused
+from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.trajectory.timing import time_path
 from tests.worlds import make_post

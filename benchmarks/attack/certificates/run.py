@@ -17,7 +17,7 @@ from benchmarks.attack.certificates.mutations import Case, Data, climbed, larges
 from planner.certificate import PROOF_NAME, verify
 from planner.certificate.certificate import require_same_world
 from planner.certificate.geometry import geometry_of
-from planner.certificate.proof_inequalities import Refused
+from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.world import World
 from planner.planning.plan import plan

@@ -1,1 +1,0 @@
-../planner/certificate/proof_inequalities.py
