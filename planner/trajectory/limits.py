@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pydantic
 
 from planner.base.arrays import Floats, frozen, plain_numbers
 from planner.base.errors import FileError, OptionError, PlannerError, choices
@@ -244,22 +245,46 @@ class _JointLimit(Strict):
     max_effort: Number | None = None
     angle_wraparound: bool = False
 
+    @pydantic.model_validator(mode="after")
+    def _said(self) -> _JointLimit:
+        """A limit that is announced is there."""
+        of_kinds = {kind: (f"max_{kind}",) for kind in ("velocity", "acceleration", "deceleration", "jerk")}
+        of_places = {"position": ("min_position", "max_position"), "soft": ("soft_lower_limit", "soft_upper_limit")}
+        for kind, values in (of_kinds | of_places).items():
+            missing = [value for value in values if getattr(self, value) is None]
+            if f"has_{kind}_limits" in self.model_fields_set and self._given(kind) and missing:
+                raise ValueError(f"it has_{kind}_limits and no {missing[0]}; add it, or say false")
+        return self
+
+    def _given(self, kind: str) -> bool:
+        return getattr(self, f"has_{kind}_limits")
+
     def value(self, kind: str) -> float | None:
         """A joint brakes as it speeds up here: of acceleration and deceleration the smaller one counts."""
-        found = getattr(self, f"max_{kind}") if getattr(self, f"has_{kind}_limits") else None
-        if kind != "acceleration" or self.max_deceleration is None or not self.has_deceleration_limits:
+        found = getattr(self, f"max_{kind}") if self._given(kind) else None
+        if kind != "acceleration" or self.max_deceleration is None or not self._given("deceleration"):
             return found
         return abs(self.max_deceleration) if found is None else min(found, abs(self.max_deceleration))
 
     def bounds(self) -> tuple[float, float]:
         """The positions that the file allows."""
-        hard, soft = self.has_position_limits, self.has_soft_limits
-        lower = [self.min_position if hard else None, self.soft_lower_limit if soft else None, -np.inf]
-        upper = [self.max_position if hard else None, self.soft_upper_limit if soft else None, np.inf]
+        lower, upper = [], []
+        if self.has_position_limits:
+            lower, upper = [self.min_position], [self.max_position]
+        if self.has_soft_limits:
+            lower, upper = [*lower, self.soft_lower_limit], [*upper, self.soft_upper_limit]
         return (
-            max(value for value in lower if value is not None),
-            min(value for value in upper if value is not None),
+            max((value for value in lower if value is not None), default=-np.inf),
+            min((value for value in upper if value is not None), default=np.inf),
         )
+
+    def passed_over(self, lower: float, upper: float) -> list[str]:
+        """What it says that no motion of a joint within ``lower`` and ``upper`` follows."""
+        low, high = self.bounds()
+        gains = self.has_soft_limits and (self.k_position is not None or self.k_velocity is not None)
+        wider = -np.inf < low < lower - 1e-9 or upper + 1e-9 < high < np.inf
+        said = {"efforts": self.max_effort is not None, "gains": gains, "wider positions": wider}
+        return [what for what, so in {**said, "angle_wraparound": self.angle_wraparound}.items() if so]
 
 
 class _LimitsFile(Strict):
@@ -282,7 +307,10 @@ def _with_file(limits: MotionLimits, path: StrPath, robot: Robot) -> tuple[Motio
         raise LimitError(f"{where} has no joint '{misspelt[0]}'; it has {choices(file.joint_limits)}: add it.")
     file = file.model_copy(update={"joint_limits": dict.fromkeys(missing, _JointLimit()) | file.joint_limits})
     _require_positions_within(file, robot, where)
-    told = f" (it names no {choices(missing)})" if missing else ""
+    spans = zip(robot.joints, robot.lower, robot.upper, strict=True)
+    passed = {what: None for joint, *span in spans for what in file.joint_limits[joint].passed_over(*span)}
+    told = f" (of it {choices(passed)} are passed over)" if passed else ""
+    told += f" (it names no {choices(missing)})" if missing else ""
     for kind in KINDS:
         found = [file.joint_limits[joint].value(kind) for joint in limits.joints]
         if any(value is not None for value in found):

@@ -13,7 +13,7 @@ import pytest
 from planner.base.errors import OptionError, PlannerError
 from planner.problem.request import LimitsRequest, TimingRequest
 from planner.robot.robot import Robot
-from planner.trajectory.limits import MotionLimits
+from planner.trajectory.limits import KINDS, MotionLimits
 from tests.worlds import ROBOTS, joint_xml, link_xml, load
 
 ARM = load("planar_2r")
@@ -33,6 +33,19 @@ def test_every_robot_has_limits_and_says_where_they_come_from(name: str) -> None
     np.testing.assert_array_equal(limits.velocity, load(name).velocity)
     assert all(limits.source.values())
     assert ("assumed" in limits.source["acceleration"]) == (name != "panda")
+
+
+def test_panda_has_the_makers_figures() -> None:
+    limits = MotionLimits.of(load("panda"))
+    assert limits.acceleration.tolist() == [15, 7.5, 10, 12.5, 15, 20, 20]
+    assert limits.jerk.tolist() == [7500, 3750, 5000, 6250, 7500, 10000, 10000]
+    assert "Franka" in limits.text()
+
+
+def test_figures_go_by_joint_whichever_joints_are_planned() -> None:
+    some = Robot.load("panda", tool="panda_link5")
+    limits = MotionLimits.of(some)
+    assert limits.acceleration.tolist() == [15, 7.5, 10, 12.5, 15]
 
 
 def test_options_scale_and_replace() -> None:
@@ -64,7 +77,7 @@ def test_joints_that_a_moveit_file_does_not_name_keep_their_own_limits(tmp_path:
     limits = MotionLimits.of(ARM, LimitsRequest(limits=file))
     assert limits.velocity.tolist() == [ARM.velocity[0], 0.5]
     np.testing.assert_array_equal(limits.acceleration, MotionLimits.of(ARM).acceleration)
-    told = f"joint_limits.yaml (it names no {A}), the rest URDF"
+    told = f"joint_limits.yaml (of it efforts are passed over) (it names no {A}), the rest URDF"
     assert limits.source["velocity"] == told
 
 
@@ -93,6 +106,7 @@ joint_limits:
 """
     limits = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
     assert limits.acceleration.tolist() == [2.0, 3.0]
+    assert limits.source["acceleration"] == "joint_limits.yaml (of it efforts, wider positions are passed over)"
 
 
 def test_the_shares_of_a_request_come_between_a_files_factors_and_the_options(tmp_path: Path) -> None:
@@ -120,6 +134,7 @@ BAD_FILES = [
     (f"joint_limits: {{{A}: {{max_acceleration: -3}}, {B}: {{}}}}", "acceleration limit -3"),
     (f"joint_limits: {{{A}: {{max_velocity: fast}}, {B}: {{}}}}", "max_velocity' is wrong"),
     (f"joint_limits: {{{A}: {{max_velocty: 1}}, {B}: {{}}}}", "did you mean 'max_velocity'"),
+    (f"joint_limits: {{{A}: {{has_velocity_limits: true}}, {B}: {{}}}}", "it has_velocity_limits and no max_velocity"),
     (
         f"joint_limits: {{{A}: {{max_position: 0.5}}, {B}: {{}}}}",
         f"joint '{A}' positions from .* to 0.5, narrower",
@@ -139,6 +154,12 @@ def test_bad_options_are_refused(kind: type[LimitsRequest], words: dict[str, Any
         kind(**words)
 
 
+def test_an_option_that_no_motion_can_keep_is_refused_with_the_robot() -> None:
+    with pytest.raises(PlannerError, match=f"acceleration limit 1e\\+09 of joint '{A}'") as caught:
+        MotionLimits.of(ARM, LimitsRequest(acceleration=1e9))
+    assert caught.value.exit_code == 3
+
+
 @pytest.mark.parametrize(("text", "sentence"), BAD_FILES)
 def test_bad_files_are_refused(text: str, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(PlannerError, match=sentence) as caught:
@@ -151,3 +172,12 @@ def test_a_urdf_without_velocities_gets_assumed_ones() -> None:
     limits = MotionLimits.of(replace(ARM, velocity=np.array([0.0, 2.0])))
     assert limits.velocity.tolist() == [1.0, 2.0]
     assert limits.source["velocity"] == f"assumed for {A}: the URDF gives none"
+
+
+def test_limits_of_lists_are_arrays_of_their_own() -> None:
+    given, source = np.ones(2), dict.fromkeys(KINDS, "test")
+    limits = MotionLimits(ARM.joints, [1.0, 1.0], (1, 1), given, source)  # pyright: ignore[reportArgumentType]
+    given[0], source["jerk"] = 9.0, "nobody"
+    np.testing.assert_array_equal(limits.rows, np.ones((3, 2)))
+    assert not any(getattr(limits, kind).flags.writeable for kind in KINDS)
+    assert limits.source["jerk"] == "test"
