@@ -14,8 +14,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, StrMethodFor
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.view.figures.paths import BETA, DISTANCE, OMEGA
-from planner.view.figures.strokes import MARKS, labelled, marked, single, stroke
+from planner.view.figures.paths import BETA, DISTANCE, MARKS, OMEGA, labelled, marked, single, stroke
 
 Grid: TypeAlias = Mapping[tuple[str, str], Sequence[tuple[float, float]]]
 """(p1/p2, m1/m2) to one (settling tau, largest input in km/s) per graph."""

@@ -11,10 +11,10 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.collision.bounding_volumes import widened
 from planner.collision.bounds import ClearanceBound
 from planner.collision.broad_phase import LazyBroadPhase, Pool, differ_in_places_only, geometry_of, of_one_arm
 from planner.collision.checker import CollisionChecker, StatesOn, configurations
-from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
 from planner.robot.moving import KnownMotion

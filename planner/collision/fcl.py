@@ -11,9 +11,9 @@ import fcl
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.collision.bounding_volumes import widened
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
-from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, extremes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -55,15 +56,7 @@ def solve(
     if law.needs_overestimate and x0 is not None:
         require_overestimate(problem, y0, problem.pack(oracle(net)), law.name)
     course, states = Course(bounds, settle_tolerance), run(problem, law.flow, y0, solver or Splitting(), until_tau)
-    kept: list[State] = []
-    step = -1
-    while True:
-        step, state = step + 1, next(states)
-        course.add(state)
-        if save_every and step % save_every == 0:
-            kept.append(state)
-        if state.residual == 0.0 or step + state.rejected >= max_steps or state.tau >= until_tau:
-            break
+    step, state, kept = _run(states, course, save_every, max_steps, until_tau)
     settled = state.residual == 0.0
     if settled:
         require_rooted(problem, state.y)
@@ -85,6 +78,20 @@ def solve(
         evaluations=1 + 2 * step + state.rejected,
         history=_history(kept if kept[-1] is state else [*kept, state], problem, law) if kept else None,
     )
+
+
+def _run(
+    states: Iterator[State], course: Course, save_every: int, max_steps: int, until_tau: float
+) -> tuple[int, State, list[State]]:
+    """How many steps a run takes until it settles or its budget is spent, its last state, and those to keep."""
+    kept: list[State] = []
+    for step, state in enumerate(states):
+        course.add(state)
+        if save_every and step % save_every == 0:
+            kept.append(state)
+        if state.residual == 0.0 or step + state.rejected >= max_steps or state.tau >= until_tau:
+            return step, state, kept
+    raise AssertionError("a run has no end of its own")
 
 
 def require_rooted(problem: Problem, y: Floats) -> None:

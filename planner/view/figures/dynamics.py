@@ -17,7 +17,7 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
 from planner.gabf.learning import Stage
-from planner.view.figures.strokes import labelled, single, stroke
+from planner.view.figures.paths import labelled, single, stroke
 
 NodeHistory: TypeAlias = tuple[Floats, Floats, Floats]
 """t (k,) s, state error x - x* (k,) km, control input (k,) km/s of one node."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -21,9 +22,37 @@ from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.tradeoff.result import Interval, Tradeoff
 from planner.trajectory.measure import dense_path, path_clearance
-from planner.view.figures.strokes import MARKS, labelled, marked, single, stroke
 from planner.view.motion import W_UNIT
 from planner.view.surfaces import capsule_mesh, tube
+
+DASHES = ("-", (0, (5, 1.5)), (0, (5, 1.2, 1, 1.2)), (0, (1, 1.1)), (0, (8, 2, 2, 2)), (0, (3, 1, 1, 1, 1, 1)))
+SHADES = ("#0b2545", "#b23a0e", "#3a7d44", "#8d6aa8", "#8a6d00", "#555555")
+MARKS = ("o", "s", "^", "D", "v", "P")
+
+
+def stroke(k: int) -> dict[str, Any]:
+    """The look of the k-th line of a figure; after six they repeat."""
+    return {"linestyle": DASHES[k % 6], "color": SHADES[k % 6], "linewidth": 1.5}
+
+
+def marked(k: int) -> dict[str, Any]:
+    """The k-th line's look with a marker at its points."""
+    return {**stroke(k), "marker": MARKS[k % 6], "markersize": 4.5, "markerfacecolor": "white"}
+
+
+def single(width: float, height: float, x: str = "", y: str = "") -> tuple[Figure, Axes]:
+    """A figure (inches) of one panel, named as :func:`labelled` does."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, labelled(figure.add_subplot(), x, y)
+
+
+def labelled(axes: Axes, x: str = "", y: str = "", title: str = "") -> Axes:
+    """The panel with the names of its axes, its title and a faint grid."""
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.set_title(title, fontsize=10)
+    axes.grid(alpha=0.25)
+    return axes
 
 
 def path_profiles(checker: CollisionChecker, paths: Mapping[str, Floats]) -> Figure:

@@ -157,7 +157,7 @@ inline void bind_dynamics(nb::module_& m) {
         .def("advance", &advance_into, "rows"_a.none(), "m"_a, "y"_a, "xhat"_a, "dtau"_a, "size"_a,
              "following"_a.noconvert(), at_work,
              "Write into following the rows' y after dtau by Strang's rule, with parents at m (rows,).\n\n"
-             "How far off that may be, as a share of size + |xhat|: planner.gabf.splitting.Parents.step.Parents.advance.");
+             "How far off that may be, as a share of size + |xhat|: planner.gabf.splitting.Parents.step.");
     nb::class_<Arcs>(m, "NativeArcs",
                      "The arcs of R rows: row i reads heads[starts[i]:starts[i + 1]] as slope y + offset.\n\n"
                      "Slopes are 1 where there are none. rows are those that are looked at, None for all.")
