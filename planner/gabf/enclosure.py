@@ -56,10 +56,10 @@ def bracket_settling(
 ) -> tuple[float, float]:
     """The earliest and the latest tau at which every error of a run from ``y0`` can have entered its band for good.
 
-    ``tolerance`` defines the band as in :func:`planner.gabf.solve`; ``guess`` is where to expect the answer and
-    decides about the work only. Steps shrink until the bracket is ``width`` of its end, or the work is spent: a
-    smaller width takes proportionally more. The latest is +inf where the lower solution is not there within the work,
-    and the earliest 0 as well where rows and hops to a source are too many to begin, and for a user's law. Proved up to
+    ``tolerance`` defines the band as in :func:`planner.gabf.solve`; ``guess`` is where to expect the answer and decides
+    about the work only. Steps shrink until the bracket is ``width`` of its end, or the work is spent: a smaller width
+    takes proportionally more. The latest is +inf where the lower solution is not there within the work, and the
+    earliest 0 as well where rows and hops to a source are too many to begin, and for a user's law. Proved up to
     rounding, for every increasing kernel.
     """
     if flow.compiled is None or problem.n_rows * problem.most_hops > _MOST_WORK:
@@ -101,11 +101,11 @@ def limit(problem: Problem, y0: Floats, y_star: Floats, upper: bool) -> Floats:
 class Side:
     """An upper (or lower) solution: states ``y`` (R + S,) at ``tau`` that no run from ``y0`` exceeds (falls below).
 
-    The right side of a node's equation increases with every parent's state (the law is cooperative), so runs keep
-    their order, and parents held too high (low) over a step give states that are too high (low). Where parents fall
-    that is their value at the start of the step; where they rise it is a guess ``reach`` of how far, which is proved
-    by the step itself: if no state goes farther with parents held there, none does at all. First order in the step.
-    ``beyond`` (R + S,) are states that no run goes beyond, see :func:`limit`.
+    The right side of a node's equation increases with every parent's state (the law is cooperative), so runs keep their
+    order, and parents held too high (low) over a step give states that are too high (low). Where parents fall that is
+    their value at the start of the step; where they rise it is a guess ``reach`` of how far, which is proved by the
+    step itself: if no state goes farther with parents held there, none does at all. First order in the step. ``beyond``
+    (R + S,) are states that no run goes beyond, see :func:`limit`.
     """
 
     def __init__(self, problem: Problem, flow: Flow, y0: Floats, bounds: Premises, upper: bool, beyond: Floats):

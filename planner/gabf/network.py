@@ -20,11 +20,11 @@ class Network:
     """G = (V, E) with weights, sources and a kernel; an arc (i, j) means that node i reads node j, as in the paper.
 
     ``indptr`` (n + 1,), ``indices`` (n_arcs,), ``weight`` (n_arcs,): the arcs of node i are
-    ``indices[indptr[i]:indptr[i + 1]]``; parallel arcs are allowed, self-loops are not (i is not in N(i)).
-    ``sources`` (k,) node indices held at ``source_values`` (k,), 0 where left out. ``node_cost`` (n,) is omega(j) of
-    eq. (finew), ``arc_cost`` (n_arcs,) a second cost an arc, for the kernels that read them. ``kernel`` is, where left
-    out, :class:`TradeOff` if there is a ``node_cost``, else :class:`Additive`, the shortest path. Raises
-    AssumptionError, naming the node, where the arrays are not a graph.
+    ``indices[indptr[i]:indptr[i + 1]]``; parallel arcs are allowed, self-loops are not (i is not in N(i)). ``sources``
+    (k,) node indices held at ``source_values`` (k,), 0 where left out. ``node_cost`` (n,) is omega(j) of eq. (finew),
+    ``arc_cost`` (n_arcs,) a second cost an arc, for the kernels that read them. ``kernel`` is, where left out,
+    :class:`TradeOff` if there is a ``node_cost``, else :class:`Additive`, the shortest path. Raises AssumptionError,
+    naming the node, where the arrays are not a graph.
 
     >>> network = gabf.Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0])
     >>> gabf.solve(network).x
@@ -155,7 +155,7 @@ class Network:
     @cached_property
     def arcs(self) -> ArcMap:
         """The kernel bound to every arc."""
-        return self.kernel.bind(self)  # pyright: ignore[reportArgumentType]  (a cached property is one)
+        return self.kernel.bind(self)
 
     def arcs_between(self, i: int, j: int) -> Ints:
         """Ids of the arcs through which node i reads node j (several if parallel, none if not linked)."""

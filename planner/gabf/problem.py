@@ -58,6 +58,10 @@ class Problem:
     def rows(self) -> Ints:
         return self.nodes[: self.n_rows]
 
+    @property
+    def most_hops(self) -> int:
+        return int(self.hops.max(initial=0))
+
     @cached_property
     def owners(self) -> Ints:
         """(A,) the row that each arc belongs to."""
@@ -85,11 +89,6 @@ class Problem:
         sources = np.arange(self.n_rows, self.nodes.size)
         return hops_to_source(np.concatenate(([0], np.cumsum(counts))), self.heads[arcs], sources)
 
-    @property
-    def most_hops(self) -> int:
-        """The largest of ``hops``."""
-        return int(self.hops.max(initial=0))
-
     def climb(self, k: int, a: float) -> float:
         """g_k(a): the largest, over the nodes of k hops, of the cheapest f_ij(a) towards k - 1 hops."""
         arcs, starts = self._stairs[k - 1]
@@ -105,6 +104,16 @@ class Problem:
         downhill = downhill[np.argsort(height, kind="stable")]
         stairs = [downhill[a:b] for a, b in pairwise(np.cumsum(np.bincount(height, minlength=1)))]
         return [(arcs, np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))) for arcs in stairs]
+
+    def rungs(self, y0: Floats | None = None) -> Floats:
+        """V_0 = max source, V_k = g_k(V_(k-1)), or the largest of the nodes of k hops in ``y0`` where that is more."""
+        least = np.full(self.most_hops + 1, -np.inf)
+        if y0 is not None:
+            np.maximum.at(least, self.hops, y0[: self.n_rows])
+        rungs = [float(self.anchors.max())]
+        for k, floor in enumerate(least[1:].tolist(), start=1):
+            rungs.append(max(floor, self.climb(k, rungs[-1])))
+        return np.array(rungs)
 
     def mean_cost(self, y: Floats) -> float:
         """What an arc adds on average at state ``y``: the scale that errors of one step are measured by."""
@@ -135,16 +144,9 @@ def reduce(net: Network) -> Problem:
     position[nodes] = np.arange(nodes.size)
     arc_ids = np.flatnonzero(is_row[net.tails] & (hops[net.indices] >= 0))
     counts = np.bincount(position[net.tails[arc_ids]], minlength=nodes.size - net.sources.size)
-    return Problem(
-        network=net,
-        starts=np.cumsum(counts) - counts,
-        heads=position[net.indices[arc_ids]],
-        arcs=net.arcs.take(arc_ids),
-        nodes=nodes,
-        anchors=net.source_values,
-        arc_ids=arc_ids,
-        hops=hops[is_row],
-    )
+    heads, arcs = position[net.indices[arc_ids]], net.arcs.take(arc_ids)
+    starts = np.cumsum(counts) - counts
+    return Problem(net, starts, heads, arcs, nodes, net.source_values, arc_ids, hops[is_row])
 
 
 def states(net: Network, x: Any, name: str) -> Floats:
@@ -168,8 +170,7 @@ def field(problem: Problem, x: Any, name: str) -> Floats:
 class Premises:
     """The interval [lower, upper] that a run stays in, and zeta of eq. (progressive) and L of eq. (Lipschitz) on it.
 
-    ``sampled`` is True where a user's kernel was probed on a grid, which can refuse a kernel but prove
-    nothing.
+    ``sampled`` is True where a user's kernel was probed on a grid, which can refuse a kernel but prove nothing.
     """
 
     lower: float
@@ -182,47 +183,44 @@ class Premises:
 def overestimate(net: Network) -> Floats:
     """(n,) a strict overestimate of x*, as assumption (over) asks; +inf at nodes that reach no source.
 
-    U_0 = max source value, U_k = g_k(U_(k-1)) with g_k(a) the largest, over nodes of k hops, of their
-    cheapest arc's f_ij(a) towards k - 1 hops: a fewest-hops path costs at most U_k. Nodes of k hops start at
-    g_k(U_k) > U_k.
+    U_0 = max source value, U_k = g_k(U_(k-1)) with g_k(a) the largest, over nodes of k hops, of their cheapest arc's
+    f_ij(a) towards k - 1 hops: a fewest-hops path costs at most U_k. Nodes of k hops start at g_k(U_k) > U_k.
     """
     problem = reduce(net)
     return problem.unpack(start_above(problem))
 
 
 def start_above(problem: Problem) -> Floats:
-    rungs = _ladder(problem, np.full(problem.most_hops + 1, -np.inf)).tolist()
-    starts = [0.0, *(problem.climb(k, rungs[k]) for k in range(1, len(rungs)))]
+    starts = [0.0, *(problem.climb(k, rung) for k, rung in enumerate(problem.rungs().tolist()) if k)]
     return problem.with_sources(np.array(starts)[problem.hops])
 
 
 def premises(problem: Problem, y0: Floats) -> Premises:
     """Check kernel and start; raises AssumptionError naming the node and arc that break an assumption.
 
-    The interval: lemma (globalbound) from below, where x_i >= min{xbar_1*, min x(0)}, loosened to the
-    sources' smallest value; from above the largest value of :func:`ceiling`.
+    The interval: lemma (globalbound) from below, where x_i >= min{xbar_1*, min x(0)}, loosened to the sources' smallest
+    value; from above the largest value of :func:`ceiling`.
     """
-    kernel, outside = problem.network.kernel, np.flatnonzero(~problem.network.kernel.domain.holds(y0))
+    kernel = problem.network.kernel
+    outside = np.flatnonzero(~kernel.domain.holds(y0))
     if outside.size:
         raise AssumptionError(
             f"node {problem.nodes[outside[0]]} starts at {y0[outside[0]]:g}, outside the domain {kernel.domain} of "
             f"{type(kernel).__name__}: choose x0 and source_values inside"
         )
-    rows = y0[: problem.n_rows]
-    upper = float(_rungs_above(problem, y0).max())
+    upper = float(problem.rungs(y0).max())
     if not np.isfinite(upper):
         raise AssumptionError("the bound on the states overflows: pass a smaller x0, or rescale the weights")
-    lower = float(min(problem.anchors.min(), rows.min(initial=np.inf)))
+    lower = float(min(problem.anchors.min(), y0[: problem.n_rows].min(initial=np.inf)))
     return check_kernel(problem, lower, upper)
 
 
 def ceiling(problem: Problem, y0: Floats) -> Floats:
     """(R + S,) states that no run from ``y0`` exceeds (ours, for lemma (globalexistence) names no number).
 
-    V_0 = max source, V_k = max(x_i(0) over nodes of k hops, g_k(V_(k-1))) with g_k of :func:`overestimate`
-    satisfies T'V <= V, and the flow keeps order, so x stays below V.
+    V of :meth:`Problem.rungs` satisfies T'V <= V, and the flow keeps order, so x stays below V.
     """
-    return problem.with_sources(_rungs_above(problem, y0)[problem.hops])
+    return problem.with_sources(problem.rungs(y0)[problem.hops])
 
 
 def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:
@@ -230,9 +228,9 @@ def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:
     if problem.n_rows == 0:
         return Premises(lower, upper, np.inf, 1.0, problem.arcs.sampled)
     least, steepest = problem.arcs.slopes(lower, upper)
-    _refuse(problem, least > 0, least, f"does not increase on [{lower:g}, {upper:g}]: its slope falls to")
+    _require_positive(problem, least, f"does not increase on [{lower:g}, {upper:g}]: its slope falls to")
     gains = problem.arcs.progress(lower, upper)
-    _refuse(problem, gains > 0, gains, f"is not progressive on [{lower:g}, {upper:g}]: f(a) - a falls to")
+    _require_positive(problem, gains, f"is not progressive on [{lower:g}, {upper:g}]: f(a) - a falls to")
     return Premises(lower, upper, float(gains.min()), float(steepest.max()), problem.arcs.sampled)
 
 
@@ -257,21 +255,8 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
     return problem.pack(field(problem, x, "x0"))
 
 
-def _rungs_above(problem: Problem, y0: Floats) -> Floats:
-    floor = np.full(problem.most_hops + 1, -np.inf)
-    np.maximum.at(floor, problem.hops, y0[: problem.n_rows])
-    return _ladder(problem, floor)
-
-
-def _ladder(problem: Problem, floor: Floats) -> Floats:
-    rungs = [float(problem.anchors.max())]
-    for k, least in enumerate(floor[1:].tolist(), start=1):
-        rungs.append(max(least, problem.climb(k, rungs[-1])))
-    return np.array(rungs)
-
-
-def _refuse(problem: Problem, fine: Bools, value: Floats, complaint: str) -> None:
-    bad = np.flatnonzero(~np.broadcast_to(fine, problem.arc_ids.shape))
+def _require_positive(problem: Problem, value: Floats, complaint: str) -> None:
+    bad = np.flatnonzero(~(value > 0))
     if bad.size:
         net, arc = problem.network, problem.arc_ids[bad[0]]
         raise AssumptionError(

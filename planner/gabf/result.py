@@ -44,14 +44,13 @@ class FieldHistory:
 class CostToGo:
     """The field x (n,), +inf at nodes that reach no source, and the record of the run that computed it.
 
-    :attr:`settling_tau`: the first tau after which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i for ever
-    after; ``dated_tau`` is what this run's steps alone say of it, None if it was not reached. What is proved of it,
-    whatever the steps, is :attr:`settling_tau_bracket`. ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|, 0 where x is
-    proved to be x* to the last bit. ``lowest`` and ``highest`` are the extreme states of non-source nodes over all
-    steps, ``largest_input`` the largest |dx_i/dt| there: a figure of this run, which a smaller tolerance of the solver
-    converges where the gain grows before the last node settles. ``evaluations`` counts how often all parent values
-    were computed. ``premises`` holds the interval that the run stayed in with zeta and L on it, ``problem`` the part of
-    the network that reaches a source.
+    :attr:`settling_tau`: the first tau from which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i and for
+    ever; ``dated_tau`` is its date by this run's steps alone, None if it was not reached, and
+    :attr:`settling_tau_bracket` encloses it by proof, whatever the steps. ``residual`` is max |x_i - min_j f_i(x_j,
+    w_ij)|, 0 where x is proved to be x* to the last bit. ``lowest`` and ``highest`` are the extreme states of
+    non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt| there: a figure of this run, which a
+    smaller tolerance of the solver converges where the gain grows before the last node settles. ``premises`` holds the
+    interval that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
     """
 
     x: Floats
@@ -68,7 +67,6 @@ class CostToGo:
     largest_input: float
     settle_tolerance: float
     steps: int
-    evaluations: int
     history: FieldHistory | None = None
     _brackets: dict[float, tuple[float, float]] = field(default_factory=dict, repr=False)
 
@@ -78,13 +76,13 @@ class CostToGo:
 
     @property
     def network(self) -> Network:
-        """The network that it is the field of."""
         return self.problem.network
 
     @property
     def settling_tau(self) -> float | None:
-        """The tau of :attr:`settling_tau_bracket` that is nearest to ``dated_tau``, so a few times a run's work."""
-        return self.dated_within()
+        """The tau of :attr:`settling_tau_bracket` that is nearest to ``dated_tau``: a few times a run's work."""
+        bracket = self.settling_tau_bracket
+        return None if bracket is None or self.dated_tau is None else min(max(self.dated_tau, bracket[0]), bracket[1])
 
     @property
     def settling_time(self) -> float | None:
@@ -104,21 +102,16 @@ class CostToGo:
     def settling_within(self, width: float = WIDTH) -> tuple[float, float] | None:
         """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
 
-        None for a run that did not settle, (0, inf) for a field of too many rows times hops. Else they are ``width`` of
-        the latest apart, unless that took more work than :mod:`planner.gabf.enclosure` spends, or errors begin within
-        the tolerance and leave it first: then the earliest is 0. Half the width takes about twice the work. Raises
-        :class:`OptionError` for a width that is no share in (0, 1].
+        None for a run that did not settle, (0, inf) for a user's law and for a field of too many rows times hops. Else
+        they are ``width`` of the latest apart, unless that took more work than :mod:`planner.gabf.enclosure` spends, or
+        errors begin within the tolerance and leave it first: then the earliest is 0. Half the width takes about twice
+        the work. Raises :class:`OptionError` for a width that is no share in (0, 1].
         """
         if not 0.0 < width <= 1.0:
             raise OptionError(f"width must be above 0 and at most 1, a share of the latest, got {width:g}.")
         if self.dated_tau is not None and width not in self._brackets:
-            start, end, band = self.problem.pack(self.x0), self.problem.pack(self.x), self.settle_tolerance
-            self._brackets[width] = bracket_settling(
-                self.problem, self.law.flow, start, end, self.premises, band, self.dated_tau, width
-            )
+            ends = self.problem.pack(self.x0), self.problem.pack(self.x)
+            band, guess = self.settle_tolerance, self.dated_tau
+            flow, bounds = self.law.flow, self.premises
+            self._brackets[width] = bracket_settling(self.problem, flow, *ends, bounds, band, guess, width)
         return self._brackets.get(width)
-
-    def dated_within(self, width: float = WIDTH) -> float | None:
-        """The tau of :meth:`settling_within` that is nearest to ``dated_tau``; None for a run that did not settle."""
-        bracket = self.settling_within(width)
-        return None if bracket is None or self.dated_tau is None else min(max(self.dated_tau, bracket[0]), bracket[1])

@@ -33,19 +33,18 @@ def solve(
     """The cost-to-go x of every node under ``law``, from the start ``x0``.
 
     ``law``: a law, or the name of one with the paper's parameters, "nominal", "prescribed-time", "fixed-time" or
-    "singularity-free"; the last one where left out.
-    ``x0``: (n,) states, one number for all, or None for :func:`overestimate`, from which every law settles.
-    Starting from an earlier ``result.x`` after weights changed is how GABF heals; nodes that were unreachable
-    (+inf) then need a number. Values at sources and at nodes that reach no source are ignored. ``solver``:
-    how finely it steps. ``save_every``: the start, every so manieth state and the end become ``history``; 0 keeps none.
-    ``settle_tolerance`` defines settled, relative to max(1, |x_i*|); a larger one settles earlier and changes
-    neither x nor the steps: a run ends at a residual of exactly 0. When it settled is dated by the run's steps, within
-    ``result.settling_tau_bracket``, which is proved. ``max_steps``, rejected ones too, and ``until_tau`` bound the
-    work; a run is at ``until_tau`` exactly where it ends there.
+    "singularity-free"; the last one where left out. ``x0``: (n,) states, one number for all, or None for
+    :func:`overestimate`, from which every law settles. Starting from an earlier ``result.x`` after weights changed is
+    how GABF heals; nodes that were unreachable (+inf) then need a number. Values at sources and at nodes that reach no
+    source are ignored. ``solver``: how finely it steps. ``save_every``: the start, every so manieth state and the end
+    become ``history``; 0 keeps none. ``settle_tolerance`` defines settled, relative to max(1, |x_i*|); a larger one
+    settles earlier and changes neither x nor the steps: a run ends at a residual of exactly 0. When it settled is dated
+    by the run's steps, within ``result.settling_tau_bracket``, which is proved. ``max_steps``, rejected ones too, and
+    ``until_tau`` bound the work; a run is at ``until_tau`` exactly where it ends there.
 
-    Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the
-    interval that the run stays in, where a start lies outside the kernel's domain, and where the
-    prescribed-time law does not start above x*.
+    Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the interval that
+    the run stays in, where a start lies outside the kernel's domain, and where the prescribed-time law does not start
+    above x*.
 
     >>> network = gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3)
     >>> result = gabf.solve(network, law=gabf.SingularityFree(T=2.0))
@@ -79,7 +78,6 @@ def solve(
         largest_input=course.largest_input(law),
         settle_tolerance=settle_tolerance,
         steps=step,
-        evaluations=1 + 2 * step + state.rejected,
         history=_history(kept if kept[-1] is state else [*kept, state], problem, law) if kept else None,
     )
 

@@ -29,14 +29,14 @@ undoes the largest one, a step. Without it, steps shrink for ever where states a
 class Splitting:
     """Hold each parent value m_i = min_j f_i(y_j, w_ij): then y_i - m_i follows a scalar equation of known flow.
 
-    A step takes m from about half a step (order 2) and flows across the whole. It has no stability limit, no
-    chatter at y_i = m_i, and ends on the fixed point to the last bit: large steps become Bellman-Ford
-    sweeps. ``tolerance`` is the error in tau that one step may make, in units of the law's own pace and
-    estimated from how far m moved: a smaller one takes more steps and places the settling time better (at
-    0.05 mostly within 3 %, at 0.005 within 0.5 %); the final x is the same. What is proved of the settling
-    time is :attr:`planner.gabf.CostToGo.settling_tau_bracket`. ``max_step`` bounds a step in tau; with an
-    infinite tolerance every step has that size. A parent that takes over in the second half of a step has not moved m
-    before, so no tolerance sees it: where saved states have to be right to some digits, give a ``max_step`` too.
+    A step takes m from about half a step (order 2) and flows across the whole. It has no stability limit, no chatter at
+    y_i = m_i, and ends on the fixed point to the last bit: large steps become Bellman-Ford sweeps. ``tolerance`` is the
+    error in tau that one step may make, in units of the law's own pace and estimated from how far m moved: a smaller
+    one takes more steps and places the settling time better (at 0.05 mostly within 3 %, at 0.005 within 0.5 %); the
+    final x is the same. What is proved of the settling time is :attr:`planner.gabf.CostToGo.settling_tau_bracket`.
+    ``max_step`` bounds a step in tau; with an infinite tolerance every step has that size. A parent that takes over in
+    the second half of a step has not moved m before, so no tolerance sees it: where saved states have to be right to
+    some digits, give a ``max_step`` too.
 
     >>> network = gabf.Network.from_arcs([1], [0], [1.0], sources=[0], n_nodes=2)
     >>> round(gabf.solve(network, "nominal", x0=2.0, solver=gabf.Splitting(1e-3)).settling_tau, 2)  # ln 1e9
