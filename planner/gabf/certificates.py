@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,7 +17,7 @@ from planner.gabf.laws import FixedTime, Law, PrescribedClock, SingularityFree, 
 from planner.gabf.network import Network
 from planner.gabf.oracle import TIES, Structure, oracle, structure
 from planner.gabf.problem import reduce
-from planner.gabf.result import CostToGo
+from planner.gabf.solve import CostToGo
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,6 @@ class Certificate:
     quantity: str
     bound: float
     measured: float | None
-    slack: float | None = field(init=False)
     assumptions: tuple[Assumption, ...]
     ours: bool = False
     log10_remaining: float | None = None
@@ -56,8 +55,9 @@ class Certificate:
     earliest: float | None = None
     latest: float | None = None
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "slack", None if self.measured is None else self.bound - self.measured)
+    @property
+    def slack(self) -> float | None:
+        return None if self.measured is None else self.bound - self.measured
 
     @property
     def applies(self) -> bool:
@@ -72,7 +72,7 @@ class Certificate:
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON: numbers that overflow become null."""
-        plain = asdict(self) | {"applies": self.applies, "holds": self.holds}
+        plain = asdict(self) | {"slack": self.slack, "applies": self.applies, "holds": self.holds}
         return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in plain.items()}
 
 
@@ -183,14 +183,11 @@ def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Cert
     flow, optimum, zeta, lowest = law.flow, facts.optimum, facts.result.premises.zeta, facts.lowest
     T_f = _at_pace(float(optimum.values[-1]) - zeta - lowest, flow.speed(zeta))  # the right side of eq. (Tf), in tau
     theorem = "theorem (singularity)" if law.prescribed_time else "theorem (fix)"
-    for name, T_star, proven in (
-        ("T_* as printed, which is no bound", T_star_printed(law), False),
-        ("T_* corrected", T_star_corrected(law), True),
-        ("T_* sharp", T_star_sharp(law), True),
-    ):
-        bound = settling_bound(facts.rows.size, T_star, T_f)
-        yield _settling(facts, f"{theorem}, {name}", "eqs. (fixtime), (Tf)", bound, facts.base, proven=proven)
-    sharp = T_star_sharp(law)
+    for kind, value in T_star(law).items():
+        name = f"{theorem}, T_* {'as printed, which is no bound' if kind == 'printed' else kind}"
+        bound = settling_bound(facts.rows.size, value, T_f)
+        yield _settling(facts, name, "eqs. (fixtime), (Tf)", bound, facts.base, proven=kind != "printed")
+    sharp = T_star(law)["sharp"]
     by_levels = settling_bound(optimum.R, sharp, T_f)
     yield _settling(facts, "R levels instead of |V\\S|", "definition (S)", by_levels, facts.base, ours=True)
     rungs = np.concatenate(([lowest], optimum.values[1:])) if (facts.error < 0).any() else None
@@ -305,27 +302,18 @@ def input_bounds(clock: PrescribedClock, log_M: float, L: float, e_start: Floats
     return np.broadcast_to(-pull, floor.shape), L * pull - floor
 
 
-def T_star_printed(law: FixedTime | SingularityFree) -> float:
-    """T_* as eq. (fixtime) prints it, in tau: m2/(beta1 (m1 - m2)) + p1/(beta2 (p2 - p1)).
+def T_star(law: FixedTime | SingularityFree) -> dict[str, float]:
+    """T_* of eq. (fixtime), in tau: as ``printed``, ``corrected``, and its supremum itself, ``sharp``.
 
-    Not a bound: beta1 and beta2 are swapped, and p1 stands where p2 belongs. See :func:`T_star_corrected`.
+    Printed is m2/(beta1 (m1 - m2)) + p1/(beta2 (p2 - p1)), no bound: beta1 and beta2 are swapped, and p1 stands where
+    p2 belongs. Corrected is m2/(beta2 (m1 - m2)) + p2/(beta1 (p2 - p1)): from infinity to 1 the power above one alone
+    takes the first term, from 1 to 0 the power below one the second. Sharp is the time of s' = -(beta1 s^p + beta2 s^q)
+    from infinity to 0.
     """
     (p1, p2), (m1, m2) = law.p, law.m
-    return m2 / (law.beta1 * (m1 - m2)) + p1 / (law.beta2 * (p2 - p1))
-
-
-def T_star_corrected(law: FixedTime | SingularityFree) -> float:
-    """The bound that eq. (fixtime) means, in tau: m2/(beta2 (m1 - m2)) + p2/(beta1 (p2 - p1)).
-
-    From infinity to 1 the power above one alone takes the first term, from 1 to 0 the power below one the second.
-    """
-    (p1, p2), (m1, m2) = law.p, law.m
-    return m2 / (law.beta2 * (m1 - m2)) + p2 / (law.beta1 * (p2 - p1))
-
-
-def T_star_sharp(law: FixedTime | SingularityFree) -> float:
-    """The supremum itself, in tau: the time of s' = -(beta1 s^p + beta2 s^q) from infinity to 0."""
-    return law.flow.whole_time
+    printed = m2 / (law.beta1 * (m1 - m2)) + p1 / (law.beta2 * (p2 - p1))
+    corrected = m2 / (law.beta2 * (m1 - m2)) + p2 / (law.beta1 * (p2 - p1))
+    return {"printed": printed, "corrected": corrected, "sharp": law.flow.whole_time}
 
 
 def settling_bound(levels: int, T_star: float, T_f: float) -> float:

@@ -18,8 +18,7 @@ from planner.gabf.laws import Law, law_of
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
 from planner.gabf.problem import reduce, states
-from planner.gabf.result import CostToGo
-from planner.gabf.solve import solve
+from planner.gabf.solve import CostToGo, solve
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +61,8 @@ def heal(net: Network, x: Floats, law: Law | str | None = None, since_tau: float
     if not (math.isfinite(since_tau) and since_tau >= 0):
         raise OptionError(f"since_tau is {since_tau}, no reading of a clock: give 0 or more.")
     if (law := law_of(law)).needs_overestimate:
-        raise AssumptionError(
-            f"the {law.name} law needs starts above the optimum everywhere, and a healing field is at it almost "
-            "everywhere: start again with solve(net, law), or take the SingularityFree law"
-        )
+        remedy = "start again with solve(net, law), or take the SingularityFree law"
+        raise AssumptionError(f"the {law.name} law needs starts above x*, but most of a field is at it: {remedy}")
     start, before = raised_start(net, x), np.asarray(x, dtype=np.float64)
     result = solve(net, law, x0=start, **options)
     raised, moved = (np.flatnonzero(np.isfinite(result.x) & (now != before)) for now in (start, result.x))

@@ -33,21 +33,17 @@ class AffineArcs:
     def take(self, arcs: Ints | Bools) -> AffineArcs:
         return AffineArcs(None if self.slope is None else self.slope[arcs], self.offset[arcs])
 
-    def progress(self, lower: float, upper: float) -> Floats:
-        """Smallest f_ij(a) - a on [lower, upper] per arc, zeta of eq. (progressive): exact, as it is at an end."""
+    def extremes(self, lower: float, upper: float) -> tuple[Floats, Floats, Floats]:
+        """(arcs,) each on [lower, upper]: least f_ij(a) - a, zeta of eq. (progressive), least and largest slope."""
         if self.slope is None:
-            return self.offset
-        return ((self.slope - 1.0) * np.array([[lower], [upper]]) + self.offset).min(axis=0)
-
-    def slopes(self, lower: float, upper: float) -> tuple[Floats, Floats]:
-        """Smallest and largest slope of each f_ij on [lower, upper]."""
-        slope = np.ones_like(self.offset) if self.slope is None else self.slope
-        return slope, slope
+            return self.offset, np.ones_like(self.offset), np.ones_like(self.offset)
+        gains = (self.slope - 1.0) * np.array([[lower], [upper]]) + self.offset
+        return gains.min(axis=0), self.slope, self.slope
 
 
 @dataclass(frozen=True, eq=False)
 class FunctionArcs:
-    """A user's f(i, a, b) over arcs; its properties are sampled, not proved."""
+    """A user's f(i, a, b) over arcs; its extremes are those of samples, which are denser where slopes change."""
 
     function: UserFunction
     tails: Ints
@@ -60,33 +56,20 @@ class FunctionArcs:
     def take(self, arcs: Ints | Bools) -> FunctionArcs:
         return FunctionArcs(self.function, self.tails[arcs], self.weight[arcs])
 
-    def progress(self, lower: float, upper: float) -> Floats:
-        """Smallest f_ij(a) - a per arc over the samples."""
-        grid, values = self._table(lower, upper)
-        return (values - grid[:, None]).min(axis=0)
-
-    def slopes(self, lower: float, upper: float) -> tuple[Floats, Floats]:
-        """Smallest and largest difference quotient of each f_ij between neighbouring samples."""
-        grid, values = self._table(lower, upper)
-        if len(grid) == 1:
-            return np.ones_like(self.weight), np.ones_like(self.weight)
-        quotients = np.diff(values, axis=0) / np.diff(grid)[:, None]
-        return quotients.min(axis=0), quotients.max(axis=0)
-
-    def _table(self, lower: float, upper: float) -> tuple[Floats, Floats]:
-        """Samples (k,), denser where slopes change, and every arc's value at each (k, arcs)."""
+    def extremes(self, lower: float, upper: float) -> tuple[Floats, Floats, Floats]:
         grid = np.unique(np.linspace(lower, upper, _SAMPLES))
-        values, finest = self._at(grid), 1e-9 * (upper - lower)
+        values, slopes = self._at(grid), np.ones((1, self.weight.size))
         while len(grid) > 1:
             gaps = np.diff(grid)
-            bent = _bent(np.diff(values, axis=0) / gaps[:, None]) & (gaps > finest)
+            slopes = np.diff(values, axis=0) / gaps[:, None]
+            bent = _bent(slopes) & (gaps > 1e-9 * (upper - lower))
             if not bent.any() or len(grid) + np.count_nonzero(bent) > _MOST_SAMPLES:
                 break
             middles = grid[:-1][bent] + 0.5 * gaps[bent]
             grid, values = np.concatenate([grid, middles]), np.concatenate([values, self._at(middles)])
             order = np.argsort(grid)
             grid, values = grid[order], values[order]
-        return grid, values
+        return (values - grid[:, None]).min(axis=0), slopes.min(axis=0), slopes.max(axis=0)
 
     def _at(self, grid: Floats) -> Floats:
         return np.stack([self(np.full(self.weight.shape, a)) for a in grid])
@@ -133,7 +116,7 @@ class Kernel(ABC):
     """A family f_i(a, b): the set that it is defined on, and the function that it becomes on each arc of a network.
 
     zeta of eq. (progressive), L of eq. (Lipschitz) and monotonicity follow from the bound arcs on the interval that a
-    run stays in (:func:`planner.gabf.problem.check_kernel`), since several kernels have none on all of R.
+    run stays in (:func:`planner.gabf.problem.premises`), since several kernels have none on all of R.
     """
 
     domain: Domain = Domain()
@@ -202,11 +185,9 @@ class Multiplicative(Kernel):
         wbar = net.weight if self.K is None else 1.0 - net.weight / self.K
         bad = np.flatnonzero(~((wbar > 0) & (wbar < 1)))
         if bad.size:
-            i, j = net.tails[bad[0]], net.indices[bad[0]]
-            raise AssumptionError(
-                f"eq. (wb) needs 0 < wbar < 1, but arc ({i}, {j}) has {wbar[bad[0]]:g}: "
-                "clip the learned weights, or choose K above the longest weight"
-            )
+            arc = f"arc ({net.tails[bad[0]]}, {net.indices[bad[0]]}) has {wbar[bad[0]]:g}"
+            remedy = "clip the learned weights, or choose K above the longest weight"
+            raise AssumptionError(f"eq. (wb) needs 0 < wbar < 1, but {arc}: {remedy}")
         return AffineArcs(wbar, 1.0 - wbar)
 
 

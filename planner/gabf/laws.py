@@ -140,19 +140,13 @@ class _OfTwoPowers(Law):
     def __post_init__(self) -> None:
         """Refuse exponents on the wrong side of 1, and coefficients whose times no double holds."""
         super().__post_init__()
-        for name, pair in (("p", self.p), ("m", self.m)):
-            if len(pair) != 2 or any(not isinstance(k, int) or k < 1 or k % 2 == 0 for k in pair):
-                raise OptionError(f"{name} must be two positive odd integers, such as (3, 5), not {pair}")
-        if not self.p[0] < self.p[1]:
-            raise OptionError(f"p1 < p2 is needed for an exponent below 1, but p = {self.p}")
-        if not self.m[0] > self.m[1]:
-            raise OptionError(f"m1 > m2 is needed for an exponent above 1, but m = {self.m}")
+        for name, pair, order, example in (("p", self.p, -1, "p1 < p2, (3, 5)"), ("m", self.m, 1, "m1 > m2, (9, 7)")):
+            odd = len(pair) == 2 and all(isinstance(k, int) and k > 0 and k % 2 for k in pair)
+            if not odd or order * (pair[0] - pair[1]) <= 0:
+                raise OptionError(f"{name} must be two positive odd integers with {example} for one, got {pair}.")
         if abs(self.flow.log_pace) > _LARGEST_LOG_PACE:
-            raise OptionError(
-                f"beta1 = {self.beta1:g} and beta2 = {self.beta2:g} make the law act within tau = "
-                f"e^{self.flow.log_pace:.0f}, which leaves no numbers to count settling times in: bring both closer "
-                "to 1"
-            )
+            betas, tau = f"beta1 = {self.beta1:g} and beta2 = {self.beta2:g}", f"tau = e^{self.flow.log_pace:.0f}"
+            raise OptionError(f"{betas} make the law act within {tau}, beyond doubles: bring both closer to 1")
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,7 @@ from planner.gabf.kernels import Multiplicative
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.path import extract_path
-from planner.gabf.result import CostToGo
-from planner.gabf.solve import solve
+from planner.gabf.solve import CostToGo, solve
 
 FIRST_WEIGHT = 0.5  # the paper's initial value of every wbar_ij
 FIRST_STATE = 0.0  # x_i(0) of the first planning stage: below every x_i*, so it needs no knowledge of the graph

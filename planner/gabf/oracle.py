@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from planner.base.errors import AssumptionError
 from planner.gabf.kernels import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce, states
-from planner.gabf.result import CostToGo
 from planner.native.compiled import cheapest_costs
 
 
@@ -46,10 +46,8 @@ def _dijkstra(problem: Problem) -> Floats:
         for i, offer in zip(problem.owners[arcs].tolist(), offers.tolist(), strict=True):
             if offer < best[i]:
                 if offer < value:
-                    raise AssumptionError(
-                        f"node {problem.nodes[i]} would cost less than node {problem.nodes[j]} that it reads: the "
-                        "kernel is not progressive, eq. (progressive); raise the arc's cost"
-                    )
+                    nodes = f"node {problem.nodes[i]} would cost less than node {problem.nodes[j]} that it reads"
+                    raise AssumptionError(f"{nodes}: the kernel is not progressive, so raise the arc's cost")
                 best[i] = offer
                 heapq.heappush(heap, (offer, i))
     return best
@@ -78,12 +76,14 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
 
 
-def max_error(result: CostToGo | Floats, x_star: Floats) -> float:
-    """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which do."""
-    x = result.x if isinstance(result, CostToGo) else plain_numbers("x", result, AssumptionError)
+def max_error(result: Any, x_star: Floats) -> float:
+    """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which do.
+
+    ``result``: x (n,), or the :class:`planner.gabf.CostToGo` of it.
+    """
+    x = plain_numbers("x", getattr(result, "x", result), AssumptionError)
     x_star = plain_numbers("x_star", x_star, AssumptionError)
-    finite = np.isfinite(x_star)
-    if not np.array_equal(finite, np.isfinite(x)):
+    if not np.array_equal(finite := np.isfinite(x_star), np.isfinite(x)):
         return np.inf
     error = np.abs(x[finite] - x_star[finite]) / np.maximum(1.0, np.abs(x_star[finite]))
     return float(error.max(initial=0.0))

@@ -16,20 +16,33 @@ from planner.gabf.kernels import ArcMap
 from planner.gabf.network import Network
 from planner.native.compiled import hops_to_source
 
+ROUNDED = 64 * float(np.finfo(float).eps)  # share of the largest state below which an xhat may be rounding
 
-class Standing(NamedTuple):
-    """States ``y`` (R + S,), ``xhat`` (R,) = y - m of eq. (xhat), its largest size, and the range of the rows' y."""
+
+class State(NamedTuple):
+    """States ``y`` (R + S,), ``xhat`` (R,) = y - m of eq. (xhat), its largest size, the range of the rows' y, and
+    ``tau``.
+
+    ``rejected`` steps were tried in vain until then.
+    """
 
     y: Floats
     xhat: Floats
     residual: float
     lowest: float
     highest: float
+    tau: float = 0.0
+    rejected: int = 0
 
     @property
     def largest(self) -> float:
         """The largest |y| of the rows."""
         return max(abs(self.lowest), abs(self.highest))
+
+    @property
+    def resolution(self) -> float:
+        """The |xhat| that may be rounding: steps leave rounded states, the start is exact."""
+        return ROUNDED * self.largest if self.tau > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +89,6 @@ class Problem:
     def disequilibrium(self, y: Floats) -> Floats:
         """xhat (R,), eq. (xhat)."""
         return y[: self.n_rows] - self.parent_values(y)
-
-    def standing(self, y: Floats) -> Standing:
-        """How the rows stand at states ``y``."""
-        rows, xhat = y[: self.n_rows], self.disequilibrium(y)
-        lowest, highest = float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
-        return Standing(y, xhat, float(np.abs(xhat).max(initial=0.0)), lowest, highest)
 
     def hops_along(self, arcs: Bools) -> Ints:
         """(R + S,) the fewest of these ``arcs`` (A,) from each node to a source; -1 where they lead to none."""
@@ -150,8 +157,8 @@ def reduce(net: Network) -> Problem:
 
 
 def states(net: Network, x: Any, name: str) -> Floats:
-    """``x`` as one state a node (n,), finite or not; AssumptionError otherwise."""
-    result = plain_numbers(name, x, AssumptionError)
+    """``x``, or the x of a result, as one state a node (n,), finite or not; AssumptionError otherwise."""
+    result = plain_numbers(name, getattr(x, "x", x), AssumptionError)
     if result.shape != (net.n_nodes,):
         raise AssumptionError(f"{name} has shape {result.shape} where ({net.n_nodes},) is needed: one state a node")
     return result
@@ -160,8 +167,7 @@ def states(net: Network, x: Any, name: str) -> Floats:
 def field(problem: Problem, x: Any, name: str) -> Floats:
     """``x`` as :func:`states` has it, finite at every reachable node."""
     result = states(problem.network, x, name)
-    bad = problem.nodes[~np.isfinite(result[problem.nodes])]
-    if bad.size:
+    if (bad := problem.nodes[~np.isfinite(result[problem.nodes])]).size:
         raise AssumptionError(f"{name}[{bad[0]}] is {result[bad[0]]}: every state must be finite")
     return result
 
@@ -202,17 +208,27 @@ def premises(problem: Problem, y0: Floats) -> Premises:
     value; from above the largest value of :func:`ceiling`.
     """
     kernel = problem.network.kernel
-    outside = np.flatnonzero(~kernel.domain.holds(y0))
-    if outside.size:
-        raise AssumptionError(
-            f"node {problem.nodes[outside[0]]} starts at {y0[outside[0]]:g}, outside the domain {kernel.domain} of "
-            f"{type(kernel).__name__}: choose x0 and source_values inside"
-        )
+    if (bad := np.flatnonzero(~kernel.domain.holds(y0))).size:
+        where = f"outside the domain {kernel.domain} of {type(kernel).__name__}: choose x0 and source_values inside"
+        raise AssumptionError(f"node {problem.nodes[bad[0]]} starts at {y0[bad[0]]:g}, {where}")
     upper = float(problem.rungs(y0).max())
     if not np.isfinite(upper):
         raise AssumptionError("the bound on the states overflows: pass a smaller x0, or rescale the weights")
     lower = float(min(problem.anchors.min(), y0[: problem.n_rows].min(initial=np.inf)))
-    return check_kernel(problem, lower, upper)
+    if problem.n_rows == 0:
+        return Premises(lower, upper, np.inf, 1.0, problem.arcs.sampled)
+    gains, least, steepest = problem.arcs.extremes(lower, upper)
+    for value, complaint in (
+        (least, f"does not increase on [{lower:g}, {upper:g}]: its slope falls to"),
+        (gains, f"is not progressive on [{lower:g}, {upper:g}]: f(a) - a falls to"),
+    ):
+        if (bad := np.flatnonzero(~(value > 0))).size:
+            net, arc = problem.network, problem.arc_ids[bad[0]]
+            raise AssumptionError(
+                f"{type(kernel).__name__} {complaint} {value[bad[0]]:g} on arc {arc}, by which node {net.tails[arc]} "
+                f"reads node {net.indices[arc]}; raise that arc's cost, or choose x0 elsewhere"
+            )
+    return Premises(lower, upper, float(gains.min()), float(steepest.max()), problem.arcs.sampled)
 
 
 def ceiling(problem: Problem, y0: Floats) -> Floats:
@@ -223,26 +239,13 @@ def ceiling(problem: Problem, y0: Floats) -> Floats:
     return problem.with_sources(problem.rungs(y0)[problem.hops])
 
 
-def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:
-    """zeta, L and monotonicity of the kernel on [lower, upper]; AssumptionError where one fails."""
-    if problem.n_rows == 0:
-        return Premises(lower, upper, np.inf, 1.0, problem.arcs.sampled)
-    least, steepest = problem.arcs.slopes(lower, upper)
-    _require_positive(problem, least, f"does not increase on [{lower:g}, {upper:g}]: its slope falls to")
-    gains = problem.arcs.progress(lower, upper)
-    _require_positive(problem, gains, f"is not progressive on [{lower:g}, {upper:g}]: f(a) - a falls to")
-    return Premises(lower, upper, float(gains.min()), float(steepest.max()), problem.arcs.sampled)
-
-
 def require_overestimate(problem: Problem, y0: Floats, y_star: Floats, law: str) -> None:
     """Assumption (over): x_i(0) > x_i* at every non-source node."""
-    rows = problem.n_rows
-    bad = np.flatnonzero(~(y0[:rows] > y_star[:rows]))
-    if bad.size:
+    if (bad := np.flatnonzero(~(y0 > y_star)[: problem.n_rows])).size:
+        node = f"node {problem.nodes[bad[0]]} starts at {y0[bad[0]]:g} with x* = {y_star[bad[0]]:g}"
         raise AssumptionError(
-            f"the {law} law needs starts above the optimum, eq. (ass:over), but node {problem.nodes[bad[0]]} "
-            f"starts at {y0[bad[0]]:g} with x* = {y_star[bad[0]]:g}: use x0=overestimate(net), or the "
-            "SingularityFree law"
+            f"the {law} law needs starts above the optimum, eq. (ass:over), but {node}: use x0=overestimate(net), or "
+            "the SingularityFree law"
         )
 
 
@@ -253,13 +256,3 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
     x = plain_numbers("x0", x0, AssumptionError)
     x = np.full(problem.network.n_nodes, float(x)) if x.ndim == 0 else x
     return problem.pack(field(problem, x, "x0"))
-
-
-def _require_positive(problem: Problem, value: Floats, complaint: str) -> None:
-    bad = np.flatnonzero(~(value > 0))
-    if bad.size:
-        net, arc = problem.network, problem.arc_ids[bad[0]]
-        raise AssumptionError(
-            f"{type(net.kernel).__name__} {complaint} {value[bad[0]]:g} on arc {arc}, by which node "
-            f"{net.tails[arc]} reads node {net.indices[arc]}; raise that arc's cost, or choose x0 elsewhere"
-        )

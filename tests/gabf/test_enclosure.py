@@ -10,7 +10,7 @@ from planner.gabf import certificates as bounds
 from planner.gabf import enclosure
 from planner.gabf.enclosure import Side, bracket_settling, limit
 from planner.gabf.problem import reduce
-from planner.gabf.result import Ending
+from planner.gabf.solve import Ending
 
 from . import judge
 from .networks import chain, from_arcs, scattered, solve

@@ -186,6 +186,12 @@ def test_nothing_is_proven_of_when_an_own_law_settles():
     assert all(c.holds and not c.proven for c in found)
 
 
+@pytest.mark.parametrize("name", sorted(RATES))
+def test_the_largest_input_of_an_own_law_is_the_largest_of_any_node(name):
+    result = solve(NET, gabf.UserLaw(RATES[name]), x0=np.linspace(-1.0, 6.0, 60), save_every=1)
+    assert result.largest_input == np.abs(result.history.u).max()
+
+
 @pytest.mark.parametrize("name", ["tanh", "saturated", "root", "two powers", "one-sided", "slow far away"])
 def test_an_own_law_passes_where_an_independent_integrator_does(name):
     net, law, start = scattered(30, seed=2), gabf.UserLaw(RATES[name]), np.linspace(5.0, 9.0, 30)
