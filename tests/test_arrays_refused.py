@@ -18,7 +18,8 @@ from planner.base.errors import PlannerError
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.path_moves import cheapest_chain, first_free
-from planner.kinematics.manipulability import manipulability, prove_floor
+from planner.constraints.floor import prove_floor
+from planner.kinematics.manipulability import manipulability
 from planner.robot.shapes import Carried
 from planner.trajectory.limits import KINDS
 from tests.worlds import load, make_post, post_roadmap

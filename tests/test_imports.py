@@ -16,8 +16,8 @@ PACKAGES = tuple(TESTS.parent / name for name in ("planner", "reproduce", "bench
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("base",),
     ("native", "problem"),
-    ("robot", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
-    ("kinematics",),
+    ("kinematics", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
+    ("robot",),
     ("constraints",),
     ("collision", "cost"),
     ("query",),

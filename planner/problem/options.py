@@ -47,7 +47,12 @@ LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"
 Metric = Literal["joint", "workspace"]
 Charge = Literal["nodes", "edges"]
 ManipulabilityCost = Literal["inverse", "log", "linear"]
+Rows = Literal["pose", "translation", "rotation", "planar"]
+MeasureName = Literal["yoshikawa", "inverse-condition", "min-singular-value", "joint-limits"]
 TimeLaw = Literal["shortcuts", "blended", "stop-at-corners"]
+
+Measure: TypeAlias = MeasureName | Callable[..., Any]
+"""The name of a measure, or a function from configurations (n, dof) to values (n,) from 0 up, larger being better."""
 
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 IK_LEAST, IK_LARGEST = 1e-6, (0.1, 0.5)  # m or rad; m, rad: of a tolerance for poses
@@ -214,6 +219,17 @@ PrescribedTime = Annotated[
 ]
 Distance = Annotated[
     Metric, Doc("Distance: joint motion (rad), or the length of the tool's path in the workspace (m).")
+]
+JacobianRows = Annotated[
+    Rows | None,
+    Doc("Rows of the tool's Jacobian that w is computed from: linear and angular, or fewer; left out, the robot's."),
+]
+Manipulability = Annotated[
+    Measure,
+    Doc(
+        "Measure in place of Yoshikawa's w: inverse condition number, smallest singular value, or w with joint limits "
+        "(Chan and Dubey 1995). No floor is proven for these."
+    ),
 ]
 WCost = Annotated[ManipulabilityCost, Doc("Cost of a configuration by manipulability w: 1/w, -ln w or -w, normalised.")]
 WhereCharged = Annotated[

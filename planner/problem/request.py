@@ -27,6 +27,7 @@ DEFAULT_BETA = 0.5
 DEFAULT_COST: of.ManipulabilityCost = "log"
 DEFAULT_METRIC: of.Metric = "joint"
 DEFAULT_CHARGE: of.Charge = "edges"
+DEFAULT_MEASURE: of.Measure = "yoshikawa"
 DEFAULT_EFFORT = 12  # rounds
 DEFAULT_ROOM = 5e-3  # m
 _SPELT = {"motion_plan_request": "request"}  # in files and on the command line
@@ -45,6 +46,8 @@ class Objective:
     metric: of.Distance = DEFAULT_METRIC
     charge: of.WhereCharged = DEFAULT_CHARGE
     floor: of.MinManipulability = 0.0
+    jacobian_rows: of.JacobianRows = None
+    manipulability: of.Manipulability = DEFAULT_MEASURE
 
     def at(self, beta: float) -> Objective:
         """The same at another ``beta``."""
@@ -66,6 +69,8 @@ class PartialWorld:
     group: of.Group = None
     joints: of.Joints = None
     base: of.Placement = None
+    jacobian_rows: of.JacobianRows = None
+    manipulability: of.Manipulability = DEFAULT_MEASURE
     collision: of.Collision = "fcl"
     margin: of.RecordedMargin = None
     keep: of.Keep = ()
@@ -237,12 +242,22 @@ class RoadmapRequest(Request):
     quality: RoadmapQuality = RoadmapQuality()
 
 
+def _require_provable_floor(what: WorldRequest, quality: RoadmapQuality) -> None:
+    if quality.min_manipulability > 0 and what.manipulability != DEFAULT_MEASURE:
+        raise OptionError(
+            "min-manipulability is proven for Yoshikawa's w only: leave it out, or leave out the other manipulability."
+        )
+
+
 @options
 class SweepRequest(Request):
     """The paths of all betas on one roadmap."""
 
     what: ProblemRequest = ProblemRequest()
     quality: SweepQuality = SweepQuality()
+
+    def __post_init__(self) -> None:
+        _require_provable_floor(self.what, self.quality)
 
 
 @options
@@ -251,6 +266,9 @@ class PlanRequest(Request):
 
     what: MotionRequest = MotionRequest()
     quality: PlanQuality = PlanQuality()
+
+    def __post_init__(self) -> None:
+        _require_provable_floor(self.what, self.quality)
 
 
 @options
@@ -261,6 +279,7 @@ class FollowRequest(Request):
     quality: PlanQuality = PlanQuality()
 
     def __post_init__(self) -> None:
+        _require_provable_floor(self.what, self.quality)
         plain = PlanQuality()
         for name in () if self.what.start else ("roadmap", "path_only", "nodes", "effort", "room"):
             if getattr(self.quality, name) != getattr(plain, name):
@@ -357,4 +376,4 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple):
         separator = AND if any(isinstance(each, Target | Condition) for each in value) else ","
         return separator.join(str(_plain(each)) for each in value) or None
-    return value.name
+    return value.__qualname__ if callable(value) else value.name

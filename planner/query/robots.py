@@ -23,6 +23,7 @@ from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.kinematics.forward import tool_pose
+from planner.problem.options import Measure, Rows
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
 from planner.problem.targets import Joints, Target
 from planner.query.resolve import looks_like_degrees
@@ -48,7 +49,8 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
             if getattr(request, option) is not None:
                 text = f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
                 raise OptionError(text)
-        return _set_up(with_tool(request.robot, request.tool), scene, message, JointChoice())
+        robot = with_tool(request.robot, request.tool)
+        return _set_up(measured_by(robot, request.jacobian_rows, request.manipulability), scene, message, JointChoice())
     files = files_of(str(request.robot), request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
@@ -62,7 +64,16 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
         fixed |= held
     base = placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or None)
     robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
+    robot = measured_by(robot, request.jacobian_rows, request.manipulability)
     return _set_up(robot, scene, message, choice)
+
+
+@lru_cache(maxsize=16)
+def measured_by(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
+    """The robot with the rows of its Jacobian and the measure that an objective asks for; itself for its own."""
+    if measure == "yoshikawa" and rows in (None, robot.jacobian_rows):
+        return robot
+    return replace(robot, jacobian_rows=rows or robot.jacobian_rows, measure=measure)
 
 
 def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choice: JointChoice) -> Robot:

@@ -11,11 +11,12 @@ from planner.base.arrays import Floats, numbers
 from planner.base.errors import ArrayError, StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
+from planner.kinematics.arm import HALF_TURN
 from planner.problem.conditions import conditions_of
 from planner.problem.options import Backend, RobotLike
 from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
-from planner.robot.robot import HALF_TURN, Robot
+from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.session.live_world import LiveWorld
 from planner.session.verdict import JUDGED, Guard, Rules, Verdict, judge

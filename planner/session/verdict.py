@@ -19,8 +19,8 @@ from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
+from planner.constraints.floor import prove_floor
 from planner.constraints.keeps import Keeps
-from planner.kinematics.manipulability import prove_floor
 from planner.native.compiled import Judgement, NativeBounds, NativeGate, chunk_curves, stops_quickest
 from planner.native.gate import Chunk
 from planner.query.resolve import position_bounds

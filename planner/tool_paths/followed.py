@@ -13,7 +13,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, ranges, so_far
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.kinematics.tool_bound import Frame, ToolBound
+from planner.constraints.tool_bound import Frame, ToolBound
 from planner.problem.options import TimeLaw
 from planner.problem.outcome import Record, Rows
 from planner.robot.robot import Robot

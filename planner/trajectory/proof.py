@@ -14,7 +14,8 @@ from planner.base.polynomials import bernstein
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.kinematics.manipulability import manipulability, prove_floor
+from planner.constraints.floor import prove_floor
+from planner.kinematics.manipulability import manipulability
 from planner.query.resolve import beyond_limits
 from planner.robot.robot import Robot
 from planner.trajectory.limits import KINDS, UNITS, MotionLimits

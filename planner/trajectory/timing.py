@@ -12,7 +12,8 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError, StateError
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.edge_prover import EdgeProver
-from planner.kinematics.manipulability import manipulability, prove_floor
+from planner.constraints.floor import prove_floor
+from planner.kinematics.manipulability import manipulability
 from planner.native.compiled import motion_shares
 from planner.problem.options import TimeLaw
 from planner.problem.request import RoadmapQuality, TimingRequest

@@ -11,7 +11,7 @@ from planner.base.arrays import Floats, Ints, so_far
 from planner.base.resolutions import CLEARANCES_OF_MOTION, SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import Chain, tool_positions
-from planner.kinematics.manipulability import jacobians, manipulability
+from planner.kinematics.manipulability import jacobians, manipulability, unit_of
 from planner.problem.outcome import Rows
 from planner.robot.robot import Robot
 from planner.trajectory.measure import dense_path, measure_path
@@ -21,7 +21,6 @@ from planner.trajectory.trajectory import Trajectory
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
 _FINE = 1001  # moments at which the lowest w of a motion is looked for
 _APART = 0.1  # worst points nearer than this share of the path are one
-W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ class ShownPath:
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
     """What the page says about a path: its two costs, its mean w, its lengths; the smallest w is among the lowest."""
-    measures, unit = measure_path(robot, path), W_UNIT[robot.manipulability]
+    measures, unit = measure_path(robot, path), unit_of(robot)
     return [
         ("manipulability cost Ω", f"{omega:.4f}"),
         ("distance cost D", f"{distance:.4f}"),

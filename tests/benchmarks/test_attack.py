@@ -30,10 +30,10 @@ from planner.base.progress import QUIET
 from planner.collision import BACKENDS, make_checker
 from planner.collision.bounds import ClearanceBound
 from planner.collision.coal import CoalChecker
-from planner.kinematics.reach import Reach
 from planner.native.compiled import NativeWorld
 from planner.problem.request import PlanRequest
 from planner.robot.poses import pose
+from planner.robot.reach import Reach
 from planner.robot.scene import Scene
 from planner.robot.shapes import Mesh
 from tests.batch.posts import write_problem

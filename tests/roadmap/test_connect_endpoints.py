@@ -258,7 +258,7 @@ def test_ends_half_a_turn_apart_are_linked_in_pieces():
     new = attach(build_roadmap(robot, checker, *ends, nodes=2, density=0.0), checker, start[None], goal[None])
     _, delta = segments(new, robot, np.arange(len(new.edges)))
     assert new.connected
-    assert robot.told_by_ends(delta).all()
+    assert robot.is_below_half_turn(delta).all()
 
 
 LEFT, RIGHT = (post_roadmap().nodes[post_roadmap().nodes[:, 0] * side > 0.8] for side in (-1, 1))  # of the post

@@ -128,7 +128,7 @@ def test_half_a_turn_is_cut_however_long_pieces_may_be():
     ends = np.array([robot.home, robot.normalise(robot.home + np.pi * np.eye(6)[0])])
     rows, parts = subdivided(robot, ends, 10.0)
     assert (len(rows), parts.tolist()) == (3, [2])
-    assert robot.told_by_ends(robot.difference(rows[:-1], rows[1:])).all()
+    assert robot.is_below_half_turn(robot.difference(rows[:-1], rows[1:])).all()
     np.testing.assert_array_equal(rows[[0, 2]], ends)
 
 

@@ -12,7 +12,6 @@ import pytest
 
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import jacobian
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome, Separated
@@ -255,7 +254,7 @@ def test_the_ellipsoid_is_the_jacobians_and_moves(tab: Tab, made: Plan) -> None:
     for share, q in ((0.0, made.path[0]), (1.0, made.path[-1])):
         tab.run(f"goTo({share})")
         matrix = np.array(tab.run("ellipsoid.matrix.toArray()")).reshape(4, 4).T
-        linear = jacobian(made.robot, q)[:3]
+        linear = made.robot.jacobian(q)[:3]
         np.testing.assert_allclose(matrix[:3, 3], tool_positions(made.robot, q)[0], atol=1e-6)
         np.testing.assert_allclose((matrix[:3, :3] / scale) @ (matrix[:3, :3] / scale).T, linear @ linear.T, atol=5e-3)
         matrices.append(matrix)

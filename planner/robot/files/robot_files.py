@@ -18,12 +18,12 @@ from planner.base.errors import InstallationError, Note, RobotError, choices
 from planner.base.files import StrPath
 from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
+from planner.kinematics.arm import frame_id
+from planner.problem.options import Rows
 from planner.problem.targets import HOME
 from planner.robot.files import urdf
 from planner.robot.files.packages import example_robot_data
 from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf
-
-Rows = Literal["pose", "translation", "planar"]
 
 _ROBOT_FILE = "robot.yaml"
 _DESCRIPTIONS = "robot_descriptions"  # a Python package; names of its robots end in _description
@@ -117,7 +117,7 @@ class RobotFiles:
 
         A joint that is ``held`` follows no other.
         """
-        joint = self.model.frames[urdf.frame_id(self.model, frame)].parentJoint
+        joint = self.model.frames[frame_id(self.model, frame)].parentJoint
         joints = [self.model.names[k] for k in self.model.supports[joint] if k != 0]
         leaders = {self.description.mimic(joint, held).leader for joint in joints}
         return [joint for joint in self.model.names[1:] if joint in leaders]
@@ -145,7 +145,7 @@ class RobotFiles:
             if len(tips) != 1:
                 raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
             return tips[0]
-        urdf.frame_id(self.model, tool)
+        frame_id(self.model, tool)
         return tool
 
     def _group_joints(self, group: str) -> list[str]:

@@ -13,10 +13,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Floats
 from planner.base.errors import Note, RobotError, choices
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, nearest, number, shown
+from planner.kinematics.arm import Mimic, frame_id
 from planner.robot.files.mjcf import Sites, convert_mjcf
 from planner.robot.files.packages import find_package, read_root
 from planner.robot.poses import se3
@@ -26,16 +27,6 @@ MJCF = "mujoco"  # the root element of MJCF files
 _LINK = " (link)"
 _MOST = 1000.0  # rad, m: a joint that follows goes no farther
 _SAME = 1e-9  # relative to rad, m: limits that are nearer to each other are the same
-
-
-@dataclass(frozen=True)
-class Mimic:
-    """A joint whose value is ``multiplier`` times that of the joint ``leader``, plus ``offset`` (rad, m)."""
-
-    joint: str
-    leader: str
-    multiplier: float
-    offset: float
 
 
 @dataclass(frozen=True)
@@ -330,11 +321,6 @@ def narrow(model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[s
     return endless, notes
 
 
-def slides(model: pin.Model) -> Bools:
-    """(joints,) which joints of ``model`` slide (their values are metres)."""
-    return np.array([joint.shortname().startswith("JointModelP") for joint in list(model.joints)[1:]])
-
-
 def reduce(
     model: pin.Model,
     geometry: pin.GeometryModel,
@@ -387,11 +373,3 @@ def tips_of(model: pin.Model) -> list[str]:
     links = [k for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
     sites = [[f.name for f in model.frames if f.parentFrame == k and f.type == pin.FrameType.OP_FRAME] for k in links]
     return [own[0] if len(own) == 1 else model.frames[k].name for k, own in zip(links, sites, strict=True)]
-
-
-def frame_id(model: pin.Model, name: str) -> int:
-    """The index of the frame called ``name``, the link where a joint has the same name; raises naming the frames."""
-    matches = [k for k, frame in enumerate(model.frames) if frame.name == name]
-    if not matches:
-        raise RobotError(f"frame {shown(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")
-    return next((k for k in matches if model.frames[k].type == pin.FrameType.BODY), matches[0])

@@ -16,13 +16,12 @@ from planner.base.arrays import Floats, lengths_along, traded_off
 from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability import manipulability, unit_of
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.tradeoff.result import Interval, Tradeoff
 from planner.trajectory.measure import dense_path, path_clearance
-from planner.view.motion import W_UNIT
 from planner.view.surfaces import capsule_mesh, tube
 
 DASHES = ("-", (0, (5, 1.5)), (0, (5, 1.2, 1, 1.2)), (0, (1, 1.1)), (0, (8, 2, 2, 2)), (0, (3, 1, 1, 1, 1, 1)))
@@ -70,7 +69,7 @@ def path_profiles(checker: CollisionChecker, paths: Mapping[str, Floats]) -> Fig
         upper.plot(lengths_along(q), manipulability(robot, q), label=label, **stroke(k))
         q, clearance = path_clearance(checker, path)
         lower.plot(lengths_along(q), clearance, **stroke(k))
-    labelled(upper, y=f"manipulability $w$ ({W_UNIT[robot.manipulability]})")
+    labelled(upper, y=f"manipulability $w$ ({unit_of(robot)})")
     labelled(lower, "joint motion from the start (rad)", "clearance (m)")
     for axes in (upper, lower):
         axes.set_ylim(bottom=0.0)

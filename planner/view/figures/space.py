@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker, is_free
-from planner.kinematics.manipulability import jacobian
+from planner.kinematics.manipulability import jacobians
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.view.surfaces import ramp_stops
@@ -36,7 +36,7 @@ def configuration_space(
     :class:`OptionError` for a robot that has not two joints and a Jacobian of two rows.
     """
     robot = checker.robot
-    if robot.dof != 2 or len(jacobian(robot, robot.home)) != 2:
+    if robot.dof != 2 or robot.jacobian_rows != "planar":
         raise OptionError(f"{robot.name} has {robot.dof} joints: this figure is for an arm with 2 in a plane.")
     figure = Figure(figsize=(7.2, 5.6), layout="constrained")
     axes = figure.add_subplot()
@@ -61,7 +61,7 @@ def blocked_grid(checker: CollisionChecker, first: Floats, second: Floats) -> Bo
 
 def determinant_grid(robot: Robot, first: Floats, second: Floats) -> Floats:
     """(a, b) determinant of the Jacobian with the joints at ``first`` (a,) and ``second`` (b,), rad."""
-    return np.array([[np.linalg.det(jacobian(robot, np.array([p, q]))) for q in second] for p in first])
+    return np.linalg.det(jacobians(robot, np.array([[p, q] for p in first for q in second]))).reshape(len(first), -1)
 
 
 def shaded_nodes(axes: Axes, roadmap: Roadmap, x: Floats, dot: float, **look: Any) -> PathCollection:
