@@ -15,6 +15,8 @@ from planner.kinematics.arm import Arm
 from planner.kinematics.forward import Chain, tool_joint
 from planner.problem.options import Measure
 
+_ALWAYS = 1e-9  # of w: rounding
+
 ROWS = {"pose": (0, 6), "translation": (0, 3), "rotation": (3, 6), "planar": (0, 2)}
 _UNIT = {"pose": "m³", "translation": "m³", "rotation": "", "planar": "m²"}
 
@@ -90,6 +92,12 @@ def manipulability_along(arm: Arm, start: Floats, delta: Floats, shares: Floats)
         states = start[:, None] + shares[:, None] * delta[:, None]
         return measured(arm, states.reshape(-1, arm.dof)).reshape(states.shape[:2])
     return Chain.of(arm).native.manipulability_along(start, delta, shares, *measured_tool(arm))
+
+
+def is_always_singular(arm: Arm) -> bool:
+    """Whether w is 0 in every one of 16 random configurations, as where the tool's origin lies on the last axis."""
+    q = np.random.default_rng(0).uniform(arm.lower, arm.upper, size=(16, arm.dof))
+    return bool(manipulability(arm, q).max() < _ALWAYS)
 
 
 def measured(arm: Arm, q: Floats) -> Floats:

@@ -14,16 +14,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.errors import Note, OptionError, PlannerError
+from planner.base.errors import Note, OptionError, PlannerError, RobotError
 from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.kinematics.forward import tool_pose
-from planner.problem.options import Measure, Rows
+from planner.kinematics.manipulability import is_always_singular
+from planner.problem.options import Measure, MeasureName, Rows
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
 from planner.problem.targets import Joints, Target
 from planner.query.resolve import looks_like_degrees
@@ -73,7 +75,13 @@ def measured_by(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
     """The robot with the rows of its Jacobian and the measure that an objective asks for; itself for its own."""
     if measure == "yoshikawa" and rows in (None, robot.jacobian_rows):
         return robot
-    return replace(robot, jacobian_rows=rows or robot.jacobian_rows, measure=measure)
+    measured = replace(robot, jacobian_rows=rows or robot.jacobian_rows, measure=measure)
+    if measure in get_args(MeasureName) and is_always_singular(measured):
+        raise RobotError(
+            f"w of the {measured.jacobian_rows} rows is 0 in every configuration with tool frame '{robot.tool}': "
+            "choose other --jacobian-rows, or another --tool."
+        )
+    return measured
 
 
 def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choice: JointChoice) -> Robot:
