@@ -72,16 +72,18 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
 
 @lru_cache(maxsize=16)
 def measured_by(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
-    """The robot with the rows of its Jacobian and the measure that an objective asks for; itself for its own."""
-    if measure == "yoshikawa" and rows in (None, robot.jacobian_rows):
-        return robot
-    measured = replace(robot, jacobian_rows=rows or robot.jacobian_rows, measure=measure)
-    if measure in get_args(MeasureName) and is_always_singular(measured):
-        raise RobotError(
-            f"w of the {measured.jacobian_rows} rows is 0 in every configuration with tool frame '{robot.tool}': "
-            "choose other --jacobian-rows, or another --tool."
-        )
-    return measured
+    """The robot with the rows of its Jacobian and the measure that an objective asks for.
+
+    All six rows where w of its own is 0 everywhere; :class:`RobotError` where w of the rows asked for is.
+    """
+    made = replace(robot, jacobian_rows=rows or robot.jacobian_rows, measure=measure)
+    if measure not in get_args(MeasureName) or not is_always_singular(made):
+        return robot if measure == robot.measure and rows in (None, robot.jacobian_rows) else made
+    text = f"w of the {made.jacobian_rows} rows is 0 in every configuration with tool frame '{robot.tool}'"
+    if rows is not None:
+        raise RobotError(f"{text}: choose other --jacobian-rows, or another --tool.")
+    note = Note(f"{text}: w is computed from all six rows; choose with --jacobian-rows, or another --tool.")
+    return replace(made, jacobian_rows="pose", notes=(*robot.notes, note))
 
 
 def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choice: JointChoice) -> Robot:

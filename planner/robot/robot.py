@@ -22,7 +22,6 @@ from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.inverse import TOLERANCE, Tolerance, solve
 from planner.kinematics.manipulability import (
     full_jacobians,
-    is_always_singular,
     jacobians,
     manipulability,
     measure_name,
@@ -306,7 +305,7 @@ def assemble(
     rows = [model.getJointId(name) - 1 for name in planned]
     lower, upper = frozen(model.lowerPositionLimit[rows]), frozen(model.upperPositionLimit[rows])
     home = [files.home.get(name, at) for name, at in zip(planned, np.clip(0.0, lower, upper), strict=True)]
-    robot = Robot(
+    return Robot(
         name=files.name,
         description=file.description or f"from {files.origin}",
         joints=tuple(planned),
@@ -333,11 +332,6 @@ def assemble(
         fixed_joints=held,
         followers=followers,
     )
-    if file.manipulability is not None or not is_always_singular(robot):
-        return robot
-    text = f"w of the {robot.jacobian_rows} rows is 0 in every configuration with tool frame '{tool}': w is computed "
-    note = Note(f"{text}from all six rows of the Jacobian; choose with --jacobian-rows or another --tool.")
-    return replace(robot, jacobian_rows="pose", notes=(*robot.notes, note))
 
 
 def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:

@@ -55,7 +55,7 @@ def _turned_about(position: Floats, direction: Floats, turns: int) -> Iterator[F
 def _across(direction: Floats, angle: float) -> Floats:
     """The unit vector at an ``angle`` (rad) around a unit ``direction``."""
     across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
-    side = across / np.linalg.norm(across)
+    side: Floats = np.asarray(across / np.linalg.norm(across), dtype=float)
     return math.cos(angle) * side + math.sin(angle) * np.cross(direction, side)
 
 

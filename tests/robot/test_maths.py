@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -13,11 +14,14 @@ from planner import Objective, PlannerError
 from planner.base.errors import ArrayError, RobotError
 from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import CostScale
+from planner.kinematics.arm import frame_id
 from planner.kinematics.manipulability import ROWS, manipulability_along, node_manipulability
 from planner.problem.request import Objective as Cost
+from planner.robot.files.robot_files import JointChoice
 from planner.robot.robot import Robot
 from tests.worlds import ROBOTS, load, random_q
 
+ARM = Path(__file__).resolve().parents[2] / "robots" / "examples" / "arm.urdf"
 STEP = 1e-6
 MEASURES = ("inverse-condition", "min-singular-value", "joint-limits")
 arms = pytest.mark.parametrize("name", ROBOTS)
@@ -32,7 +36,7 @@ def test_fk_is_pinocchios_for_every_frame(name: str) -> None:
         assert poses.shape == (3, 1, 4, 4)
         for row, found in zip(q, poses[:, 0], strict=True):
             pin.framesForwardKinematics(robot.model, data, row)
-            expected = data.oMf[planner.kinematics.arm.frame_id(robot.model, frame)].homogeneous
+            expected = data.oMf[frame_id(robot.model, frame)].homogeneous
             np.testing.assert_allclose(found, expected, atol=1e-12)
     np.testing.assert_array_equal(robot.fk(q[0]), robot.fk(q, robot.tool)[0])
 
@@ -77,9 +81,8 @@ def test_w_and_the_condition_number_are_those_of_the_rows(name: str, rows: str) 
     q = random_q(robot, 20)
     matrices = robot.jacobian(q)[:, slice(*ROWS[rows])]
     values = np.linalg.svd(matrices, compute_uv=False)
-    tolerance = {"rtol": 1e-9, "atol": 1e-12}
-    np.testing.assert_allclose(robot.manipulability(q), values.prod(axis=1), **tolerance)
-    np.testing.assert_allclose(node_manipulability(robot, q), values.prod(axis=1), **tolerance)
+    np.testing.assert_allclose(robot.manipulability(q), values.prod(axis=1), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(node_manipulability(robot, q), values.prod(axis=1), rtol=1e-9, atol=1e-12)
     good = values[:, -1] > 1e-9
     np.testing.assert_allclose(robot.condition_number(q)[good], np.linalg.cond(matrices[good]), rtol=1e-9)
     if matrices.shape[1] <= robot.dof:  # Yoshikawa 1985
@@ -141,6 +144,7 @@ def test_a_function_that_returns_w_gives_the_plan_of_w() -> None:
     assert found.cost is not None
     assert plain.cost is not None
     np.testing.assert_allclose(found.cost.total, plain.cost.total, rtol=0.05)
+    assert found.record.manipulability is not None
     assert "no floor is proven" in found.record.manipulability.text
 
 
@@ -164,7 +168,7 @@ def test_each_measure_raises_itself_along_the_path() -> None:
         (lambda robot: robot.fk(robot.home, "hand2"), RobotError, "frame 'hand2' not found"),
         (lambda robot: robot.ik(np.eye(3)), ArrayError, "pose"),
         (
-            lambda robot: planner.plan(robot=robot, objective=Objective(manipulability="size")),
+            lambda robot: planner.plan(robot=robot, manipulability="size"),
             PlannerError,
             "yoshikawa",
         ),
@@ -188,8 +192,11 @@ def test_a_sentence_for_wrong_input(call, error: type[Exception], text: str) -> 
 
 
 def test_rows_that_are_always_singular_are_not_taken() -> None:
-    robot = Robot.load("robots/examples/arm.urdf", tool="forearm")
-    assert robot.jacobian_rows == "pose"
-    assert "0 in every configuration" in " ".join(note.text for note in robot.notes)
+    robot = Robot.load(ARM, srdf=ARM.with_suffix(".srdf"), choice=JointChoice("upright"))
+    found = planner.plan(robot=robot, scene="empty", start="q:0,0.1", goal="q:1,1", nodes=30, timing=None)
+    assert found.record.manipulability is not None
+    assert found.record.manipulability.rows == "pose"
+    assert "0 in every configuration" in " ".join(found.record.notes)
+    assert found.record.manipulability.min > 0.1
     with pytest.raises(RobotError, match="0 in every configuration"):
         planner.plan(robot=robot, scene="empty", objective=Objective(jacobian_rows="rotation"))
