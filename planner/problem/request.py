@@ -37,8 +37,13 @@ _SPELT = {"motion_plan_request": "request"}  # in files and on the command line
 class Objective:
     """Minimise (1 - beta) Omega + beta D of a path, eq. (finew), above a ``floor`` under w.
 
+        planner.Objective(beta=0.2, jacobian_rows="translation")
+        planner.Objective(beta=0.2, manipulability=lambda q: 1.0 / robot.condition_number(q))
+
     D is its length by ``metric``: joint motion, or the tool's path. Omega is its ``manipulability_cost``: with
     ``charge`` "edges" integrated along its length, with "nodes" that of the nodes it leads to, as in the paper.
+    ``jacobian_rows`` are the rows of the tool's Jacobian that w is computed from. ``manipulability`` names another
+    measure, or is a function of configurations (n, dof); it is sampled, and no floor is proven for it.
     """
 
     beta: of.Beta = DEFAULT_BETA
