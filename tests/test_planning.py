@@ -27,7 +27,7 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import save_roadmap
 from planner.search.network import build_network, distance_cost
 from planner.tradeoff.sweep import with_alternatives
-from planner.trajectory.file import load_trajectory
+from planner.trajectory.trajectory import Trajectory
 from tests.coal_judge import CoalWorld
 from tests.search.failing import collide
 from tests.worlds import load, post_roadmap, random_q
@@ -402,8 +402,8 @@ def test_among_what_moves_the_plan_is_in_time(moving, tmp_path):
     assert times["arrivals"][-1] == pytest.approx(record["trajectory"]["duration"], abs=1e-9)
     assert record["in_time"]["moving"] == ["cart"]
     assert record["in_time"]["horizon"]["speed_limits"] == {"dog": 0.2}
-    assert load_trajectory(tmp_path).proof["horizon"] == record["in_time"]["horizon"]
-    np.testing.assert_allclose(load_trajectory(tmp_path).at(times["arrivals"]), record["path"], atol=1e-9)
+    assert Trajectory.load(tmp_path).proof["horizon"] == record["in_time"]["horizon"]
+    np.testing.assert_allclose(Trajectory.load(tmp_path).at(times["arrivals"]), record["path"], atol=1e-9)
     RECORD.validate_python(record)
 
 

@@ -50,13 +50,13 @@ def export(
         out: File to write; next to the trajectory where left out.
     """
     from planner.trajectory import export as formats
-    from planner.trajectory.file import load_trajectory
+    from planner.trajectory.trajectory import Trajectory
 
     if rate is not None:
         formats.require_rate(rate)
     folder = trajectory if os.path.isdir(trajectory) else trajectory.parent
     place = out or folder / f"trajectory-{format}.{formats.SUFFIX[format]}"
-    motion = load_trajectory(trajectory)
+    motion = Trajectory.load(trajectory)
     notes = []
     if rate is None and not motion.proven:
         notes.append("the trajectory is not proven as a whole: see 'proof' in its file, or 'planner check'.")

@@ -86,8 +86,7 @@ class KeptRecord(Record):
         on_path = keeps.along(dense_path(path), np.stack([path[:-1], np.diff(path, axis=0)], axis=1))
         in_motion = [None] * len(on_path)
         if made is not None:
-            times = np.linspace(made.times[0], made.times[-1], int(made.duration / _KEPT_APART) + 2)
-            in_motion = keeps.along(made.at(times), made.coefficients)
+            in_motion = keeps.along(made.sample(_KEPT_APART).positions, made.coefficients)
         return [
             cls(
                 condition=kept.condition.text,

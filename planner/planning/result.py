@@ -32,7 +32,7 @@ from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import PathCost
 from planner.tool_paths.followed import FollowedPath, LegRecord, leg_line
-from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.measure import (
     TOO_CLOSE,
     joint_path_length,
@@ -164,7 +164,7 @@ class Plan(Result[PlanRecord]):
         """Write ``roadmap.npz``, and ``trajectory.json`` where there is a motion, into an empty ``folder``."""
         save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         if self.trajectory is not None:
-            save_trajectory(self.trajectory, folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
+            self.trajectory.save(folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
 
     def page(self) -> str:
         """The page as HTML text that needs nothing but a browser; without a path the roadmap shows where it stops."""

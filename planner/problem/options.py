@@ -29,8 +29,12 @@ def _name_or_object(value: object) -> object:
     return os.fspath(value) if isinstance(value, os.PathLike) else value
 
 
+EMPTY, AS_PLANNED = "empty", ""  # the built-in scene that None stands for; that of the plan.json next to a file
+
 RobotLike: TypeAlias = str | HasName
 """The name or the file of a robot or scene, or the object itself."""
+SceneLike: TypeAlias = RobotLike | None
+"""The same of a scene, or None for an empty one."""
 Base: TypeAlias = tuple[float, ...]
 """x, y, z (m) or x, y, z, roll, pitch, yaw (m and rad)."""
 Names: TypeAlias = tuple[str, ...]
@@ -109,6 +113,7 @@ Share: TypeAlias = Annotated[Real, Field(gt=0, le=1)]
 Positive: TypeAlias = Annotated[Real, Field(gt=0)]
 _Like = Annotated[RobotLike, BeforeValidator(_name_or_object)]
 _Margin = Annotated[Real, Field(ge=0, le=100)]
+_EMPTY = BeforeValidator(lambda value: EMPTY if value is None else value)
 
 # the world
 _ROBOT = "Built-in robot ('planner robots'), one of robot_descriptions, or a URDF, xacro, MJCF or robot.yaml"
@@ -116,7 +121,7 @@ _SCENE = "Built-in scene ('planner scenes') or the path of a scene file"
 _MARGIN = "Distance in metres to keep from every obstacle, and between links"
 _RECORDED = "left out, that of the plan.json next to the file"
 Robot = Annotated[_Like, Doc(f"{_ROBOT} ('planner robot-yaml' writes one).")]
-Scene = Annotated[_Like, Doc(f"{_SCENE}.")]
+Scene = Annotated[_Like, _EMPTY, Doc(f"{_SCENE}.")]
 Margin = Annotated[_Margin, Doc(f"{_MARGIN}.")]
 RecordedRobot = Annotated[_Like | None, Doc(f"{_ROBOT}; {_RECORDED}, else iiwa14.")]
 RecordedScene = Annotated[_Like | None, Doc(f"{_SCENE}; {_RECORDED}, else paper.")]

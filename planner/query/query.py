@@ -164,8 +164,7 @@ def _constrained(
 
 def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:
     """The scene, and the robot in it, as a MoveIt request changes them: every command loads its robot here."""
-    scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
-    scene = in_request(scene, message)
+    scene = in_request(Scene.load(request.scene), message)
     return scene, robot_of(request, scene, message)
 
 

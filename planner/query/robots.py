@@ -53,7 +53,10 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
                 raise OptionError(text)
         robot = with_tool(request.robot, request.tool)
         return _set_up(measured_by(robot, request.jacobian_rows, request.manipulability), scene, message, JointChoice())
-    files = files_of(str(request.robot), request.srdf)
+    if not isinstance(request.robot, str):
+        kind = f"{type(request.robot).__name__}: see planner.Robot.from_pinocchio."
+        raise TypeError(f"robot must be a name, a file or a planner.Robot, got {kind}")
+    files = files_of(request.robot, request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
     choice = JointChoice(request.group, request.joints)

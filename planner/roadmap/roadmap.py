@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.cache import content_hash
-from planner.base.errors import StateError
+from planner.base.errors import StateError, require_extra
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.resources import versions
 from planner.collision.checker import CollisionChecker
@@ -206,6 +206,26 @@ class Roadmap:
         if not len(rows):
             raise KeyError((i, j))
         return int(rows[0])
+
+    def to_networkx(self) -> Any:
+        """A ``networkx.Graph`` of it: numbers of nodes, with ``q`` (dof,) rad and ``manipulability``; and edges.
+
+            networkx.shortest_path(roadmap.to_networkx(), start, goal, weight="joint_length")
+
+        Edges have ``joint_length`` (rad), ``tool_length`` (m), ``w_min``, the smallest w seen along them, and
+        ``certified``, whether they are proven free. Raises :class:`InstallationError` without networkx, which the extra
+        ``interop`` brings.
+        """
+        graph = require_extra("networkx", "interop").Graph()
+        nodes = zip(self.nodes, self.manipulability.tolist(), strict=True)
+        graph.add_nodes_from((k, {"q": q, "manipulability": w}) for k, (q, w) in enumerate(nodes))
+        w = np.minimum(self.edge_manipulability.min(axis=1), self.manipulability[self.edges].min(axis=1))
+        columns = self.joint_length, self.tool_length, w, self.proven
+        names = ("joint_length", "tool_length", "w_min", "certified")
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        edges = zip(self.edges.tolist(), rows, strict=True)
+        graph.add_edges_from((i, j, dict(zip(names, row, strict=True))) for (i, j), row in edges)
+        return graph
 
     def without_edge(self, row: int) -> Roadmap:
         """The roadmap lacking one edge; what else it knows stays."""

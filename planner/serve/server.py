@@ -44,7 +44,6 @@ from planner.serve import messages as ask
 from planner.session.gate import Gate
 from planner.session.live_world import LiveWorld
 from planner.session.session import Session
-from planner.trajectory.file import trajectory_record
 from planner.trajectory.trajectory import Trajectory
 
 _log = logging.getLogger(__name__)
@@ -323,7 +322,7 @@ def _texts(said: Iterable[Note]) -> list[str]:
 
 
 def _record(trajectory: Trajectory | None, gate: Gate) -> dict[str, Any] | None:
-    return None if trajectory is None else trajectory_record(trajectory, gate.robot.name, gate.scene.name)
+    return None if trajectory is None else trajectory.to_dict(gate.robot.name, gate.scene.name)
 
 
 def _decoded(frame: str | bytes) -> Any:

@@ -13,7 +13,7 @@ from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.arm import HALF_TURN
 from planner.problem.conditions import conditions_of
-from planner.problem.options import Backend, RobotLike
+from planner.problem.options import EMPTY, Backend, RobotLike, SceneLike
 from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import Robot
@@ -49,7 +49,7 @@ class Gate:
     def __init__(
         self,
         robot: RobotLike | LiveWorld = "iiwa14",
-        scene: RobotLike = "paper",
+        scene: SceneLike = "paper",
         limits: MotionLimits | LimitsRequest | None = None,
         *,
         judged: Sequence[str] = JUDGED,
@@ -64,7 +64,8 @@ class Gate:
             self.world = robot
         else:
             kept = conditions_of(keep)
-            self.world = LiveWorld(WorldRequest(robot, scene, tool, collision=collision, margin=margin, keep=kept))
+            there = EMPTY if scene is None else scene
+            self.world = LiveWorld(WorldRequest(robot, there, tool, collision=collision, margin=margin, keep=kept))
         asked = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.world.robot, limits)
         self.limits: MotionLimits = own_limits(asked, self.world.robot)
         """The limits that are kept, as far as they are judged."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from os import PathLike
@@ -20,7 +20,7 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.planning.result import Plan
 from planner.planning.solve import require_earliest, why_no_path
 from planner.problem.conditions import AND
-from planner.problem.options import RobotLike
+from planner.problem.options import RobotLike, SceneLike
 from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingRequest, require_known, with_objective
 from planner.problem.targets import joints_text, target_of
 from planner.query.query import Query, resolve_query, states_of
@@ -65,7 +65,7 @@ class Session:
     def __init__(
         self,
         robot: RobotLike | LiveWorld,
-        scene: RobotLike = "paper",
+        scene: SceneLike = "paper",
         roadmap: Roadmap | StrPath | None = None,
         *,
         join_motions: int | None = None,
@@ -145,8 +145,8 @@ class Session:
         nodes[live.roadmap.edges[edges]] = True
         return live.held(edges).part(nodes, np.ones(int(edges.sum()), dtype=bool))
 
-    def add(self, obstacle: Obstacle | MovingObstacle) -> Edges:
-        """Put an obstacle into the world; one that moves matters to :meth:`plan_in_time` only."""
+    def add(self, obstacle: Obstacle | MovingObstacle | Mapping[str, Any]) -> Edges:
+        """Put an obstacle into the world, a dict too; one that moves matters to :meth:`plan_in_time` only."""
         return self._change(lambda world: world.add(obstacle))
 
     def move(
@@ -158,7 +158,7 @@ class Session:
     ) -> Edges:
         """Put the obstacle ``name`` to a ``position`` (m), turned by ``rpy`` (rad) or ``quaternion`` [x, y, z, w].
 
-        What is left out stays as it is.
+        What is left out stays as it is. A pose, (4, 4) or ``pinocchio.SE3``, in place of the position gives all of it.
         """
         return self._change(lambda world: world.move(name, position, rpy, quaternion))
 

@@ -27,7 +27,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.looks import looks_along, straight
 from planner.kinematics.forward import tool_joint
 from planner.planning.result import JSON_NAME, Plan
-from planner.problem.options import RobotLike
+from planner.problem.options import AS_PLANNED, EMPTY, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import open_world
@@ -43,7 +43,7 @@ from planner.tasks.sampling import gripper_of, place_at, standing
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Gripper, TaskError
 from planner.trajectory.check import check_path, check_trajectory, require_step
-from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory, parse_json
+from planner.trajectory.file import TRAJECTORY_NAME, parse_json
 from planner.trajectory.limits import MotionLimits, require_of_robot
 from planner.trajectory.recorded import FAR, read_motion, require_of_an_arm
 from planner.trajectory.report import Finding, Report
@@ -57,7 +57,7 @@ _ORDERS = [], ["gripper", "attach"], ["detach", "gripper"]  # of events at the e
 def check(
     motion: Floats | Sequence[Sequence[float]] | Trajectory | StrPath | Plan | TaskPlan,
     robot: RobotLike | None = None,
-    scene: RobotLike | None = None,
+    scene: SceneLike = AS_PLANNED,
     limits: MotionLimits | LimitsRequest | None = None,
     *,
     checker: CollisionChecker | None = None,
@@ -71,15 +71,15 @@ def check(
         for finding in report.findings: print(finding.sentence)
 
     Samples are ``step`` metres of motion apart, proofs of whole pieces come on top. ``robot`` and ``scene`` are names,
-    files or objects; of a file they are those of the plan.json next to it where they are left out. ``checker`` stands
-    for both. ``limits`` are in place of those that a trajectory was made for. Raises :class:`PlannerError` for a motion
-    that cannot be read, and :class:`ArrayError` for an array of another shape.
+    files or objects, None an empty scene; of a file they are those of the plan.json next to it where they are left out.
+    ``checker`` stands for both. ``limits`` are in place of those that a trajectory was made for. Raises
+    :class:`PlannerError` for a motion that cannot be read, and :class:`ArrayError` for an array of another shape.
     """
     require_step(step)
-    given = PartialWorld(robot=robot, scene=scene)
+    given = PartialWorld(robot=robot, scene=EMPTY if scene is None else scene or None)
     if isinstance(motion, str | os.PathLike):
         return check_file(Path(motion), given, limits, step, progress, checker)
-    if isinstance(motion, Plan | TaskPlan) and (robot or scene):
+    if isinstance(motion, Plan | TaskPlan) and (robot or scene != AS_PLANNED):
         raise OptionError("robot and scene must be those of the plan: leave them out, or check its trajectory.")
     if isinstance(motion, TaskPlan):
         return check_task(motion, checker or motion.judge, motion.trajectory, step)
@@ -153,7 +153,7 @@ def _check_task_in(folder: Path, data: dict[str, Any], checker: CollisionChecker
     """The report on the task whose plan.json holds ``data``, with the motion next to it."""
     record, joints = validate(TaskRecord, data, f"plan {folder / JSON_NAME}"), checker.robot.joints
     timed = any(segment.trajectory for segment in record.segments) or os.path.isfile(folder / TRAJECTORY_NAME)
-    whole = load_trajectory(folder / TRAJECTORY_NAME) if timed else None
+    whole = Trajectory.load(folder / TRAJECTORY_NAME) if timed else None
     solved, count = record.outcome == Outcome.SOLVED.key, len(record.segments)
     _require(solved and count, f"a task must be solved, got '{record.outcome}', {count} segments", "plan again")
     same = tuple(record.joints) == joints and (whole is None or whole.joints == joints)

@@ -81,8 +81,7 @@ class TaskPlanner:
         clock, request = Stopwatch(), (request or TaskRequest()).with_options(**options)
         what, quality = what if isinstance(what, Task) else Task.load(what), request.quality
         with clock("setup"):
-            scene = what.scene if isinstance(what.scene, Scene) else Scene.load(str(what.scene))
-            scene, modes = _modes(what, scene, request)
+            scene, modes = _modes(what, Scene.load(what.scene), request)
             states = states_of(modes.robot, modes.checker.world.scene)
             target, within = parse_target(what.start), request.what.ik_tolerance
             start = resolve(target, modes.checker, states, "start", tolerance=within)[0]

@@ -31,7 +31,7 @@ from planner.tasks.candidates import Candidates
 from planner.tasks.network import TaskNetwork
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Task
-from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownMotion, ShownPath, path_rows
 from planner.view.page import Page
@@ -227,7 +227,7 @@ class TaskPlan(Result[TaskPlanRecord]):
         if self.roadmap is not None:
             save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         if self.trajectory is not None:
-            save_trajectory(self.trajectory, folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
+            self.trajectory.save(folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
 
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:

@@ -15,7 +15,6 @@ off the curve by a sixth of the acceleration times the period squared at most (q
 
 from __future__ import annotations
 
-import importlib
 import io
 import json
 from dataclasses import replace
@@ -27,7 +26,7 @@ from typing import Any, Literal
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import FileError, InstallationError, OptionError, choices
+from planner.base.errors import FileError, OptionError, choices, require_extra
 from planner.base.yamlfile import shown
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
@@ -275,8 +274,8 @@ def _require_few(trajectory: Trajectory, rate: float) -> None:
 
 def write_bag(message: dict[str, Any]) -> bytes:
     """An MCAP file with a JointTrajectory, given as plain data with ``joint_names`` and ``points``."""
-    library, file = _require("mcap_ros2.writer"), io.BytesIO()
-    writer = library.Writer(file, compression=_require("mcap.writer").CompressionType.NONE)
+    library, file = require_extra("mcap_ros2.writer", "mcap"), io.BytesIO()
+    writer = library.Writer(file, compression=require_extra("mcap.writer", "mcap").CompressionType.NONE)
     schema = writer.register_msgdef(TYPE, _DEFINITION)
     writer.write_message(TOPIC, schema, message, log_time=0, publish_time=0)
     writer.finish()
@@ -285,10 +284,10 @@ def write_bag(message: dict[str, Any]) -> bytes:
 
 def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
     """The first JointTrajectory of an MCAP file as plain data, and how many it has; :class:`FileError` for none."""
-    factory, first, count = _require("mcap_ros2.decoder").DecoderFactory(), None, 0
+    factory, first, count = require_extra("mcap_ros2.decoder", "mcap").DecoderFactory(), None, 0
     try:
         with path.open("rb") as file:
-            for schema, channel, message in _require("mcap.reader").make_reader(file).iter_messages():
+            for schema, channel, message in require_extra("mcap.reader", "mcap").make_reader(file).iter_messages():
                 if schema is not None and schema.name == TYPE:
                     _require_readable(channel.message_encoding, message.data, where)
                     first = first or _plain(factory.decoder_for("cdr", schema)(message.data))
@@ -302,17 +301,6 @@ def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
     except Exception as error:  # the library raises errors of many kinds
         raise FileError(f"{where} is no readable MCAP file: {type(error).__name__}; write it again.") from None
     raise FileError(f"{where} holds no message of the type {TYPE}: record one.")
-
-
-def _require(module: str) -> Any:
-    """A module of the library; :class:`InstallationError` where the library is missing."""
-    try:
-        return importlib.import_module(module)
-    except ImportError:
-        raise InstallationError(
-            "MCAP files need the Python package mcap-ros2-support: run pip install 'gabf-planner[mcap]', or choose "
-            "another format."
-        ) from None
 
 
 def _require_readable(encoding: str, data: bytes, where: str) -> None:

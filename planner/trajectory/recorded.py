@@ -21,15 +21,8 @@ from planner.kinematics.arm import HALF_TURN
 from planner.problem.outcome import require_readable_version
 from planner.robot.robot import Robot
 from planner.trajectory.export import read_bag
-from planner.trajectory.file import (
-    TRAJECTORY_NAME,
-    TrajectoryFile,
-    parse_json,
-    require_columns,
-    through_points,
-    trajectory_in,
-)
-from planner.trajectory.trajectory import Trajectory
+from planner.trajectory.file import TRAJECTORY_NAME, TrajectoryFile, parse_json, require_columns
+from planner.trajectory.trajectory import Trajectory, through_points, trajectory_in
 
 _log = logging.getLogger(__name__)
 

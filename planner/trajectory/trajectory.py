@@ -2,24 +2,58 @@
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen, numbers
-from planner.base.errors import ArrayError, choices
+from planner.base.errors import ArrayError, FileError, PlannerError, choices, require_extra
+from planner.base.files import StrPath, write_json
 from planner.base.polynomials import derivative, evaluate, powers
+from planner.base.yamlfile import read_text, validate
 from planner.native.compiled import polynomial_extrema, polynomial_worst
+from planner.trajectory.file import (
+    TRAJECTORY_NAME,
+    Interpolation,
+    TrajectoryFile,
+    limits_in,
+    parse_json,
+    require_columns,
+)
 from planner.trajectory.limits import LimitError, MotionLimits
 
 NANOSECOND = 1e-9  # s
-Interpolation = Literal["lines", "cubics", "quintics"]
 _NOISE = 1e-12  # rad/s, rad/s²: what rounding makes of nothing
 _LONGEST = 9e9  # s: an int64 holds as many in nanoseconds
+_LARGEST = 1e6  # rad, rad/s, rad/s², s: no motion of an arm goes there, and of such numbers polynomials become NaN
 DEGREE: dict[Interpolation, int] = {"lines": 1, "cubics": 3, "quintics": 5}
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A motion of ``joints`` at ``times`` (n,) s: positions (n, dof) rad (m where a joint slides), and derivatives."""
+
+    joints: tuple[str, ...]
+    times: Floats
+    positions: Floats
+    velocities: Floats
+    accelerations: Floats
+    jerks: Floats
+
+    def to_pandas(self) -> Any:
+        """A ``pandas.DataFrame``: ``time``, then of each joint ``q_NAME``, ``qd_NAME``, ``qdd_NAME``, ``qddd_NAME``.
+
+        Raises :class:`InstallationError` without pandas, which the extra ``interop`` brings.
+        """
+        columns = {"q": self.positions, "qd": self.velocities, "qdd": self.accelerations, "qddd": self.jerks}
+        by_name = {f"{kind}_{name}": rows[:, k] for kind, rows in columns.items() for k, name in enumerate(self.joints)}
+        return require_extra("pandas", "interop").DataFrame({"time": self.times} | by_name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +125,46 @@ class Trajectory:
         given = (q,) if qd is None else (q, qd) if qdd is None else (q, qd, qdd)
         return Trajectory(tuple(joints), whole_nanoseconds(times), given, law)
 
+    @staticmethod
+    def load(path: StrPath) -> Trajectory:
+        """The trajectory of a ``trajectory.json``, or of the folder that holds one, with its limits and its proof.
+
+            Trajectory.load("out").duration
+
+        Raises :class:`FileError` for a file that is none, is damaged, or whose times do not increase.
+        """
+        path = Path(path)
+        path = path / TRAJECTORY_NAME if os.path.isdir(path) else path
+        if not os.path.isfile(path):
+            raise FileError(f"trajectory {path} not found: plan first, with times, or check the path.")
+        where = f"trajectory {path}"
+        return trajectory_in(validate(TrajectoryFile, parse_json(read_text(path, "trajectory"), where), where), where)
+
+    def save(self, path: StrPath, robot: str | None = None, scene: str | None = None) -> None:
+        """Write ``trajectory.json`` whole or not at all; raises :class:`FileError` where that cannot be done."""
+        write_json(Path(path), self.to_dict(robot, scene))
+
+    def to_dict(self, robot: str | None = None, scene: str | None = None) -> dict[str, Any]:
+        """The trajectory as plain data, the keys of ``trajectory.json``; s, rad, m.
+
+        Between two points it is the polynomial that ``interpolation`` says: cubics take positions and velocities,
+        quintics accelerations too.
+        """
+        columns = (self.times.tolist(), *(self.knots(order).tolist() for order in range(3)))
+        return {
+            "robot": robot,
+            "scene": scene,
+            "law": self.law,
+            "duration": self.duration,
+            "limits": self.limits.to_dict() if self.limits else None,
+            "interpolation": self.interpolation,
+            "joints": list(self.joints),
+            "proven": self.proven,
+            "proof": self.proof,
+            **({"events": [dict(event) for event in self.events]} if self.events else {}),
+            "points": [{"t": t, "q": q, "qd": qd, "qdd": qdd} for t, q, qd, qdd in zip(*columns, strict=True)],
+        }
+
     @property
     def duration(self) -> float:
         """Seconds from the first knot to the last."""
@@ -109,6 +183,19 @@ class Trajectory:
         t = np.clip(numbers("t", np.atleast_1d(t), ("n",)), self.times[0], self.times[-1])
         piece = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.seconds) - 1)
         return self.on(piece, t - self.times[piece], order)
+
+    def sample(self, dt: float) -> Samples:
+        """The motion every ``dt`` s from its beginning on, and at its end, with its first three derivatives.
+
+            motion.sample(0.01).velocities  # (n, dof) rad/s
+
+        At a knot they are those of the next piece. Raises :class:`ArrayError` unless ``dt`` is above 0.
+        """
+        if not 0 < dt < np.inf:
+            raise ArrayError(f"dt must be above 0 s, got {dt:g}: give the time from one sample to the next.")
+        count = max(1, int(np.ceil(self.duration / dt - 1e-9)))  # no sample a rounding before the end
+        times = frozen(np.append(self.times[0] + dt * np.arange(count), self.times[-1]))
+        return Samples(self.joints, times, *(frozen(self.at(times, order)) for order in range(4)))
 
     def at_nanoseconds(self, clock: Ints, order: int = 0) -> Floats:
         """As :meth:`at`, at whole nanoseconds (n,): nothing of the time since a knot is lost to rounding."""
@@ -181,6 +268,44 @@ def _points(joints: tuple[str, ...], times: Floats, *columns: Floats | None) -> 
     shape = len(times), len(joints) or "dof"  # parts of a motion have no names
     given = zip(("q", "qd", "qdd"), columns, strict=True)
     return times, *(None if column is None and name != "q" else numbers(name, column, shape) for name, column in given)
+
+
+def trajectory_in(file: TrajectoryFile, where: str) -> Trajectory:
+    """The trajectory that a file holds, its joints in the order of the file."""
+    events = tuple(event.model_dump() for event in file.events)
+    try:
+        json.dumps([file.joints, events], ensure_ascii=False, allow_nan=False).encode()
+    except ValueError:  # half of a surrogate pair, NaN
+        raise FileError(f"{where}: its joints or events hold what is no text or no number; mend the file.") from None
+    if len(set(file.joints)) < len(file.joints):
+        raise FileError(f"{where} names a joint twice; it names {choices(file.joints)}: mend the file.")
+    columns = [[getattr(point, key) for point in file.points] for key in ("q", "qd", "qdd")]
+    given = None if file.interpolation is None else (DEGREE[file.interpolation] + 1) // 2
+    rows = require_columns(columns[:given], len(file.joints), where)
+    if given not in (None, len(rows)):
+        raise FileError(f"{where}: {file.interpolation} need {given} of q, qd and qdd at each point; add them.")
+    proof = file.proof.model_dump(exclude_unset=True)
+    limits = limits_in(file.limits, tuple(file.joints), where)
+    told = {"law": file.law, "limits": limits, "proven": file.proven, "proof": proof, "events": events}
+    return through_points(tuple(file.joints), np.array([point.t for point in file.points]), rows, where, **told)
+
+
+def through_points(
+    joints: tuple[str, ...], times: Floats, columns: list[Floats], where: str, **told: Any
+) -> Trajectory:
+    """The trajectory through the points of a file; :class:`FileError` for times and numbers that no motion has."""
+    for rows in (times[:, None], *columns):
+        bad = np.argwhere(~(np.abs(rows) <= _LARGEST))
+        if len(bad):
+            raise FileError(
+                f"{where}: point {bad[0, 0] + 1} holds a number that is not finite or absurd; mend the file."
+            )
+    if len(times) < 2:
+        raise FileError(f"{where} holds one point: a trajectory has two or more.")
+    try:
+        return Trajectory(joints, np.round(times * 1e9).astype(np.int64), tuple(columns), **told)
+    except PlannerError as error:
+        raise FileError(f"{where}: {error}") from None
 
 
 def whole_nanoseconds(times: Floats) -> Ints:

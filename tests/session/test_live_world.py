@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from planner.base.errors import SceneError
@@ -95,3 +96,18 @@ def change_at_random(live: LiveWorld, rng: np.random.Generator) -> None:
                 live.detach(str(rng.choice(carried)), q)
             case _ if names:
                 live.move(str(rng.choice(names)), place)
+
+
+def test_dicts_and_matrices_are_taken_as_obstacles_and_poses() -> None:
+    session, one = Session("planar_2r", None, nodes=4), pose([0.0, 0.0, 3.0], rpy=[0.1, 0.2, 0.3])
+    assert session.scene.name == Gate("planar_2r", None).scene.name == "empty"
+    session.add({"name": "far", "type": "sphere", "radius": 0.1, "position": [0.0, 0.0, 3.0]})
+    np.testing.assert_array_equal(session.scene.obstacles[0].placement, FAR.placement)
+    for given in (one, pin.SE3(np.array(one))):
+        session.move("far", [0.0, 1.0, 3.0])
+        session.move("far", given)
+        np.testing.assert_array_equal(session.scene.obstacles[0].placement, one)
+    session.add({"type": "box", "size": [0.1, 0.1, 0.1], "motion": [{"t": 0, "position": [0, 0, 2]}, {"t": 1}]})
+    assert [item.name for item in session.scene.moving] == ["box_0"]
+    with pytest.raises(SceneError, match="'far' is empty or taken"):
+        session.add({"name": "far", "type": "sphere", "radius": 0.1})

@@ -198,10 +198,12 @@ def test_one_function_checks_paths_trajectories_and_plans(solved: Plan) -> None:
     assert not planner.check(replace(made, limits=slower), checker=CHECKER).ok
     assert not planner.check(made, limits=slower, checker=CHECKER).ok
     assert planner.check(path, "planar_2r", "empty").ok
+    assert planner.check(path, "planar_2r", None).checker.world.scene.name == "empty"
     assert planner.check(solved).proven
     assert planner.check(solved.path, "iiwa14", "empty").ok
-    with pytest.raises(OptionError, match="those of the plan"):
-        planner.check(solved, scene="empty")
+    for scene in ("empty", None):
+        with pytest.raises(OptionError, match="those of the plan"):
+            planner.check(solved, scene=scene)
     with pytest.raises(OptionError, match="is of other joints"):
         planner.check(replace(made, joints=("a", "b")), checker=CHECKER)
     with pytest.raises(ArrayError, match="path"):
