@@ -31,6 +31,13 @@ def _name_or_object(value: object) -> object:
 
 RobotLike: TypeAlias = str | HasName
 """The name or the file of a robot or scene, or the object itself."""
+
+
+class LeftOut(str):
+    """The default of a public function's robot or scene: where it was left out, ``request=`` names one."""
+
+
+ROBOT, SCENE = LeftOut("iiwa14"), LeftOut("paper")
 Base: TypeAlias = tuple[float, ...]
 """x, y, z (m) or x, y, z, roll, pitch, yaw (m and rad)."""
 Names: TypeAlias = tuple[str, ...]

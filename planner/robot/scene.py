@@ -161,7 +161,7 @@ class Scene:
     """Obstacles in the world frame and the named states and set-up of each robot. Load with :meth:`load`.
 
     ``moving`` are obstacles with a known motion. They are no part of the world that stands still, of its roadmaps and
-    paths: only what has times can keep clear of them, see :meth:`planner.Session.plan_in_time`.
+    paths: only what has times can keep clear of them, as :func:`planner.plan` and sessions give it.
     """
 
     name: str

@@ -12,7 +12,7 @@ from planner.base.errors import ArrayError, StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.problem.conditions import conditions_of
-from planner.problem.options import Backend, RobotLike
+from planner.problem.options import ROBOT, SCENE, Backend, RobotLike
 from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import HALF_TURN, Robot
@@ -47,10 +47,10 @@ class Gate:
 
     def __init__(
         self,
-        robot: RobotLike | LiveWorld = "iiwa14",
-        scene: RobotLike = "paper",
-        limits: MotionLimits | LimitsRequest | None = None,
+        robot: RobotLike | LiveWorld = ROBOT,
+        scene: RobotLike = SCENE,
         *,
+        limits: MotionLimits | LimitsRequest | None = None,
         judged: Sequence[str] = JUDGED,
         min_manipulability: float = 0.0,
         margin: float = 0.0,

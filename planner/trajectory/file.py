@@ -82,7 +82,7 @@ def trajectory_record(trajectory: Trajectory, robot: str | None = None, scene: s
     return {
         "robot": robot,
         "scene": scene,
-        "law": trajectory.law,
+        "law": trajectory.time_law,
         "duration": trajectory.duration,
         "limits": trajectory.limits.to_dict() if trajectory.limits else None,
         "interpolation": trajectory.interpolation,
@@ -142,7 +142,7 @@ def trajectory_in(file: TrajectoryFile, where: str) -> Trajectory:
         raise FileError(f"{where}: {file.interpolation} need {given} of q, qd and qdd at each point; add them.")
     proof = file.proof.model_dump(exclude_unset=True)
     limits = _limits(file.limits, tuple(file.joints), where)
-    told = {"law": file.law, "limits": limits, "proven": file.proven, "proof": proof, "events": events}
+    told = {"time_law": file.law, "limits": limits, "proven": file.proven, "proof": proof, "events": events}
     return through_points(tuple(file.joints), np.array([point.t for point in file.points]), rows, where, **told)
 
 
