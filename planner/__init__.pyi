@@ -44,6 +44,7 @@ from .session.verdict import Verdict as Verdict
 from .tasks.check import check as check
 from .tasks.plan import task as task
 from .tasks.result import TaskPlan as TaskPlan
+from .tasks.result import load as load
 from .tasks.task import Grasp as Grasp
 from .tasks.task import Move as Move
 from .tasks.task import Pick as Pick

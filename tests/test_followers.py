@@ -266,7 +266,7 @@ def planned() -> Plan:
     request = PlanRequest.from_options(
         robot=palletizer().robot, scene=BALL, start="q:-0.9,-0.4,0.2", goal="q:0.9,-0.4,0.2"
     )
-    return plan(request, nodes=60, timing=TimingRequest())
+    return plan(request=request, nodes=60, timing=TimingRequest())
 
 
 def test_a_plan_and_its_motion_keep_the_rod_off_the_ball(planned: Plan) -> None:

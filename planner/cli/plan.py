@@ -76,7 +76,9 @@ def plan(
     from planner.tradeoff.sweep import with_alternatives
 
     def find(progress: Progress) -> Plan:
-        return with_alternatives(find_plan(PlanRequest(what, quality), progress, motion), progress)
+        return with_alternatives(
+            find_plan(request=PlanRequest(what, quality), timing=motion, progress=progress), progress
+        )
 
     return _told(find, out, view, json, certificate)
 
@@ -119,7 +121,9 @@ def follow(
     from planner.tradeoff.sweep import with_alternatives
 
     def find(progress: Progress) -> Plan:
-        return with_alternatives(find_plan(path, FollowRequest(what, quality), progress, motion), progress)
+        return with_alternatives(
+            find_plan(path, request=FollowRequest(what, quality), timing=motion, progress=progress), progress
+        )
 
     return _told(find, out, view, json)
 
@@ -145,7 +149,9 @@ def sweep(
     """
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
-    result, record, files, code = written(lambda progress: find_tradeoff(SweepRequest(what, quality), progress), out)
+    result, record, files, code = written(
+        lambda progress: find_tradeoff(request=SweepRequest(what, quality), progress=progress), out
+    )
     ending, count = result.outcome.value, len(result.intervals)
     if result.outcome is Outcome.SOLVED:
         ending = f"{count} path{'s are' if count != 1 else ' is'} optimal, each in its interval of beta."
@@ -189,7 +195,9 @@ def task(
     from planner.tasks.plan import task as plan_task
 
     request = TaskRequest(what, quality)
-    found, record, files, code = written(lambda progress: plan_task(file, progress, motion, request), out)
+    found, record, files, code = written(
+        lambda progress: plan_task(file, request=request, timing=motion, progress=progress), out
+    )
     if json:
         say(json_text(record.to_dict()))
     else:

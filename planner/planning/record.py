@@ -23,8 +23,6 @@ from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 
 CONDITIONING = "conditioning"  # the row that is there only where it is bad
-_NOTABLE = 0.02  # share of a cost
-_ROUNDING = 1e-9  # %, of a cost that is a sum
 _KEPT_APART = 1e-3  # s between two states of a motion at which conditions are measured
 
 

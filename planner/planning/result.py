@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, frozen
+from planner.base.files import StrPath
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
 from planner.planning.quality import ManipulabilityRecord, QualityRecord, judge_conditioning
@@ -22,11 +23,12 @@ from planner.planning.record import (
     LengthRecord,
     PlanRecord,
 )
-from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME, FieldRecord, MotionRecord, Result
-from planner.problem.outcome import NoPath
+from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME, FieldRecord, MotionRecord, Result, read_record
+from planner.problem.options import RobotLike
+from planner.problem.outcome import NoPath, Outcome
 from planner.problem.request import FollowRequest, PlanRequest
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.storage import save_roadmap
+from planner.roadmap.storage import load_roadmap, reopen_plan, save_roadmap
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
@@ -76,6 +78,45 @@ class Plan(Result[PlanRecord]):
     alternatives: tuple[ShownPath, ...] = ()
     tool_path: FollowedPath | None = None
     legs: tuple[LegRecord, ...] = ()  # lines of the tool that the path begins and ends with, where they were asked for
+    saved: PlanRecord | None = None  # of a plan that was loaded
+
+    @classmethod
+    def load(cls, folder: StrPath, *, robot: RobotLike | None = None, scene: RobotLike | None = None) -> Plan:
+        """The plan in a ``folder``, as it was saved: its path, motion, roadmap, costs and record, in its world.
+
+            planner.plan("panda", "shelf").save("out")
+            plan = planner.Plan.load("out")
+            plan.robot, plan.path, plan.trajectory, planner.check(plan).sentence
+
+        Robot and scene are opened by what ``plan.json`` says; of a plan that was made of objects, give these. Not
+        stored, so None or empty: ``cost_to_go``, ``layered``, ``route``, ``alternatives``, the line of a tool path;
+        ``planner.plan(request=plan.request, roadmap="out/roadmap.npz")`` solves again. Raises :class:`PlannerError` for
+        files that are missing or damaged, and where robot or scene are others now.
+        """
+        folder = Path(folder)
+        record = read_record(PlanRecord, folder / JSON_NAME)
+        named = {key: value for key, value in (("robot", robot), ("scene", scene)) if value is not None}
+        checker = reopen_plan(record.config | named, folder / ROADMAP_NAME)
+        known: dict[str, Any] = {name: getattr(record, name) for name in ("reason", "goal", "cost")}
+        if record.clearance and record.quality:
+            known["clearance_kept"] = record.clearance.kept
+            known["curve"] = tuple((point.rounds, point.cost) for point in record.quality.curve)
+        if record.tool_path:
+            known["tool_path"] = FollowedPath(record.tool_path, np.zeros((0, 3)), np.zeros((0, checker.robot.dof)))
+        return Plan(
+            (PlanRequest if record.tool_path is None else FollowRequest).from_config(record.config),
+            Outcome[record.outcome.upper()],
+            checker,
+            load_roadmap(folder / ROADMAP_NAME),
+            path=frozen(np.reshape(record.path, (len(record.path), checker.robot.dof))),
+            path_nodes=frozen(record.path_nodes, np.int64),
+            edges_removed=record.roadmap.edges_removed,
+            trajectory=Trajectory.load(folder) if record.trajectory else None,
+            legs=tuple(record.legs or ()),
+            saved=record,
+            timings={stage: seconds for stage, seconds in record.timings_s.items() if stage != "total"},
+            **known,
+        )
 
     def __repr__(self) -> str:
         size = f"{len(self.path)} waypoints" if len(self.path) else "no path"
@@ -125,6 +166,8 @@ class Plan(Result[PlanRecord]):
     @cached_property
     def record(self) -> PlanRecord:
         """What ``plan.json`` holds; units in rad, m and s."""
+        if self.saved is not None:
+            return self.saved
         robot, roadmap, quality, path, cost = self.robot, self.roadmap, self.request.quality, self.path, self.cost
         of_path: dict[str, Any] = dict.fromkeys(("manipulability", "conditioning", "path_length"))
         if len(path):
@@ -175,7 +218,7 @@ class Plan(Result[PlanRecord]):
         for leg in self.legs:
             end = self.path[0 if leg.leg == "retreat" else -1]
             page.add_tool_line(leg_line(self.robot, end, leg.length), leg.tube.position)
-        if self.tool_path is not None:
+        if self.tool_path is not None and len(self.tool_path.wanted):
             page.add_tool_line(self.tool_path.wanted, self.tool_path.record.tube.position)
             page.add_rungs(self.tool_path.rungs)
         page.add_roadmap(self.roadmap, self.node_costs)

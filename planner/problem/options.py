@@ -35,6 +35,13 @@ RobotLike: TypeAlias = str | HasName
 """The name or the file of a robot or scene, or the object itself."""
 SceneLike: TypeAlias = RobotLike | None
 """The same of a scene, or None for an empty one."""
+
+
+class LeftOut(str):
+    """The default of a public function's robot or scene: where it was left out, ``request=`` names one."""
+
+
+ROBOT, SCENE = LeftOut("iiwa14"), LeftOut("paper")
 Base: TypeAlias = tuple[float, ...]
 """x, y, z (m) or x, y, z, roll, pitch, yaw (m and rad)."""
 Names: TypeAlias = tuple[str, ...]

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from planner.base.arrays import Cost, traded_off
 from planner.base.errors import KeywordError, OptionError, choices
@@ -31,6 +31,7 @@ DEFAULT_MEASURE: of.Measure = "yoshikawa"
 DEFAULT_EFFORT = 12  # rounds
 DEFAULT_ROOM = 5e-3  # m
 _SPELT = {"motion_plan_request": "request"}  # in files and on the command line
+R = TypeVar("R", bound="Request")
 
 
 @options
@@ -57,6 +58,10 @@ class Objective:
     def at(self, beta: float) -> Objective:
         """The same at another ``beta``."""
         return replace(self, beta=beta)
+
+    def options(self) -> dict[str, Any]:
+        """Its fields by the names of the options."""
+        return {"min_manipulability" if name == "floor" else name: value for name, value in vars(self).items()}
 
     def total(self, omega: Cost, distance: Cost) -> Cost:
         """The cost of a motion or a path with so much Omega and D, each normalised."""
@@ -89,8 +94,8 @@ class PartialWorld:
 class WorldRequest(PartialWorld):
     """A robot in a scene, and the backend that finds contacts."""
 
-    robot: of.Robot = "iiwa14"
-    scene: of.Scene = "paper"
+    robot: of.Robot = str(of.ROBOT)
+    scene: of.Scene = str(of.SCENE)
     margin: of.Margin = 0.0
 
 
@@ -215,6 +220,12 @@ class Request:
     def from_options(cls, **values: Any) -> Self:
         """The request with these options; :class:`KeywordError` for one that it does not have."""
         return cls().with_options(**values)
+
+    @classmethod
+    def from_config(cls, config: Mapping[str, Any]) -> Self:
+        """The request of a record's ``config``, see :meth:`config`; keys that are no options of it are left out."""
+        known = {name: config[_SPELT.get(name, name)] for name in cls.names() if _SPELT.get(name, name) in config}
+        return cls.from_options(**known)
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
@@ -361,13 +372,22 @@ def require_known(values: Collection[str], known: Collection[str], what: str = "
         raise KeywordError(f"{what} has no option '{name}'{nearest(name, known)}: {remedy}.")
 
 
-def with_objective(request: PlanRequest, objective: Objective, values: Mapping[str, Any]) -> PlanRequest:
-    """The request with the options of an objective; :class:`KeywordError` where ``values`` has one of them too."""
-    own = {field.name: getattr(objective, field.name) for field in fields(Objective)}  # type: ignore[arg-type]
-    own["min_manipulability"] = own.pop("floor")
-    if twice := [name for name in values if name in own]:
-        raise KeywordError(f"{twice[0]} is a part of the objective: give it there, or leave the objective out.")
-    return request.with_options(**own)
+def request_of(
+    request: R, objective: Objective | None, options: Mapping[str, Any], robot: Any = of.ROBOT, scene: Any = of.SCENE
+) -> R:
+    """The request with robot, scene, ``options`` and an objective, as far as they are given, in place of its own.
+
+    Raises :class:`KeywordError` for an option that it lacks, or that the objective says too.
+    """
+    if isinstance(robot, Request):
+        raise TypeError(f"robot must be a name, a file or a Robot, got a {type(robot).__name__}: give it as request=.")
+    given = {key: value for key, value in (("robot", robot), ("scene", scene)) if not isinstance(value, of.LeftOut)}
+    if objective is not None:
+        known, own, plain = request.names(), objective.options(), Objective().options()
+        if twice := [name for name in options if name in own]:
+            raise KeywordError(f"{twice[0]} is a part of the objective: give it there, or leave the objective out.")
+        given |= {key: value for key, value in own.items() if key in known or value != plain[key]}
+    return request.with_options(**given, **options)
 
 
 def _plain(value: Any) -> Any:

@@ -166,7 +166,7 @@ class Scene:
     Obstacles may be given as dicts with the keys of a scene file, their mesh files relative to the working directory;
     one without a name gets its type and its place in the list, ``box_0``. ``moving`` are obstacles with a known motion,
     also those among the given ``obstacles``. They are no part of the world that stands still, of its roadmaps and
-    paths: only what has times can keep clear of them, see :meth:`planner.Session.plan_in_time`. Raises
+    paths: only a plan in time keeps clear of them. Raises
     :class:`SceneError` for wrong keys and for names that are there twice.
     """
 

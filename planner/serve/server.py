@@ -223,8 +223,10 @@ class Connection:
         if isinstance(asked, ask.Change):
             return _change(gate, asked)
         _go_on(progress.stopped)
-        again = isinstance(asked, ask.Replan)
-        plan = session.replan(progress) if again else session.plan(asked.start, asked.goal, asked.beta, progress)
+        if isinstance(asked, ask.Replan):
+            plan = session.replan(progress=progress)
+        else:
+            plan = session.plan(asked.start, asked.goal, beta=asked.beta, timing=None, progress=progress)
         has_motion = asked.motion and plan.solved and len(plan.path) > 1
         motion = timed(plan, TimingRequest(), gate.limits) if has_motion else None
         _go_on(progress.stopped)

@@ -13,7 +13,7 @@ from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.arm import HALF_TURN
 from planner.problem.conditions import conditions_of
-from planner.problem.options import EMPTY, Backend, RobotLike, SceneLike
+from planner.problem.options import EMPTY, ROBOT, SCENE, Backend, RobotLike, SceneLike
 from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import Robot
@@ -48,10 +48,10 @@ class Gate:
 
     def __init__(
         self,
-        robot: RobotLike | LiveWorld = "iiwa14",
-        scene: SceneLike = "paper",
-        limits: MotionLimits | LimitsRequest | None = None,
+        robot: RobotLike | LiveWorld = ROBOT,
+        scene: SceneLike = SCENE,
         *,
+        limits: MotionLimits | LimitsRequest | None = None,
         judged: Sequence[str] = JUDGED,
         min_manipulability: float = 0.0,
         margin: float = 0.0,

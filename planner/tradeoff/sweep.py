@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from planner.base.arrays import frozen
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.planning.improvement import improved_roadmap, roomy_roadmap
 from planner.planning.result import Plan
+from planner.problem.options import ROBOT, SCENE, RobotLike
 from planner.problem.outcome import Outcome
-from planner.problem.request import PlanRequest, SweepQuality, SweepRequest
+from planner.problem.request import Objective, PlanRequest, SweepQuality, SweepRequest, request_of
 from planner.query.query import Query, make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap, path_waypoints
@@ -28,14 +30,27 @@ from planner.view.motion import ShownPath, path_rows
 IMPROVED_AT = (0.0, 0.25, 0.5, 0.75, 1.0)  # betas at which the roadmap is improved before the sweep
 
 
-def sweep(request: SweepRequest | PlanRequest, progress: Progress = QUIET) -> Tradeoff:
+def sweep(
+    robot: RobotLike = ROBOT,
+    scene: RobotLike = SCENE,
+    *,
+    request: SweepRequest | PlanRequest | None = None,
+    objective: Objective | None = None,
+    progress: Progress = QUIET,
+    **options: Any,
+) -> Tradeoff:
     """The whole trade-off between manipulability and distance, on a roadmap that is obtained once.
 
+        sweep("panda", "shelf", seed=3).intervals
+
+    ``options`` are those of :class:`SweepRequest`, all else is as of :func:`planner.plan`; an objective's beta stays
+    its default.
     Every path is checked again at every 1 mm of motion, as a plan's is; a path that fails is removed and the sweep
     restarts. ``progress`` is called with (stage, done, total), for stage "beta" with the per cent of [0, 1] that are
     settled; once it is asked to stop the sweep ends soon after and returns the intervals that are proven, with
     ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
     """
+    request = request_of(request or SweepRequest(), objective, options, robot, scene)
     clock, quality = Stopwatch(), request.quality
     with clock("setup"):
         query = make_query(request.what)

@@ -89,20 +89,20 @@ print(done.result().result)
 """
 
 
-def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False) -> bytes:
-    """The content of a file of this ``kind``, point by point; times count from the first one.
+def export(trajectory: Trajectory, format: Format, skip_first_point: bool = False) -> bytes:
+    """The content of a file in this ``format``, point by point; times count from the first one.
 
     ``skip_first_point`` leaves out the first one, which is where the robot stands: some controllers refuse a point at
-    time 0. The others keep their times. Raises :class:`OptionError` for another ``kind``.
+    time 0. The others keep their times. Raises :class:`OptionError` for another ``format``.
     """
-    if kind not in SUFFIX:
-        raise OptionError(f"format '{kind}' not found; formats are {choices(SUFFIX)}.")
+    if format not in SUFFIX:
+        raise OptionError(f"format '{format}' not found; formats are {choices(SUFFIX)}.")
     first = int(skip_first_point)
     nanoseconds, columns = _clock(trajectory)[first:], [rows[first:] for rows in trajectory.columns]
-    if kind == "csv":
+    if format == "csv":
         return _csv(trajectory.joints, nanoseconds, columns).encode()
     message = _message(trajectory.joints, nanoseconds, columns)
-    return write_bag(message) if kind == "mcap" else (_flow(message) + "\n").encode()
+    return write_bag(message) if format == "mcap" else (_flow(message) + "\n").encode()
 
 
 def _clock(trajectory: Trajectory) -> Ints:
@@ -184,7 +184,8 @@ def on_grid(trajectory: Trajectory, rate: float, checker: CollisionChecker | Non
     clock, late = _clock_of_rows(period, cycles + degree)
     points = _control_points(trajectory, period, late if degree == 1 else np.zeros(cycles + 1))
     columns = _rows(points, degree, float(period) * NANOSECOND, late)
-    made = Trajectory(trajectory.joints, trajectory.nanoseconds[0] + clock, columns, trajectory.law, trajectory.limits)
+    times, how = trajectory.nanoseconds[0] + clock, (trajectory.time_law, trajectory.limits)
+    made = Trajectory(trajectory.joints, times, columns, *how)
     return made if checker is None else _proven(made, trajectory, checker)
 
 

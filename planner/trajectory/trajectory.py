@@ -65,15 +65,16 @@ class Trajectory:
     bit what an export holds; all else follows: ``times`` (k + 1,) s, ``seconds`` (k,) that piece i takes from
     ``times[i]`` to ``times[i + 1]``, and ``coefficients``.
 
-    ``law`` says how the times came about, ``limits`` what they were made for, ``proven`` whether all of it is proven,
-    and ``proof`` what. ``events`` are what happens meanwhile, each with its time ``t`` (s), as ``trajectory.json`` has
-    them; ``notes`` are on what a foreign file holds besides. Of times in seconds make one with :meth:`through`.
+    ``time_law`` says how the times came about, ``limits`` what they were made for, ``proven`` whether all of it is
+    proven, and ``proof`` what. ``events`` are what happens meanwhile, each with its time ``t`` (s), as
+    ``trajectory.json`` has them; ``notes`` are on what a foreign file holds besides. Of times in seconds make one with
+    :meth:`through`.
     """
 
     joints: tuple[str, ...]
     nanoseconds: Ints
     columns: tuple[Floats, ...]
-    law: str = "given"
+    time_law: str = "given"
     limits: MotionLimits | None = None
     proven: bool = False
     proof: dict[str, Any] = field(default_factory=dict)
@@ -113,7 +114,7 @@ class Trajectory:
         qd: Floats | None = None,
         qdd: Floats | None = None,
         *,
-        law: str = "given",
+        time_law: str = "given",
     ) -> Trajectory:
         """The trajectory through points (k, dof) at ``times`` (k,) s, to the nanosecond.
 
@@ -123,7 +124,7 @@ class Trajectory:
         """
         times, q, qd, qdd = _points(joints, times, q, qd, qdd)
         given = (q,) if qd is None else (q, qd) if qdd is None else (q, qd, qdd)
-        return Trajectory(tuple(joints), whole_nanoseconds(times), given, law)
+        return Trajectory(tuple(joints), whole_nanoseconds(times), given, time_law)
 
     @staticmethod
     def load(path: StrPath) -> Trajectory:
@@ -154,7 +155,7 @@ class Trajectory:
         return {
             "robot": robot,
             "scene": scene,
-            "law": self.law,
+            "law": self.time_law,
             "duration": self.duration,
             "limits": self.limits.to_dict() if self.limits else None,
             "interpolation": self.interpolation,
@@ -286,7 +287,7 @@ def trajectory_in(file: TrajectoryFile, where: str) -> Trajectory:
         raise FileError(f"{where}: {file.interpolation} need {given} of q, qd and qdd at each point; add them.")
     proof = file.proof.model_dump(exclude_unset=True)
     limits = limits_in(file.limits, tuple(file.joints), where)
-    told = {"law": file.law, "limits": limits, "proven": file.proven, "proof": proof, "events": events}
+    told = {"time_law": file.law, "limits": limits, "proven": file.proven, "proof": proof, "events": events}
     return through_points(tuple(file.joints), np.array([point.t for point in file.points]), rows, where, **told)
 
 

@@ -125,7 +125,7 @@ class LivePage:
                 self._show(refused)
 
     def _plan(self, question: Question) -> Answer:
-        return Answer(question, self._session.plan(question.start, question.goal, question.beta))
+        return Answer(question, self._session.plan(question.start, question.goal, beta=question.beta, timing=None))
 
     def _goal_text(self) -> str:
         """The goal that is reached, or the first one, in numbers."""

@@ -118,7 +118,7 @@ def test_corners_are_rounded_without_measuring_distances() -> None:
     """Of a parabola that is not proven nobody asks what it touches: trees for distances are not built for that."""
     checker = make_checker(load("panda"), Scene.load("shelf"), "coal")
     assert isinstance(checker, CoalChecker)
-    motion = time_path(random_q(load("panda"), 3, seed=345), checker, law="blended")
+    motion = time_path(random_q(load("panda"), 3, seed=345), checker, time_law="blended")
     assert motion.proven
     assert motion.proof is not None
     assert motion.proof["corners_blended"] == 1

@@ -203,5 +203,8 @@ def test_ends_that_are_all_but_the_same_leave_a_box_to_sample(apart: float) -> N
 
 
 def test_a_plan_between_ends_that_are_all_but_the_same() -> None:
-    found = plan(PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1e-310,1", nodes=20))
+    found = plan(
+        request=PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1e-310,1", nodes=20),
+        timing=None,
+    )
     assert found.outcome is Outcome.SOLVED

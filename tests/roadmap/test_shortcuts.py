@@ -160,7 +160,7 @@ def test_refined_paths_make_better_paths() -> None:
     ratios = []
     for beta in (0.0, 1.0):
         request = PlanRequest.from_options(nodes=150, beta=beta, charge="edges")
-        found = plan(request)
+        found = plan(request=request, timing=None)
         without = build_roadmap(
             found.robot,
             found.checker,

@@ -45,9 +45,9 @@ def test_what_is_attached_moves_with_the_arm_and_is_put_down_where_it_is_held() 
 
 
 def test_a_gate_and_a_session_of_one_world_know_every_change() -> None:
-    session = Session(load("planar_2r"), make_post().world.scene, post_roadmap())
+    session = Session(load("planar_2r"), make_post().world.scene, roadmap=post_roadmap())
     gate = Gate(session.world)
-    path = session.plan(POST_START, POST_GOAL).path
+    path = session.plan(POST_START, POST_GOAL, timing=None).path
     chunk = {"times": np.arange(len(path)) * 60.0, "stop": False}
     assert gate.check(path, **chunk).safe
     revision = gate.world.now[1]
@@ -66,7 +66,10 @@ def test_a_gate_and_a_session_of_one_world_know_every_change() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_a_session_that_looks_away_knows_what_one_that_looks_knows(seed: int) -> None:
     """Any changes, made behind its back: what is free then is what a prover of the whole world proves."""
-    rng, session = np.random.default_rng(seed), Session(load("planar_2r"), make_post().world.scene, post_roadmap())
+    rng, session = (
+        np.random.default_rng(seed),
+        Session(load("planar_2r"), make_post().world.scene, roadmap=post_roadmap()),
+    )
     live = session.world
     for _ in range(8):
         for _ in range(rng.integers(1, 6)):

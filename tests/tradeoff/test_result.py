@@ -46,7 +46,7 @@ def test_the_files_hold_the_same_numbers(swept: Tradeoff, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("validator", ["sweep"], indirect=True)
 def test_sweeps_are_as_the_schema_says(validator: jsonschema.Draft202012Validator) -> None:
-    record = as_written(sweep(SweepRequest.from_options(**SMALL)).to_dict())
+    record = as_written(sweep(request=SweepRequest.from_options(**SMALL)).to_dict())
     validator.validate(record)
     assert not any(validator.is_valid(each) for each in spoilt(record))
 

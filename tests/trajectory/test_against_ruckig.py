@@ -47,7 +47,7 @@ def quickest(
 def test_stopping_at_corners_takes_little_longer(jerk: float) -> None:
     """The mean over a window limits the jerk to twice the acceleration by the window; the optimum is less by a half."""
     limits = replace(LIMITS, jerk=np.full(2, jerk))
-    ours = time_path(PATH, FREE, limits, law="stop-at-corners").duration
+    ours = time_path(PATH, FREE, limits, time_law="stop-at-corners").duration
     still = np.zeros(2)
     best = sum(quickest((a, still), (b, still), limits, limits.jerk) for a, b in itertools.pairwise(PATH))
     window = float((2 * limits.acceleration / limits.jerk).max())

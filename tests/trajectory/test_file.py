@@ -21,7 +21,7 @@ def test_our_own_file_comes_back_as_it_was(tmp_path: Path) -> None:
     found = Trajectory.load(tmp_path)
     np.testing.assert_array_equal(found.times, MADE.times)
     np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-14)
-    assert (found.law, found.proven, found.proof) == (MADE.law, MADE.proven, MADE.proof)
+    assert (found.time_law, found.proven, found.proof) == (MADE.time_law, MADE.proven, MADE.proof)
     assert found.limits is not None
     assert MADE.limits is not None
     assert found.limits.to_dict() == MADE.limits.to_dict()
