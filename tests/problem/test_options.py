@@ -20,7 +20,6 @@ from planner.problem.request import (
     SweepRequest,
     TaskRequest,
     request_of,
-    with_objective,
 )
 from planner.problem.targets import Joints, Named, Position
 
