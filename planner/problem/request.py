@@ -207,6 +207,12 @@ class Request:
         return cls().with_options(**values)
 
     @classmethod
+    def from_config(cls, config: Mapping[str, Any]) -> Self:
+        """The request of a record's ``config``, see :meth:`config`; keys that are no options of it are left out."""
+        known = {name: config[_SPELT.get(name, name)] for name in cls.names() if _SPELT.get(name, name) in config}
+        return cls.from_options(**known)
+
+    @classmethod
     def names(cls) -> tuple[str, ...]:
         """The names of all options."""
         return tuple(cls().values())
