@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError
-from planner.base.polynomials import bernstein
+from planner.base.polynomials import bernstein, powers
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
@@ -255,5 +255,5 @@ def _noise(trajectory: Trajectory, order: int) -> Floats:
     if order < len(trajectory.columns):
         return np.zeros(len(trajectory.times))
     of_pieces = (2.0, 24.0)[order - 1] * _ROUNDED * np.spacing(np.abs(trajectory.columns[0]).max())
-    padded = np.pad(of_pieces / trajectory.seconds**order, 1)
+    padded = np.pad(of_pieces / powers(trajectory.seconds, order)[:, -1], 1)
     return padded[:-1] + padded[1:]

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen, numbers
 from planner.base.errors import ArrayError, choices
-from planner.base.polynomials import derivative, evaluate
+from planner.base.polynomials import derivative, evaluate, powers
 from planner.native.compiled import polynomial_extrema, polynomial_worst
 from planner.trajectory.limits import LimitError, MotionLimits
 
@@ -120,7 +120,7 @@ class Trajectory:
         """Positions (n, dof) on pieces (n,), ``since`` (n,) s after their beginnings, or their derivative."""
         h, order = self.seconds[piece], self._order(order)
         slope = derivative(self.coefficients[piece], order)
-        return evaluate(slope, since / h) / h[:, None] ** order
+        return evaluate(slope, since / h) / powers(h, order)[:, -1:]
 
     def _order(self, order: int) -> int:
         """An order of derivatives; all above the degree are 0, as that of the first of these is."""
@@ -145,14 +145,14 @@ class Trajectory:
 
     def ends(self, order: int = 0) -> tuple[Floats, Floats]:
         """A derivative at the end and at the beginning of every piece (k, dof) each."""
-        order, h = self._order(order), self.seconds[:, None]
-        slope = derivative(self.coefficients, order)
-        return slope.sum(axis=1) / h**order, slope[:, 0] / h**order
+        order = self._order(order)
+        slope, h = derivative(self.coefficients, order), powers(self.seconds, order)[:, -1:]
+        return slope.sum(axis=1) / h, slope[:, 0] / h
 
     def extrema(self, order: int = 0) -> tuple[Floats, Floats]:
         """The least and largest value (k, dof) of a derivative on every piece, exact but for rounding."""
         order = self._order(order)
-        h = self.seconds[:, None] ** order
+        h = powers(self.seconds, order)[:, -1:]
         low, high = polynomial_extrema(derivative(self.coefficients, order))
         return low / h, high / h
 
