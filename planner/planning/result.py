@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -47,6 +47,9 @@ from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownPath, path_rows, shown_motion
 from planner.view.page import Page
 
+Curve: TypeAlias = tuple[tuple[int, float], ...]
+"""(rounds, best cost) of the rounds at a plan's own beta."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan(Result[PlanRecord]):
@@ -70,7 +73,7 @@ class Plan(Result[PlanRecord]):
     path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     goal: str | None = None  # the text of the goal that the path reaches
     cost: PathCost | None = None
-    curve: tuple[tuple[int, float], ...] = ()  # (rounds of effort, best cost)
+    curve: Curve = ()
     clearance_kept: float = 0.0  # m beyond the margin, by all edges that the path was chosen from
     edges_removed: int = 0
     trajectory: Trajectory | None = None  # along the path, where one was asked for

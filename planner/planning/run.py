@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -122,6 +123,10 @@ class Result(ABC, Generic[R]):
     def _write(self, folder: Path) -> None:
         """Write the files but for page, proof and record into an empty folder."""
 
+    def files(self, folder: Path) -> Sequence[str]:
+        """The files that take their places in ``folder``, in this order; one that is not written is removed."""
+        return self.FILES
+
     def certify(self) -> Certificate | None:
         """The result with its proof, for a checker that trusts no planner; None where there is none."""
         return None
@@ -165,7 +170,7 @@ class Result(ABC, Generic[R]):
         """
         clock = clock or Stopwatch(self.timings)
         clock.seconds.update(self.timings)
-        with staged(folder, self.FILES) as inner:
+        with staged(folder, self.files(folder)) as inner:
             with clock("files"):
                 self._write(inner)
             if certificate:

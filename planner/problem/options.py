@@ -249,7 +249,9 @@ WhereCharged = Annotated[
 ]
 Effort = Annotated[
     Annotated[Integer, Field(ge=0, le=1_000_000)] | None,
-    Doc("Rounds of refinement at most; left out, 12, or 0 with --roadmap: as it is."),
+    Doc(
+        "Rounds of refinement at most, half of them per beta: 0.5, 0, 1 and --beta. Left out, 12, or 0 with --roadmap."
+    ),
 ]
 Room = Annotated[
     Real,

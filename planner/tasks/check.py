@@ -41,6 +41,7 @@ from planner.tasks.result import TaskPlan, TaskPlanRecord
 from planner.tasks.sampling import gripper_of, place_at, standing
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Gripper, TaskError
+from planner.tradeoff.record import SWEEP_NAME
 from planner.trajectory.check import check_path, check_trajectory, require_step
 from planner.trajectory.file import TRAJECTORY_NAME, parse_json
 from planner.trajectory.limits import MotionLimits, require_of_robot
@@ -113,6 +114,8 @@ def check_file(
         _require_without(limits, f"{path} is of a task, which is judged by the limits that it was made for")
         return _check_task_in(folder, record, checker or open_world(world), step)
     if os.path.isdir(path) and not os.path.isfile(path / TRAJECTORY_NAME) and record:
+        if "intervals" in record:
+            raise FileError(f"{path} holds the motions of a sweep: name one of its files, such as trajectory-1.json.")
         path = path / JSON_NAME
     read = cache(lambda robot: read_motion(path, robot, record if path.name == JSON_NAME and record else None))
     message = None if given.robot is not None and given.robot != config.get("robot") else config.get("request")
@@ -127,9 +130,9 @@ def check_file(
 
 
 def _read_record(folder: Path) -> dict[str, Any]:
-    """The content of the plan.json in a folder; empty where there is none, or it is not a plan's."""
-    place = folder / JSON_NAME
-    if not os.path.isfile(place):
+    """The content of the plan.json, or sweep.json, in a folder; empty where there is none, or it is not a plan's."""
+    place = next((folder / name for name in (JSON_NAME, SWEEP_NAME) if os.path.isfile(folder / name)), None)
+    if place is None:
         return {}
     record = parse_json(read_text(place, "plan"), f"plan {place}")
     return record if isinstance(record, dict) and isinstance(record.get("config", {}), dict) else {}

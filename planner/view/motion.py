@@ -48,7 +48,8 @@ class ShownPath:
     """A path (k, dof) rad, what is said about it, and where known its betas and the cost-to-go (n,) of the roadmap.
 
     ``costs``: Omega and D. A path with costs but without an interval is non-dominated, and no beta makes it optimal.
-    With a ``motion`` the robot is shown at its times.
+    With a ``motion`` the robot is shown at its times. ``choice``: what is gained and paid by these betas, as
+    :meth:`planner.tradeoff.record.IntervalNumbers.choice` has it.
     """
 
     path: Floats
@@ -57,6 +58,7 @@ class ShownPath:
     cost_to_go: Floats | None = None
     costs: tuple[float, float] | None = None
     motion: ShownMotion | None = None
+    choice: dict[str, Any] | None = None
 
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:

@@ -149,6 +149,7 @@ class Page:
         return {
             "interval": shown.interval,
             "costs": shown.costs,
+            "choice": shown.choice,
             "numbers": shown.numbers,
             "cost": self._field(shown.cost_to_go),
             **motion_data(self.robot, shown.path, shown.motion),
