@@ -58,6 +58,7 @@ from .trajectory.export import export as export
 from .trajectory.limits import MotionLimits as MotionLimits
 from .trajectory.stopping import stop_at as stop_at
 from .trajectory.timing import time_path as time_path
+from .trajectory.trajectory import Samples as Samples
 from .trajectory.trajectory import Trajectory as Trajectory
 from .view import figures as figures
 from .view.page import show as show

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import resolve_name
 
@@ -64,11 +65,16 @@ def test_the_python_of_a_page_runs(path: Path, tmp_path: Path, monkeypatch: pyte
     (tmp_path / "robots").symlink_to(ROOT / "robots")
     monkeypatch.chdir(tmp_path)
     names: dict = {}
+    lacks = [f"import {name}\n" for name in ("networkx", "pandas") if find_spec(name) is None]  # of an extra
+    left_out = [block for block in blocks(path.read_text(), "python") if any(each in block for each in lacks)]
     for block in blocks(path.read_text(), "python"):
-        exec(block.replace("beta=0.2)", "beta=0.2, nodes=60, effort=0)"), names)
+        if block not in left_out:
+            exec(block.replace("beta=0.2)", "beta=0.2, nodes=60, effort=0)"), names)
     if name_of(path) == "reference/library":
         assert np.allclose(names["path"][[0, -1]], [[q, 0.5, 0, -1.2, 0, 0.8, 0] for q in (0, -2)])
         assert names["motion"].proven
+    if left_out:
+        pytest.skip(f"blocks that need an extra were left out: {left_out}")
 
 
 @pytest.mark.parametrize("path", [path for path in PAGES if SHELL[path]], ids=name_of)

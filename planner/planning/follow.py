@@ -18,7 +18,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.planning.improvement import improve_plan
 from planner.planning.result import Plan
 from planner.planning.solve import looked_at_again, solve_and_heal, timed, why_no_path
-from planner.problem.options import ROBOT, SCENE, RobotLike
+from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, Objective, TimingRequest, request_of
 from planner.query.query import Query, open_world, states_of
@@ -44,7 +44,7 @@ def follow(
     path: StrPath | Mapping[str, Any] | ToolPath,
     *,
     robot: RobotLike = ROBOT,
-    scene: RobotLike = SCENE,
+    scene: SceneLike = SCENE,
     request: FollowRequest | None = None,
     timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)
     objective: Objective | None = None,

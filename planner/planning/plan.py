@@ -10,7 +10,7 @@ from planner.planning.improvement import improve_plan
 from planner.planning.legs import legs_of
 from planner.planning.result import Plan
 from planner.planning.solve import require_earliest, solve
-from planner.problem.options import ROBOT, SCENE, RobotLike
+from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import Objective, PlanRequest, TimingRequest, request_of
 from planner.query.query import make_query
@@ -21,7 +21,7 @@ from planner.trajectory.limits import MotionLimits
 
 def plan(
     robot: RobotLike = ROBOT,
-    scene: RobotLike = SCENE,
+    scene: SceneLike = SCENE,
     *,
     request: PlanRequest | None = None,
     timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)

@@ -29,6 +29,7 @@ from planner.kinematics.manipulability import (
 from planner.problem.targets import TURN
 from planner.robot.files import urdf
 from planner.robot.files.meshes import collada_notes
+from planner.robot.files.pinocchio_models import files_of_model
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, read_robot
 from planner.robot.files.srdf import states_of_joints
 from planner.robot.files.urdf_geometry import mesh_files, read_bodies
@@ -79,13 +80,33 @@ class Robot(Arm):
         choice: JointChoice = ALL_JOINTS,
         srdf: StrPath | None = None,
     ) -> Robot:
-        """A built-in robot by name, or any robot by the path of its robot.yaml or URDF.
+        """A built-in robot by name, or any robot by the path of its robot.yaml or URDF, or the text of that.
 
         ``tool`` is a frame of the URDF (for a URDF by path, needed unless it has one single tip), ``fixed_joints``
         holds joints at values (rad, m), ``base`` places the robot in the world (4, 4), ``choice`` says which joints are
         planned, ``srdf`` is a file in place of the robot's own. Raises :class:`RobotError` naming the choices.
         """
         return assemble(read_robot(name, srdf), tool, choice, fixed_joints, base)
+
+    @staticmethod
+    def from_pinocchio(
+        model: pin.Model,
+        collision: pin.GeometryModel,
+        visual: pin.GeometryModel | None = None,
+        tool: str | None = None,
+        fixed_joints: Mapping[str, float] | None = None,
+        base: Floats | pin.SE3 | None = None,
+        choice: JointChoice = ALL_JOINTS,
+    ) -> Robot:
+        """The robot of Pinocchio's model, with its geometry that collides and, for pictures, that which is seen.
+
+            Robot.from_pinocchio(*pinocchio.buildModelsFromUrdf("arm.urdf"), tool="tool0")
+
+        Joints are revolute, continuous or prismatic; those that mimic others follow them. Collision pairs, where there
+        are any, say which links are checked against each other; without any these are worked out. The other arguments
+        are those of :meth:`load`. Raises :class:`RobotError` for other joints, and for shapes that are not supported.
+        """
+        return assemble(files_of_model(model, collision, visual), tool, choice, fixed_joints, base)
 
     def fk(self, q: ArrayLike, frame: str | None = None) -> Floats:
         """The pose (..., 4, 4) in the world of a frame, the tool where left out, at configurations (..., dof).

@@ -39,7 +39,6 @@ from planner.tradeoff.record import (
     range_text,
     read_sweep,
 )
-from planner.trajectory.file import load_trajectory, save_trajectory
 from planner.trajectory.measure import measure_path
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownPath, path_rows, shown_motion
@@ -151,7 +150,7 @@ class Tradeoff(Result[SweepRecord]):
         for k, known in enumerate(record.intervals):
             if k >= len(intervals) or intervals[k].path_nodes.tolist() != known.path_nodes:
                 raise FileError(f"{folder / cls.JSON} has other paths than its roadmap gives now: sweep again.")
-            motion = None if known.trajectory is None else load_trajectory(folder / known.trajectory)
+            motion = None if known.trajectory is None else Trajectory.load(folder / known.trajectory)
             own = {"goal": known.goal, "duration": known.duration, "clearance": known.clearance}
             intervals[k] = replace(intervals[k], trajectory=motion, **own)
         return replace(found, intervals=tuple(intervals))
@@ -264,7 +263,7 @@ class Tradeoff(Result[SweepRecord]):
         write_whole(folder / self.CSV, self.record.csv.encode())
         for name, item in zip(self._motions, self.intervals, strict=True):
             if item.trajectory is not None:
-                save_trajectory(item.trajectory, folder / name, self.robot.name, self.scene.name)
+                item.trajectory.save(folder / name, self.robot.name, self.scene.name)
 
 
 def with_intervals(draft: Tradeoff, clock: Stopwatch | None = None, progress: Progress = QUIET) -> Tradeoff:

@@ -49,7 +49,7 @@ def test_an_objective_says_its_options_at_once_and_none_of_them_twice() -> None:
     objective = planner.Objective(0.2, "inverse", "workspace", "nodes", 0.01)
     own: dict[str, Any] = {"beta": 0.2, "manipulability_cost": "inverse", "metric": "workspace", "charge": "nodes"}
     plain = PlanRequest.from_options(seed=3, nodes=7)
-    request = with_objective(plain, objective, {"nodes": 7})
+    request = request_of(plain, objective, {"nodes": 7})
     assert request == plain.with_options(**own, min_manipulability=0.01)
     assert request.quality.objective == objective
     for name in (*own, "min_manipulability"):

@@ -21,7 +21,7 @@ from planner.problem.request import PlanRequest, SweepRequest
 from planner.tradeoff.envelope import front_shares, knee_of
 from planner.tradeoff.result import Tradeoff
 from planner.tradeoff.sweep import sweep
-from planner.trajectory.file import load_trajectory
+from planner.trajectory.trajectory import Trajectory
 from tests.random_shapes import QUICK
 
 WORLDS = [("iiwa14", "paper"), ("panda", "shelf")]
@@ -152,7 +152,7 @@ def test_a_sweep_comes_back_from_its_folder(swept: Tradeoff, tmp_path: Path) -> 
     different = {"timings_s", "config"}
     assert {key: ours[key] for key in ours.keys() - different} == {key: theirs[key] for key in ours.keys() - different}
     back.save(tmp_path / "again")
-    assert load_trajectory(tmp_path / "again" / "trajectory-1.json").duration == swept.intervals[0].duration
+    assert Trajectory.load(tmp_path / "again" / "trajectory-1.json").duration == swept.intervals[0].duration
 
 
 def test_a_folder_that_does_not_fit_is_refused(swept: Tradeoff, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ As in ROS, a xacro file holds expressions that are evaluated, and names other fi
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import itertools
 import os
@@ -44,6 +45,17 @@ def find_package(name: str, *files: Path) -> Path:
     raise LookupError(f"package {shown(name)} not found: name its folder in ROS_PACKAGE_PATH")
 
 
+def find_meshes(root: ET.Element, path: Path) -> None:
+    """Give meshes that the URDF names by a package their paths; where the package is not found the name stays."""
+    find = cache(find_package)
+    for mesh in root.iter("mesh"):
+        kind, _, place = mesh.get("filename", "").partition("://")
+        name, _, inside = place.lstrip("/").partition("/")  # talos writes package:///
+        if kind in ("package", "model"):
+            with contextlib.suppress(LookupError):
+                mesh.set("filename", f"file://{find(name, path) / inside}")
+
+
 def _name_in(file: Path) -> str:
     try:
         return (ET.parse(file).findtext("name") or "").strip()
@@ -58,18 +70,19 @@ def example_robot_data() -> Path:
     return next(Path(str(file.locate())).resolve().parent for file in files if file.name == "package.xml")
 
 
-def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> ET.Element:
-    """The root element of an XML file, expanded with ``arguments`` where its name ends in .xacro.
+def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None, text: str | None = None) -> ET.Element:
+    """The root element of an XML file, or of its ``text``, expanded with ``arguments`` where its name ends in .xacro.
 
     Raises :class:`RobotError` for a file that cannot be read, :class:`InstallationError` without xacro.
     """
-    content = read_bytes(path, what)
+    content = read_bytes(path, what) if text is None else text.strip()
     try:
         root = ET.fromstring(_expand(path, arguments or {}) if path.suffix.lower() == ".xacro" else content)
     except (ET.ParseError, ValueError, LookupError) as error:  # the latter two of encodings
         raise RobotError(f"{what} {path} is not well-formed XML ({error}): mend the file.") from None
     if any(_XACRO in str(element.tag) for element in root.iter()):
-        raise RobotError(f"{what} {path} holds elements of xacro that are not expanded: call it {path.name}.xacro.")
+        remedy = "expand them first" if text is not None else f"call it {path.name}.xacro"
+        raise RobotError(f"{what} {path} holds elements of xacro that are not expanded: {remedy}.")
     return root
 
 

@@ -209,9 +209,16 @@ class RobotFiles:
 
 
 def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
-    """The files of a robot given by name, or by the path of its robot.yaml or URDF; ``srdf`` replaces its own."""
-    name, (folder, file) = os.fspath(name), find_robot(os.fspath(name))
-    description = urdf.read_description(file.urdf.path(folder), file.urdf.args)
+    """The files of a robot given by name, by the path of its robot.yaml or URDF, or by the text of its URDF.
+
+    ``srdf`` replaces its own.
+    """
+    name, text = os.fspath(name), os.fspath(name) if os.fspath(name).lstrip().startswith("<") else None
+    if text is None:
+        folder, file = find_robot(name)
+    else:
+        name, folder, file = "a URDF as text", Path(), RobotFile(urdf=Source(file="<string>"))
+    description = urdf.read_description(file.urdf.path(folder), file.urdf.args, text)
     called = file.name or (name if name in robot_names() else description.name)
     if srdf is not None:
         return RobotFiles(called, name, file, description, read_srdf(Path(srdf)))

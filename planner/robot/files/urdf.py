@@ -7,7 +7,7 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, nearest, number, shown
 from planner.kinematics.arm import Mimic, frame_id
 from planner.robot.files.mjcf import Sites, convert_mjcf
-from planner.robot.files.packages import find_package, read_root
+from planner.robot.files.packages import find_meshes, read_root
 from planner.robot.poses import se3
 from planner.robot.shapes import Mesh
 
@@ -44,6 +44,8 @@ class Description:
     joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
     meshes: Mapping[str, Mesh] = field(default_factory=dict)  # of an MJCF, by their names in ``xml``
     sites: Sites = field(default_factory=dict)  # of an MJCF
+    model: pin.Model | None = None  # where it is given as such, with its geometry by kind
+    geometry: Mapping[str, pin.GeometryModel] = field(default_factory=dict)
     notes: tuple[Note, ...] = ()
 
     @cached_property
@@ -68,13 +70,13 @@ class Description:
         )
 
 
-def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> Description:
-    """The URDF at ``path``; continuous joints become revolute ones of one turn, so that every joint is one angle.
+def read_description(path: Path, arguments: Mapping[str, str] | None = None, text: str | None = None) -> Description:
+    """The URDF at ``path``, or its ``text``; continuous joints become revolute ones of one turn: each is one angle.
 
     It may be xacro, which is expanded with ``arguments``, or MuJoCo's MJCF. Capsules are read only from version 1.1 on
     (they vanish otherwise), so the version is raised.
     """
-    root = read_root(path, "URDF", arguments)
+    root = read_root(path, "URDF", arguments, text)
     meshes, sites, notes = {}, {}, ()
     if root.tag == MJCF:
         root, meshes, sites, notes = convert_mjcf(path, root.get("model") or path.stem)
@@ -82,7 +84,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
         raise RobotError(f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
     root.set("version", "1.1")
     _require_known_words(root, path)
-    _find_meshes(root, path)
+    find_meshes(root, path)
     links, joints = {_name(link): link for link in root.iterfind("link")}, root.findall("joint")
     if "universe" in {*links, *map(_name, joints)}:
         raise RobotError(f"URDF {path} calls a link or joint 'universe', as Pinocchio calls the world: rename it.")
@@ -162,17 +164,6 @@ def _end(joint: ET.Element, kind: str) -> str:
     return "" if element is None else element.get("link", "")
 
 
-def _find_meshes(root: ET.Element, path: Path) -> None:
-    """Give meshes that the URDF names by a package their paths; where the package is not found the name stays."""
-    find = cache(find_package)
-    for mesh in root.iter("mesh"):
-        kind, _, place = mesh.get("filename", "").partition("://")
-        name, _, inside = place.lstrip("/").partition("/")  # talos writes package:///
-        if kind in ("package", "model"):
-            with contextlib.suppress(LookupError):
-                mesh.set("filename", f"file://{find(name, path) / inside}")
-
-
 def number_of(element: ET.Element, key: str, default: float = math.nan) -> float:
     """The finite number that an attribute holds; :class:`RobotError` for any other text."""
     text = element.get(key, repr(default))
@@ -219,6 +210,8 @@ def _make_revolute(joint: ET.Element) -> str:
 
 def build_model(description: Description) -> pin.Model:
     """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
+    if description.model is not None:
+        return description.model.copy()
     printed = Silenced()
     try:
         with printed:
