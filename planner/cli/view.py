@@ -7,7 +7,7 @@ import threading
 from dataclasses import fields
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -154,11 +154,12 @@ def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     plan = Plan.load(folder)
     given, world = plan.request.values(), plan.checker.world
     in_robot = ("tool", "srdf", "group", "joints", "base", "effort")  # the last one refines, which takes seconds
-    options = {name: given[name] for name in OPTIONS if name in given and name not in in_robot}
-    session = Session(plan.robot, plan.scene, roadmap=plan.roadmap, **options | {"keep": world.conditions})
+    options: dict[str, Any] = {name: given[name] for name in OPTIONS if name in given and name not in in_robot}
+    options["keep"] = world.conditions
+    session = Session(plan.robot, plan.scene, roadmap=plan.roadmap, **options)
     ends = plan.request.config()
-    start, goal = ends["start"], ends.get("goal")
-    if len(plan.path) and (goal is None or ends["request"] is not None):  # a tool path or a message says where
+    start, goal = ends["start"], ends.get("goal", "")
+    if len(plan.path) and (not goal or ends["request"] is not None):  # a tool path or a message says where
         start, goal = (joints_text(q.tolist()) for q in plan.path[[0, -1]])
     return session, Question(start, goal, given["beta"])
 

@@ -185,6 +185,7 @@ def test_a_plan_is_loaded_as_it_was_saved(solved: Plan, tmp_path: Path) -> None:
         name: array.tobytes() for name, array in theirs.arrays.items()
     }
     assert_loaded(solved, tmp_path / "path", tmp_path / "path again")
+    assert isinstance(found.request, PlanRequest)
     again = plan(request=found.request, roadmap=tmp_path / "timed" / "roadmap.npz", timing=None)
     np.testing.assert_array_equal(again.path[[0, -1]], timed.path[[0, -1]])
 

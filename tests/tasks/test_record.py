@@ -58,7 +58,9 @@ def test_a_planned_task_is_loaded_as_it_was_saved(tmp_path: Path) -> None:
         assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "out" / name).read_bytes()
     assert found.trajectory is not None
     assert made.trajectory is not None
-    (one,), (two,) = (_scene_in_motion(each, each.trajectory).moving for each in (found, made))
+    (one,), (two,) = (
+        _scene_in_motion(each, motion).moving for each, motion in ((found, found.trajectory), (made, made.trajectory))
+    )
     np.testing.assert_array_equal(one.motion.poses, two.motion.poses)
 
 

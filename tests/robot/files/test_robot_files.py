@@ -1,3 +1,4 @@
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false
 """A robot's files: which joints are planned, what holds the others, and robots of robot_descriptions."""
 
 from __future__ import annotations
