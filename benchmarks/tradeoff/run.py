@@ -69,11 +69,11 @@ def tradeoff(
 def _measure(task: tuple[str, str, int, int, tuple[float, ...]], progress: Progress) -> list[bench.Columns] | None:
     robot, scene, nodes, seed, betas = task
     options, columns, begin = {"robot": robot, "scene": scene, "nodes": nodes, "seed": seed}, [], time.process_time()
-    swept = sweep(SweepRequest.from_options(**options), progress)
+    swept = sweep(request=SweepRequest.from_options(**options), progress=progress)
     sweep_s = time.process_time() - begin
     for beta in betas:
         begin = time.process_time()
-        alone = plan(PlanRequest.from_options(**options, beta=beta), progress, TimingRequest())
+        alone = plan(request=PlanRequest.from_options(**options, beta=beta), timing=TimingRequest(), progress=progress)
         plan_s = time.process_time() - begin
         if progress.stopped:
             return None

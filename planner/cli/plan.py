@@ -155,7 +155,7 @@ def sweep(
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
     def find(progress: Progress) -> Tradeoff:
-        return find_tradeoff(SweepRequest(what, quality), progress, motion)
+        return find_tradeoff(request=SweepRequest(what, quality), timing=motion, progress=progress)
 
     result, record, files, code = written(find, out)
     ending, count = result.outcome.value, len(result.intervals)

@@ -30,7 +30,7 @@ WORLDS = [("iiwa14", "paper"), ("panda", "shelf")]
 @pytest.fixture(scope="module", params=WORLDS, ids=lambda world: "-".join(world))
 def made(request: pytest.FixtureRequest) -> Tradeoff:
     robot, scene = request.param
-    return sweep(SweepRequest.from_options(robot=robot, scene=scene, nodes=150, seed=1, effort=4))
+    return sweep(request=SweepRequest.from_options(robot=robot, scene=scene, nodes=150, seed=1, effort=4))
 
 
 def test_a_plan_has_the_path_of_its_interval_at_its_cost(made: Tradeoff) -> None:
@@ -69,9 +69,9 @@ def test_each_motion_is_proven_and_the_other_library_finds_no_contact(made: Trad
 def test_a_plan_costs_no_more_than_the_path_of_the_sweep(robot: str, scene: str, seed: int) -> None:
     """For 20 seeds and the whole roadmap: python -m benchmarks tradeoff."""
     options = {"robot": robot, "scene": scene, "seed": seed, "nodes": 200, "effort": 6}
-    whole = sweep(SweepRequest.from_options(**options), timing=None)
+    whole = sweep(request=SweepRequest.from_options(**options), timing=None)
     for beta in (0.0, 0.2, 0.5, 0.85):
-        alone, swept = plan(PlanRequest.from_options(**options, beta=beta)), whole.at(beta)
+        alone, swept = plan(request=PlanRequest.from_options(**options, beta=beta), timing=None), whole.at(beta)
         assert alone.cost is not None
         assert swept.cost is not None
         assert alone.roadmap.scale == swept.roadmap.scale
@@ -166,7 +166,7 @@ def test_a_folder_that_does_not_fit_is_refused(swept: Tradeoff, tmp_path: Path) 
 
 
 def test_without_timing_there_are_paths_only(swept: Tradeoff, tmp_path: Path) -> None:
-    plain = sweep(swept.request, timing=None)
+    plain = sweep(request=swept.request, timing=None)
     assert plain.at(0.5).trajectory is None
     plain.save(tmp_path)
     assert not list(tmp_path.glob("trajectory-*"))
