@@ -186,5 +186,6 @@ def read_sweep(folder: Path) -> SweepRecord:
     """The record in a folder of ``planner sweep``; :class:`FileError` where it is missing or damaged."""
     where = f"sweep {folder / SWEEP_NAME}"
     data = parse_json(read_text(folder / SWEEP_NAME, "sweep"), where)
-    require_readable_version(data, where)
+    if isinstance(data, dict):
+        require_readable_version(data, where)
     return validate(SweepRecord, data, where)

@@ -172,34 +172,20 @@ class Tradeoff(Result[SweepRecord]):
             network = at_beta(item.cost_to_go.network, beta)
             law = gabf.named_law(plan.request.quality.law, plan.request.quality.prescribed_time)
             field = gabf.solve(network, law=law, x0=None if law.needs_overestimate else item.cost_to_go.x)
-        alternatives = tuple(self.shown_paths()) if self.complete else ()
-        notes = (*plan.end_notes, *([note] if note else []))
-        return replace(plan, cost_to_go=field, alternatives=alternatives, end_notes=notes, timings=clock.seconds)
+        shown = self._shown if self.complete else ()
+        notes = (*plan.end_notes, note) if note else plan.end_notes
+        return replace(plan, cost_to_go=field, alternatives=shown, end_notes=notes, timings=clock.seconds)
 
     def plan_along(self, item: Interval, beta: float) -> Plan:
         """The plan at ``beta`` along an interval's path, without a field."""
         cost = PathCost(item.at(beta), item.manipulability_cost, item.distance_cost, beta)
-        return replace(
-            self._without_path(beta),
-            outcome=Outcome.SOLVED,
-            path=item.path,
-            path_nodes=item.path_nodes,
-            goal=item.goal,
-            cost=cost,
-            trajectory=item.trajectory,
-        )
+        own = {"path": item.path, "path_nodes": item.path_nodes, "goal": item.goal, "trajectory": item.trajectory}
+        return replace(self._without_path(beta), outcome=Outcome.SOLVED, cost=cost, **own)
 
     def _without_path(self, beta: float) -> Plan:
-        return Plan(
-            PlanRequest.from_options(**self.request.values() | {"beta": beta}),
-            self.outcome,
-            self.checker,
-            self.roadmap,
-            layered=self.layered,
-            clearance_kept=self.clearance,
-            edges_removed=self.edges_removed,
-            end_notes=self.end_notes,
-        )
+        request = PlanRequest.from_options(**self.request.values() | {"beta": beta})
+        known = {"layered": self.layered, "clearance_kept": self.clearance, "edges_removed": self.edges_removed}
+        return Plan(request, self.outcome, self.checker, self.roadmap, **known, end_notes=self.end_notes)
 
     @property
     def knee(self) -> Interval | None:
@@ -215,7 +201,11 @@ class Tradeoff(Result[SweepRecord]):
 
     def shown_paths(self) -> list[ShownPath]:
         """The paths for a page; those that are proven so far where it was interrupted."""
-        return [
+        return list(self._shown)
+
+    @cached_property
+    def _shown(self) -> tuple[ShownPath, ...]:
+        return tuple(
             ShownPath(
                 item.path,
                 path_rows(self.robot, item.path, item.manipulability_cost, item.distance_cost),
@@ -226,14 +216,14 @@ class Tradeoff(Result[SweepRecord]):
                 item.choice(k == self._knee),
             )
             for k, item in enumerate(self.intervals)
-        ]
+        )
 
     def page(self) -> str:
         """The page as HTML text that needs nothing but a browser, whatever part of the trade-off is there."""
         paths, beta, message = self.shown_paths(), 0.5 if self.complete else 0.0, self.outcome.value
         if self.outcome is Outcome.SOLVED:
-            message = f"{len(paths)} paths, each optimal in its interval of β."
-            message = message if len(paths) > 1 else "One path is optimal for every β."
+            message = f"{len(paths)} paths of this roadmap, each optimal in its interval of β."
+            message = message if len(paths) > 1 else "One path of this roadmap is optimal for every β."
         details = [("roadmap", self.record.roadmap.text)]
         if self.solves:
             details.append(("fields solved", str(self.solves)))
