@@ -1,7 +1,5 @@
 """The compiled library against independent methods: certified distances, SciPy's Dijkstra, one thread or many."""
 
-from __future__ import annotations
-
 import math
 from itertools import combinations_with_replacement, product
 

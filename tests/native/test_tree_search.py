@@ -1,7 +1,5 @@
 """The compiled search for a path by two trees: against the checks that Python asks, one motion at a time."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

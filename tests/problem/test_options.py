@@ -1,7 +1,5 @@
 """Options by name: each belongs to one part, a wrong one is refused with the nearest name, ranges hold everywhere."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from pathlib import Path
 from typing import Any

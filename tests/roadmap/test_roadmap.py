@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from planner.base.resources import versions
 from planner.collision.looks import recheck
@@ -63,23 +61,6 @@ def test_the_hash_minds_neither_memory_order_nor_integer_width():
     assert other.sha256 == ROADMAP.sha256
 
 
-def test_arrays_are_read_only():
-    for name in ("nodes", "edges", "proven", "manipulability", "joint_length", "tool_length", "starts", "goals"):
-        with pytest.raises(ValueError, match="read-only"):
-            getattr(ROADMAP, name)[0] = 0
-
-
-def test_components_are_scipys():
-    cut = ROADMAP
-    for _ in range(70):
-        cut = cut.without_edge(len(cut.edges) // 2)
-    graph = coo_matrix((np.ones(len(cut.edges)), cut.edges.T), shape=(60, 60))
-    count, labels = connected_components(graph, directed=False)
-    assert count > 1
-    assert cut.component_count == count
-    assert (cut.components[:, None] == cut.components).tolist() == (labels[:, None] == labels).tolist()
-
-
 def test_connected_asks_for_some_start_and_some_goal():
     lonely = replace(ROADMAP, edges=ROADMAP.edges[:0], proven=[], joint_length=[], tool_length=[])
     assert ROADMAP.connected
@@ -128,10 +109,3 @@ def test_origin_tells_what_it_was_made_for():
     assert (origin.robot, origin.scene, origin.tool, origin.margin, origin.seed) == ("planar_2r", "made", "tool", 0, 0)
     assert origin.joints == ("joint_1", "joint_2")
     assert {"ompl", "pin", "python-fcl", "numpy"} <= set(versions())
-
-
-def test_settings_of_the_papers_density():
-    roadmap = small_plan().roadmap
-    assert len(roadmap.nodes) == 150
-    most = round(150 * 2029 / 1012)  # nodes of refined paths bring the edges that these paths need
-    assert 0.85 * most <= len(roadmap.edges) <= most

@@ -1,7 +1,5 @@
 """A task's ``plan.json`` is as ``planner schema plan`` says."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

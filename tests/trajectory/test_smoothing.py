@@ -1,7 +1,5 @@
 """The mean of a motion over a window: against a plain sum over many samples, within the limits, at rest at its ends."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Pieces through points: SciPy's interpolators agree, extrema are those of dense samples, velocities integrate."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
