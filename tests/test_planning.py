@@ -162,13 +162,6 @@ def test_the_prescribed_time_is_kept(small):
         assert 0 < found.settling_time < seconds
 
 
-def test_planning_twice_is_the_same_plan(small):
-    one, two = plan(small), plan(small)
-    np.testing.assert_array_equal(one.path, two.path)
-    assert one.roadmap.sha256 == two.roadmap.sha256
-    assert plan(small.with_options(seed=1)).roadmap.sha256 != one.roadmap.sha256
-
-
 def test_a_margin_is_kept_along_the_path(small):
     found = plan(small.with_options(margin=0.02))
     assert_sound(found)

@@ -44,14 +44,6 @@ def test_every_motion_of_a_path_looks_free_and_is_a_step(seed: int) -> None:
     assert (path <= query.robot.upper).all()
 
 
-def test_the_same_seed_is_the_same_path_and_another_is_not() -> None:
-    one, same, other = (search(make_post(), POST_START, POST_GOAL, seed)[0] for seed in (3, 3, 4))
-    assert one is not None
-    assert other is not None
-    np.testing.assert_array_equal(one, same)
-    assert not np.array_equal(one, other)
-
-
 @pytest.mark.parametrize("limit", [0, 1, 7])
 def test_it_ends_on_a_count(limit: int) -> None:
     path, looked_at = search(make_post(), POST_START, POST_GOAL, limit=limit)
