@@ -4,8 +4,6 @@ Every case uses the library as a user does. ``python -m tests.golden [NAME ...]`
 named cases), for a change that means to alter them: its commit message says so.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import sys

@@ -1,7 +1,5 @@
 """Robots, scenes, checkers and small plans, made once for all tests."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``planner batch``: the same rows for any workers, resuming, plans that crash, die, take too long or are stopped."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os

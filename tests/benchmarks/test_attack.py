@@ -1,7 +1,5 @@
 """``benchmarks attack``: planted false claims are found, its judges are right, the worst that was found is mended."""
 
-from __future__ import annotations
-
 import json
 import sys
 from itertools import combinations_with_replacement

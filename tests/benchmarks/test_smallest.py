@@ -1,7 +1,5 @@
 """Every benchmark once, at its smallest size and through its command: rows, report, resuming, refusals, Ctrl-C."""
 
-from __future__ import annotations
-
 import csv
 import signal
 import time

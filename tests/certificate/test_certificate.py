@@ -1,7 +1,5 @@
 """Certificates of plans: whole, accepted by the checker of one file, refused where the world is another one."""
 
-from __future__ import annotations
-
 import ast
 import itertools
 import subprocess

@@ -1,7 +1,5 @@
 """A path's ends are what plan.json asks for, as far as the checker judges them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What several commands are tried on."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

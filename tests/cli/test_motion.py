@@ -1,7 +1,5 @@
 """``planner plan`` writes a trajectory, ``export`` turns it into other formats, ``check`` proves or refutes those."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

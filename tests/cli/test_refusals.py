@@ -1,7 +1,5 @@
 """Every command refuses bad options (2) and bad files (3) with one sentence, and writes nothing."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """``planner sweep`` as a user types it: files, refusals, Ctrl-C, no path."""
 
-from __future__ import annotations
-
 import json
 import signal
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Chord bounds of the tool frame attacked by a hill climb, and what is proven along curves against dense samples."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

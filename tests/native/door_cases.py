@@ -5,8 +5,6 @@ in them: no rows and one, one joint and many, no obstacles, no pairs, one arc.
 """
 
 # pyright: reportArgumentType=false
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias

@@ -1,8 +1,6 @@
 """The compiled code on valid input, on one thread and many, and on input that it refuses."""
 
 # pyright: reportArgumentType=false, reportCallIssue=false
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -1,8 +1,6 @@
 """Signals are heard while the compiled library works: every call that can be long ends soon, or comes to an end."""
 
 # pyright: reportArgumentType=false
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Requests from Python: objects, paths and arrays as well as names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

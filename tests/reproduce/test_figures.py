@@ -1,7 +1,5 @@
 """Figures of the simulations show the numbers that they are given."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

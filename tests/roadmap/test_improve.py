@@ -1,7 +1,5 @@
 """Refined paths and searches: against the exact optimum of a planar arm, cheaper, proven, above floors, repeatable."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from planner.cost.motion_cost import MotionCost

@@ -1,7 +1,5 @@
 """The roadmap that a request names: grown, or loaded and linked."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Refined paths: cheaper, proven, above floors."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

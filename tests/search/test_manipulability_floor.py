@@ -1,7 +1,5 @@
 """The manipulability floor: the search against brute force over all ways, the promise at ten times finer sampling."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """The server: answers as gate and session give them, to clients that err, vanish, cancel or never read."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,8 +1,6 @@
 """Verdicts: what a controller runs, limits, stops, bad input, threads."""
 
 # pyright: reportArgumentType=false, reportAttributeAccessIssue=false
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Planning in time: what is found is proven, touches at no sampled moment, waits, and says how long it holds."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

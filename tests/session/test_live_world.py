@@ -1,7 +1,5 @@
 """Changes of a world: session and gate know each of them, and what a session knows then holds."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np

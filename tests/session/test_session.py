@@ -1,7 +1,5 @@
 """A session in a changing world: what it believes is what proving everything says, whatever happened before."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

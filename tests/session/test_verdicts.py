@@ -1,8 +1,6 @@
 """The stops of verdicts, jumps at the first point, and shapes that touch by rounding."""
 
 # pyright: reportArgumentType=false
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Segments, events and motions of a task: looked at finely by another library, the object included."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

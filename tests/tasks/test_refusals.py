@@ -1,7 +1,5 @@
 """Tasks that make no sense, each with one sentence; steps that cannot be done, each with its reason."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The lazy search over all modes against every combination planned one by one, with all edges proven beforehand."""
 
-from __future__ import annotations
-
 import heapq
 import itertools
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A session's tasks: from where the arm is, holding what it holds, in the world as it is by then."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

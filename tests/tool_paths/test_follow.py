@@ -1,7 +1,5 @@
 """Following tool paths: whole, from a start, in part with the reason, again at other betas; the motion in its tube."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

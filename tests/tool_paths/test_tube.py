@@ -1,7 +1,5 @@
 """The tube attacked: what is proven on joint curves, against the best that a hill climb finds."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

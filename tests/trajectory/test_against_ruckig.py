@@ -4,8 +4,6 @@ It is no dependency: these tests are skipped where it is not installed. Each seg
 as waypoints, for which Ruckig calls a server.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

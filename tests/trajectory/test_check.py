@@ -1,7 +1,5 @@
 """Paths and trajectories of any origin: against coal's distances, dense looks, planted faults and closed forms."""
 
-from __future__ import annotations
-
 import itertools
 import json
 from dataclasses import replace

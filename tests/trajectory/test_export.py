@@ -1,7 +1,5 @@
 """Exports read back: what a controller interpolates between their points is what was proven, in every format."""
 
-from __future__ import annotations
-
 import json
 import sys
 from contextlib import nullcontext

@@ -1,7 +1,5 @@
 """``trajectory.json``: it comes back as it was, damaged ones are refused."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

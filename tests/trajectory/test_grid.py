@@ -1,7 +1,5 @@
 """Rows on an exact grid: their times, the limits by rational numbers, rest at both ends, proofs; rows between knots."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from fractions import Fraction

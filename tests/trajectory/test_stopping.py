@@ -1,7 +1,5 @@
 """Braking at any moment: from the state that there is, along the same curve, within limits, to rest, proven."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import get_args
 

@@ -1,7 +1,5 @@
 """Shortcuts in time: quicker, proven, and never dearer than allowed, by a measure that knows nothing of chords."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,15 +1,11 @@
 """``python -m reproduce manipulator``: a small whole run, and which paths go into which figure."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.query.query import Query
 from reproduce.manipulator import run as experiment
@@ -70,9 +66,3 @@ def test_one_curve_per_group_and_costs_of_every_seed(case: SeedStudy, query: Que
     assert labels == [*("β = " + ", ".join(f"{beta:g}" for beta in group) for group in case.groups), "RRT"]
     costs = manipulator_figures(query, case, [case, case])["manipulator_costs.png"].axes[0]
     assert lines(costs)["GABF, median"][1].tolist() == [case.way(b).manipulability_cost for b in experiment.BETAS]
-
-
-@pytest.mark.parametrize(("seeds", "nodes", "word"), [(0, 80, "seeds"), (1, 1, "nodes")])
-def test_numbers_out_of_range_are_refused(seeds: int, nodes: int, word: str) -> None:
-    with pytest.raises(OptionError, match=word):
-        run_manipulator(seeds, nodes)
