@@ -34,46 +34,34 @@ def improve_plan(draft: Plan, progress: Progress) -> Plan:
     The roadmap is that of a sweep, improved further at the plan's own beta: its path costs no more than the sweep's.
     """
     quality, checker = draft.request.quality, draft.checker
-    roadmap, room, curve = improve_for_all_betas(draft.roadmap, checker, quality, progress)
-    if quality.beta != IMPROVED_AT[0]:
-        own = _stage(roadmap, checker, quality, quality.beta, len(IMPROVED_AT), room, progress)
-        roadmap, curve = own.roadmap, own.curve
+    roadmap, room, curves = improve_for_all_betas(draft.roadmap, checker, quality, progress, quality.beta)
     if quality.beta == 0.0 and quality.min_manipulability <= 0:
         roadmap = with_path_above_ends(roadmap, checker, quality, progress, room)
     if quality.roadmap is None:
         roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), quality, room)
-    return replace(draft, roadmap=roadmap, curve=curve, clearance_kept=room)
+    return replace(draft, roadmap=roadmap, curve=curves.get(quality.beta, ()), clearance_kept=room)
 
 
 def improve_for_all_betas(
-    roadmap: Roadmap, checker: CollisionChecker, quality: SweepQuality, progress: Progress = QUIET
-) -> tuple[Roadmap, float, Curve]:
-    """The roadmap improved at each of ``IMPROVED_AT``, the clearance (m) that paths keep, and the first stage's curve.
-
-    A kept roadmap that is not to be refined stays as it is.
-    """
-    if quality.roadmap is not None and quality.rounds < 1:
-        return roadmap, 0.0, ()
-    (roadmap, room), curves = roomy_roadmap(roadmap, checker, quality, progress), list[Curve]()
-    for place, beta in enumerate(IMPROVED_AT):
-        found = _stage(roadmap, checker, quality, beta, place, room, progress)
-        roadmap = found.roadmap
-        curves.append(found.curve)
-    return roadmap, room, curves[0]
-
-
-def _stage(
     roadmap: Roadmap,
     checker: CollisionChecker,
     quality: SweepQuality,
-    beta: float,
-    place: int,
-    room: float,
-    progress: Progress,
-) -> Improvement:
-    """Half the rounds at ``beta``; stages with another ``place`` draw other samples."""
-    part = replace(quality, effort=-(-quality.rounds // 2), seed=(quality.seed + _SEEDS_APART * place) % 2**31)
-    return improved_roadmap(roadmap, checker, part, beta, progress, room)
+    progress: Progress = QUIET,
+    own: float = IMPROVED_AT[0],
+) -> tuple[Roadmap, float, dict[float, Curve]]:
+    """The roadmap improved at each of ``IMPROVED_AT``, then at ``own``; the clearance (m) that paths keep, and curves.
+
+    Each beta has half the rounds. A kept roadmap that is not to be refined stays as it is.
+    """
+    if quality.roadmap is not None and quality.rounds < 1:
+        return roadmap, 0.0, {}
+    (roadmap, room), curves = roomy_roadmap(roadmap, checker, quality, progress), dict[float, Curve]()
+    for place, beta in enumerate(IMPROVED_AT if own == IMPROVED_AT[0] else (*IMPROVED_AT, own)):
+        seed = (quality.seed + _SEEDS_APART * place) % 2**31
+        part = replace(quality, effort=-(-quality.rounds // 2), seed=seed)
+        found = improved_roadmap(roadmap, checker, part, beta, progress, room)
+        roadmap, curves[beta] = found.roadmap, found.curve
+    return roadmap, room, curves
 
 
 def roomy_roadmap(

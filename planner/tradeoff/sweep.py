@@ -63,13 +63,13 @@ def sweep(
         if progress.stopped:
             found = replace(found, outcome=Outcome.INTERRUPTED)
             break
-        progress("timing", k, len(intervals))
         plan = found.plan_along(item, item.beta)
         if timing is not None:
             with clock("timing"):
                 plan = replace(plan, trajectory=timed(plan, timing, limits))
         with clock("measures"):
             intervals[k] = _in_motion(item, plan)
+        progress("timing", k + 1, len(intervals))
     return replace(found, intervals=tuple(intervals), timings=clock.seconds)
 
 
