@@ -1,3 +1,4 @@
+from . import figures as figures
 from . import gabf as gabf
 from .base.errors import PlannerError as PlannerError
 from .base.errors import Reason as Reason
@@ -58,5 +59,4 @@ from .trajectory.limits import MotionLimits as MotionLimits
 from .trajectory.stopping import stop_at as stop_at
 from .trajectory.timing import time_path as time_path
 from .trajectory.trajectory import Trajectory as Trajectory
-from .view import figures as figures
 from .view.page import show as show
