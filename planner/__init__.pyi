@@ -1,3 +1,4 @@
+from . import figures as figures
 from . import gabf as gabf
 from .base.errors import PlannerError as PlannerError
 from .base.errors import Reason as Reason
@@ -60,5 +61,4 @@ from .trajectory.stopping import stop_at as stop_at
 from .trajectory.timing import time_path as time_path
 from .trajectory.trajectory import Samples as Samples
 from .trajectory.trajectory import Trajectory as Trajectory
-from .view import figures as figures
 from .view.page import show as show

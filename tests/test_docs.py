@@ -142,3 +142,13 @@ def test_the_moving_picture_is_small_and_moves() -> None:
     assert path.stat().st_size < 1_000_000
     with Image.open(path) as picture:
         assert picture.n_frames > 10  # type: ignore[attr-defined]
+
+
+def test_the_build_shows_the_figures_that_a_page_saves(tmp_path: Path) -> None:
+    from docs.site_parts import PICTURES, with_pictures
+
+    assert PICTURES in (DOCS / "howto" / "plot_figures.md").read_text()
+    code = "from matplotlib.figure import Figure\nfigure = Figure()\nfigure.savefig('one.pdf')\n"
+    text = with_pictures(f"before\n\n```python\n{code}```\n\nafter\n", tmp_path, "../made")
+    assert text == f"before\n\n```python\n{code}```\n\n![one](../made/one.png)\n\nafter\n"
+    assert (tmp_path / "one.png").read_bytes()[:4] == b"\x89PNG"

@@ -7,8 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from planner.base.arrays import Floats, lengths_along
-from planner.base.resolutions import W_ALONG_PATH
+from planner.base.arrays import Floats
 from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import manipulability_cost
 from planner.kinematics.forward import tool_positions
@@ -20,7 +19,7 @@ from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.search.manipulability_floor import first_violation, highest_floor
 from planner.search.network import PathCost, build_network
-from planner.trajectory.measure import dense_path, path_manipulability
+from planner.trajectory.measure import dense_path, path_manipulability, w_along_path
 
 _NOTABLE = 0.02  # share of a cost
 _ROUNDING = 1e-9  # %, of a cost that is a sum
@@ -188,8 +187,7 @@ class Conditioning(Record):
 
 def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: PlanQuality) -> Conditioning:
     """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, of a plan of ``quality``."""
-    q = dense_path(path, W_ALONG_PATH)
-    w, along, typical = manipulability(robot, q), lengths_along(q), float(np.median(roadmap.manipulability))
+    (along, w), typical = w_along_path(robot, path), float(np.median(roadmap.manipulability))
     lowest = int(w.argmin())
     w_min, share = float(w[lowest]), float(along[lowest] / along[-1]) if along[-1] > 0 else 0.0
     poor, floor, advice = bool(w_min < _POOR * typical), None, None

@@ -41,6 +41,7 @@ from planner.trajectory.measure import (
     nearest_in_motion,
     nearest_on_path,
     tool_path_length,
+    w_along_path,
 )
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
@@ -157,6 +158,14 @@ class Plan(Result[PlanRecord]):
             return None
         motion = None if self.trajectory is None else nearest_in_motion(self.trajectory, self.checker)
         return ClearanceRecord(path=nearest_on_path(self.path, self.checker), motion=motion, kept=self.clearance_kept)
+
+    @property
+    def w_along_path(self) -> tuple[Floats, Floats]:
+        """Joint motion (n,) rad from the start and Yoshikawa's w (n,) there, every 0.01 rad; empty without a path.
+
+        s, w = plan.w_along_path
+        """
+        return w_along_path(self.robot, self.path) if len(self.path) else (np.zeros(0), np.zeros(0))
 
     @property
     def node_costs(self) -> Floats | None:

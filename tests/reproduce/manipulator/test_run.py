@@ -12,9 +12,9 @@ from reproduce.manipulator import run as experiment
 from reproduce.manipulator.case import LABELS, SeedStudy
 from reproduce.manipulator.run import manipulator_figures, run_manipulator, shown_case
 from reproduce.report import Report, write_report
+from tests.figures.panels import lines
 from tests.reproduce.manipulator.conftest import SMALL
 from tests.reproduce.manipulator.test_claims import BLUE_Q, HALF, OTHER, changed, ideal
-from tests.view.figures.panels import lines
 
 
 def test_the_drawn_case_is_one_that_falls_as_the_papers_does() -> None:
@@ -61,7 +61,7 @@ def test_a_stop_keeps_whole_seeds_or_leaves_an_empty_report(tmp_path: Path) -> N
 
 
 def test_one_curve_per_group_and_costs_of_every_seed(case: SeedStudy, query: Query) -> None:
-    profiles = manipulator_figures(query, case, [case, case])["manipulator_profiles.png"]
+    profiles = manipulator_figures(query, case, [case, case])["manipulator_w.png"]
     labels = [text.get_text() for text in profiles.legends[0].get_texts()]
     assert labels == [*("β = " + ", ".join(f"{beta:g}" for beta in group) for group in case.groups), "RRT"]
     costs = manipulator_figures(query, case, [case, case])["manipulator_costs.png"].axes[0]
