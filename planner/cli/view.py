@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from planner.base.errors import FileError, InstallationError, OptionError
+from planner.base.errors import FileError, OptionError, require_extra
 from planner.base.files import make_folder, require_writable_file, write_whole
 from planner.base.interrupts import until_signal
 from planner.cli.common import Debug, Flag
@@ -96,14 +96,9 @@ def serve(
         token_file: File with the token that clients send; a random one is written where there is no such file.
         allow_xacro: Expand robots that are written as xacro, whose expressions run on this machine.
     """
-    try:
-        from planner.serve.server import serve as run
-    except ModuleNotFoundError as error:
-        if error.name != "websockets":
-            raise
-        raise InstallationError(
-            "serving needs the Python package websockets: run pip install 'gabf-planner[serve]'."
-        ) from None
+    require_extra("websockets", "serve")
+    from planner.serve.server import serve as run
+
     run(host, port, token_file, allow_xacro, say)
     return 0
 
@@ -122,15 +117,10 @@ def _serve(page: LivePage) -> None:
 
 def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest, out: Path | None) -> LivePage:
     """The live page with its first question answered."""
-    try:
-        from planner.view.live import LivePage, Question
-    except ModuleNotFoundError as error:
-        if error.name not in ("viser", "websockets"):
-            raise
-        raise InstallationError(
-            f"the live page needs the Python package {error.name}: run pip install 'gabf-planner[live]'."
-        ) from None
+    for name in ("viser", "websockets"):
+        require_extra(name, "live")
     from planner.session.session import Session
+    from planner.view.live import LivePage, Question
 
     if result is not None:
         session, asked = _session_of_plan(result if result.is_dir() else result.parent)

@@ -208,23 +208,21 @@ class Roadmap:
         return int(rows[0])
 
     def to_networkx(self) -> Any:
-        """A ``networkx.Graph`` of it: numbers of nodes, with ``q`` (dof,) rad and ``manipulability``; and edges.
+        """A ``networkx.Graph``: nodes by number with ``q`` (dof,) rad and ``manipulability``; edges with their lengths.
 
             networkx.shortest_path(roadmap.to_networkx(), start, goal, weight="joint_length")
 
         Edges have ``joint_length`` (rad), ``tool_length`` (m), ``w_min``, the smallest w seen along them, and
-        ``certified``, whether they are proven free. Raises :class:`InstallationError` without networkx, which the extra
-        ``interop`` brings.
+        ``certified``, whether they are proven free. :class:`InstallationError` without the extra ``interop``.
         """
-        graph = require_extra("networkx", "interop").Graph()
-        nodes = zip(self.nodes, self.manipulability.tolist(), strict=True)
-        graph.add_nodes_from((k, {"q": q, "manipulability": w}) for k, (q, w) in enumerate(nodes))
-        w = np.minimum(self.edge_manipulability.min(axis=1), self.manipulability[self.edges].min(axis=1))
-        columns = self.joint_length, self.tool_length, w, self.proven
+        graph, least = require_extra("networkx", "interop").Graph(), self.edge_manipulability.min(axis=1)
+        least = np.minimum(least, self.manipulability[self.edges].min(axis=1))
+        for k, (q, w) in enumerate(zip(self.nodes, self.manipulability.tolist(), strict=True)):
+            graph.add_node(k, q=q, manipulability=w)
         names = ("joint_length", "tool_length", "w_min", "certified")
-        rows = zip(*(column.tolist() for column in columns), strict=True)
-        edges = zip(self.edges.tolist(), rows, strict=True)
-        graph.add_edges_from((i, j, dict(zip(names, row, strict=True))) for (i, j), row in edges)
+        columns = self.joint_length, self.tool_length, least, self.proven
+        for (i, j), *row in zip(self.edges.tolist(), *(column.tolist() for column in columns), strict=True):
+            graph.add_edge(i, j, **dict(zip(names, row, strict=True)))
         return graph
 
     def without_edge(self, row: int) -> Roadmap:

@@ -98,13 +98,12 @@ class Robot(Arm):
         base: Floats | pin.SE3 | None = None,
         choice: JointChoice = ALL_JOINTS,
     ) -> Robot:
-        """The robot of Pinocchio's model, with its geometry that collides and, for pictures, that which is seen.
+        """The robot of Pinocchio's model, the geometry that collides, and that which pictures show.
 
             Robot.from_pinocchio(*pinocchio.buildModelsFromUrdf("arm.urdf"), tool="tool0")
 
-        Joints are revolute, continuous or prismatic; those that mimic others follow them. Collision pairs, where there
-        are any, say which links are checked against each other; without any these are worked out. The other arguments
-        are those of :meth:`load`. Raises :class:`RobotError` for other joints, and for shapes that are not supported.
+        Joints that mimic follow. Collision pairs say which links are checked against each other; without any they are
+        worked out. The rest is as in :meth:`load`. Raises :class:`RobotError` for other joints and other shapes.
         """
         return assemble(files_of_model(model, collision, visual), tool, choice, fixed_joints, base)
 

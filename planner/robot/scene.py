@@ -163,11 +163,10 @@ class Scene:
 
         Scene("cell", [{"type": "box", "size": [1, 1, 0.1], "position": [0, 0, -0.06]}])
 
-    Obstacles may be given as dicts with the keys of a scene file, their mesh files relative to the working directory;
-    one without a name gets its type and its place in the list, ``box_0``. ``moving`` are obstacles with a known motion,
-    also those among the given ``obstacles``. They are no part of the world that stands still, of its roadmaps and
-    paths: only a plan in time keeps clear of them. Raises
-    :class:`SceneError` for wrong keys and for names that are there twice.
+    Dicts with the keys of a scene file are obstacles, ``box_0`` where they have no name; their mesh files are relative
+    to the working directory. Those with a known motion become ``moving``. They are no part of the world that stands
+    still, of its roadmaps and paths: only a plan in time keeps
+    clear of them. Raises :class:`SceneError` for wrong keys and a name that stands twice.
     """
 
     name: str = "scene"
@@ -251,11 +250,12 @@ def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
     return shape(*(getattr(item, key) for key in get_type_hints(shape)))
 
 
-def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle:
-    """An obstacle that stands, as a file in that ``folder`` has it; :class:`SceneError` for one with a motion."""
-    if item.motion:
-        raise SceneError(f"obstacle '{item.name}' has a motion: here give one that stands, or a speed_limit.")
-    return Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
+def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle | MovingObstacle:
+    """An obstacle as a file in that ``folder`` has it."""
+    if not item.motion:
+        return Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
+    motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])
+    return MovingObstacle(item.name, _shape(item, folder), motion)
 
 
 def obstacles_of(
@@ -271,21 +271,13 @@ def obstacles_of(
         if isinstance(item, Mapping)
     ]
     files = validate(SceneFile, {"obstacles": dicts}, where, SceneError).obstacles
-    read = (_obstacle(item, Path()) for item in files)
+    read = (obstacle_of(item) for item in files)
     return [next(read) if isinstance(item, Mapping) else item for item in given], mesh_notes(files)
 
 
 def _plain(value: Any) -> Any:
     """An array as a list, a path as text; else the value."""
     return value.tolist() if hasattr(value, "tolist") else os.fspath(value) if hasattr(value, "__fspath__") else value
-
-
-def _obstacle(item: ObstacleFile, folder: Path) -> Obstacle | MovingObstacle:
-    """An obstacle as a file in that ``folder`` has it."""
-    if not item.motion:
-        return obstacle_of(item, folder)
-    motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])
-    return MovingObstacle(item.name, _shape(item, folder), motion)
 
 
 def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path()) -> tuple[Note, ...]:
@@ -295,7 +287,7 @@ def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path(
 
 def _build(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
-    obstacles: Any = [_obstacle(item, folder) for item in file.obstacles]
+    obstacles: Any = [obstacle_of(item, folder) for item in file.obstacles]
     return Scene(
         file.name or path.stem,
         obstacles,

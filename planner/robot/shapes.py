@@ -124,10 +124,7 @@ class Body:
 
 
 class _Placed:
-    """A shape with a name and a rigid placement; ``part_of`` names the object it is one of several shapes of.
-
-    The shape may be given as a ``trimesh.Trimesh``, and the placement as a ``pinocchio.SE3``.
-    """
+    """A shape with a name and a rigid placement; ``part_of`` names the object it is one of several shapes of."""
 
     name: str
     shape: Shape
@@ -151,7 +148,7 @@ class _Placed:
 
 @dataclass(frozen=True, eq=False)
 class Obstacle(_Placed):
-    """A shape that stands still in the world.
+    """A shape, also a ``trimesh.Trimesh``, that stands still in the world at a placement, also a ``pinocchio.SE3``.
 
     With a ``speed_limit`` (m/s) it may leave its place at time 0, no point of it quicker than that: what is proven of
     such an obstacle holds for its place, and a trajectory's proof says until when whatever it does. ``frame`` is that

@@ -30,7 +30,7 @@ from websockets.sync.connection import Connection as Socket
 from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as websocket_server
 
-from planner.base.errors import FileError, Note, OptionError, PlannerError
+from planner.base.errors import FileError, Note, OptionError, PlannerError, SceneError
 from planner.base.interrupts import until_signal
 from planner.base.progress import QUIET, Progress
 from planner.base.yamlfile import read_text
@@ -293,6 +293,8 @@ def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
         elif isinstance(each, ask.Add):
             if each.obstacle.type == "mesh":
                 _require_models([Path(each.obstacle.file)])
+            if each.obstacle.motion:
+                raise SceneError(f"'{each.obstacle.name}' has a motion: give one that stands, or a speed_limit.")
             world.add(obstacle_of(each.obstacle))
             found += mesh_notes([each.obstacle])
         elif isinstance(each, ask.Attach):

@@ -193,23 +193,16 @@ def off_the_curve(made: Trajectory, trajectory: Trajectory) -> float:
     """How far (rad, m) a motion of :func:`on_grid` leaves ``trajectory``, at its rows and halfway between them."""
     clock = np.sort(np.concatenate([made.nanoseconds, made.nanoseconds[:-1] + np.diff(made.nanoseconds) // 2]))
     behind = 0.5 * (len(made.columns) - 1) * float(np.diff(made.nanoseconds).mean())
-    return float(np.abs(made.at_nanoseconds(clock) - _sampled(trajectory, clock.astype(np.float64) - behind)).max())
+    return float(np.abs(made.at_nanoseconds(clock) - trajectory.at_nanoseconds(clock - behind)).max())
 
 
 def _control_points(trajectory: Trajectory, period: Fraction, late: Floats) -> Floats:
     """The curve at every period, each ``late`` (n,) s, its ends as often as the spline needs to rest there (m, dof)."""
     begin, more = int(trajectory.nanoseconds[0]), len(trajectory.columns) - 1
     times = np.array([k * period.numerator / period.denominator for k in range(len(late))])
-    points = _sampled(trajectory, begin + times + late / NANOSECOND)
+    points = trajectory.at_nanoseconds(begin + times + late / NANOSECOND)
     points[0], points[-1] = trajectory.columns[0][0], trajectory.columns[0][-1]
     return np.concatenate([np.repeat(points[:1], more, axis=0), points, np.repeat(points[-1:], more, axis=0)])
-
-
-def _sampled(trajectory: Trajectory, clock: Floats) -> Floats:
-    """Positions (n, dof) at moments (n,) ns, which need not be whole; where it stands before and after."""
-    clock = np.clip(clock, trajectory.nanoseconds[0], trajectory.nanoseconds[-1])
-    piece = trajectory.piece_at(clock.astype(np.int64))
-    return trajectory.on(piece, (clock - trajectory.nanoseconds[piece]) * NANOSECOND)
 
 
 def _clock_of_rows(period: Fraction, count: int) -> tuple[Ints, Floats]:

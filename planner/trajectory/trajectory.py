@@ -122,9 +122,17 @@ class Trajectory:
         Raises :class:`ArrayError` for other shapes, what is no finite number, and times that do not increase, and
         :class:`LimitError` where two times are the same to the nanosecond.
         """
-        times, q, qd, qdd = _points(joints, times, q, qd, qdd)
-        given = (q,) if qd is None else (q, qd) if qdd is None else (q, qd, qdd)
-        return Trajectory(tuple(joints), whole_nanoseconds(times), given, time_law)
+        times = numbers("times", times, ("k",))
+        if len(times) < 2 or not (np.diff(times) > 0).all():
+            raise ArrayError("times have to increase strictly, and to be two at least: give seconds that do.")
+        if qd is None and qdd is not None:
+            raise ArrayError("accelerations qdd say nothing without velocities: give qd too.")
+        if len(set(joints)) < len(joints):
+            raise ArrayError(f"joints {choices(joints)} are not usable: name each once.")
+        shape = len(times), len(joints) or "dof"  # parts of a motion have no names
+        given = {"q": q} | {name: rows for name, rows in (("qd", qd), ("qdd", qdd)) if rows is not None}
+        columns = tuple(numbers(name, rows, shape) for name, rows in given.items())
+        return Trajectory(tuple(joints), whole_nanoseconds(times), columns, time_law)
 
     @staticmethod
     def load(path: StrPath) -> Trajectory:
@@ -198,8 +206,8 @@ class Trajectory:
         times = frozen(np.append(self.times[0] + dt * np.arange(count), self.times[-1]))
         return Samples(self.joints, times, *(frozen(self.at(times, order)) for order in range(4)))
 
-    def at_nanoseconds(self, clock: Ints, order: int = 0) -> Floats:
-        """As :meth:`at`, at whole nanoseconds (n,): nothing of the time since a knot is lost to rounding."""
+    def at_nanoseconds(self, clock: Any, order: int = 0) -> Floats:
+        """As :meth:`at`, at nanoseconds (n,): where they are whole, nothing of the time since a knot is rounded off."""
         clock = np.clip(clock, self.nanoseconds[0], self.nanoseconds[-1])
         piece = self.piece_at(clock)
         return self.on(piece, (clock - self.nanoseconds[piece]) / 1e9, order)
@@ -216,7 +224,7 @@ class Trajectory:
             raise ArrayError(f"there is no derivative of order {order}: give 0 for positions, 1 for velocities.")
         return min(order, self.coefficients.shape[1])
 
-    def piece_at(self, clock: Ints) -> Ints:
+    def piece_at(self, clock: Ints | Floats) -> Ints:
         """The piece (n,) that each moment (n,) ns lies on; at a knot the next one."""
         return np.clip(np.searchsorted(self.nanoseconds, clock, side="right") - 1, 0, len(self.seconds) - 1)
 
@@ -255,20 +263,6 @@ class Trajectory:
         beyond the largest value there is so far. Shares up to ``beyond`` may come out smaller than they are.
         """
         return polynomial_worst(self.coefficients, self.seconds, order, most, beyond)
-
-
-def _points(joints: tuple[str, ...], times: Floats, *columns: Floats | None) -> tuple[Any, ...]:
-    """Times (k,) and columns (k, dof) as numbers; ArrayError where they are none, or no motion of the joints."""
-    times = numbers("times", times, ("k",))
-    if len(times) < 2 or not (np.diff(times) > 0).all():
-        raise ArrayError("times have to increase strictly, and to be two at least: give seconds that do.")
-    if columns[1] is None and columns[2] is not None:
-        raise ArrayError("accelerations qdd say nothing without velocities: give qd too.")
-    if len(set(joints)) < len(joints):
-        raise ArrayError(f"joints {choices(joints)} are not usable: name each once.")
-    shape = len(times), len(joints) or "dof"  # parts of a motion have no names
-    given = zip(("q", "qd", "qdd"), columns, strict=True)
-    return times, *(None if column is None and name != "q" else numbers(name, column, shape) for name, column in given)
 
 
 def trajectory_in(file: TrajectoryFile, where: str) -> Trajectory:

@@ -2,6 +2,7 @@
 """Scene files: what each key means, what is refused and with which words."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -184,7 +185,7 @@ def test_what_is_carried_becomes_a_body_of_the_link_that_holds_it(scene):
     assert robot.touching == {frozenset(("rod", "link_2")), frozenset(("rod", "link_1"))}
 
 
-DICTS = [
+DICTS: Any = [
     {"type": "box", "size": np.array([0.8, 0.3, 0.02]), "position": (0.5, 0, 0.6)},
     {"name": "post", "type": "cylinder", "radius": 0.03, "length": 1.0, "rpy": [0, 1.5, 0], "speed_limit": 0.2},
     {"name": "part", "type": "mesh", "file": Path("one.stl"), "scale": 0.001},
@@ -202,7 +203,7 @@ obstacles:
 def test_dicts_are_what_a_file_says(scene, tmp_path, monkeypatch):
     (tmp_path / "one.stl").write_text(STL)
     monkeypatch.chdir(tmp_path)
-    read, made = scene(YAML), Scene(obstacles=DICTS)  # pyright: ignore[reportArgumentType]
+    read, made = scene(YAML), Scene(obstacles=DICTS)
     assert made.identity == read.identity
     for a, b in zip((*made.obstacles, *made.moving), (*read.obstacles, *read.moving), strict=True):
         assert (a.name, a.shape.content()[0]) == (b.name, b.shape.content()[0])
@@ -215,15 +216,15 @@ def test_dicts_are_what_a_file_says(scene, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("wrong", "error", "words"),
     [
-        ({"type": "box"}, SceneError, "'obstacles.0.box.size' is missing"),
-        ({"type": "sphere", "radius": 0.1, "positon": [0, 0, 1]}, SceneError, "did you mean 'position'"),
-        ({"type": "mesh", "file": "nowhere.stl"}, FileError, "nowhere.stl not found"),
-        (5, TypeError, "obstacles must be planner.Obstacle, MovingObstacle or dicts, got int"),
+        ([{"type": "box"}], SceneError, "'obstacles.0.box.size' is missing"),
+        ([{"type": "sphere", "radius": 0.1, "positon": [0, 0, 1]}], SceneError, "did you mean 'position'"),
+        ([{"type": "mesh", "file": "nowhere.stl"}], FileError, "nowhere.stl not found"),
+        ([5], TypeError, "obstacles must be planner.Obstacle, MovingObstacle or dicts, got int"),
     ],
 )
 def test_wrong_dicts_are_refused(wrong, error, words):
     with pytest.raises(error, match=words):
-        Scene(obstacles=[wrong])
+        Scene(obstacles=wrong)
 
 
 def test_none_is_the_empty_scene():
@@ -235,10 +236,11 @@ def test_none_is_the_empty_scene():
 @pytest.mark.parametrize("process", [True, False])
 def test_a_trimesh_is_what_its_file_is(process, scene, tmp_path):
     """Whether trimesh has joined the vertices or not."""
-    corner, place = trimesh.creation.annulus(0.1, 0.2, 0.3), pin.SE3.Random()
-    (tmp_path / "ring.stl").write_bytes(corner.export(file_type="stl"))
+    ring, place = trimesh.creation.annulus(0.1, 0.2, 0.3), pin.SE3.Random()
+    ring.export(tmp_path / "ring.stl")
     read = scene("obstacles: [{name: ring, type: mesh, file: ring.stl}]").obstacles[0]
-    made = Obstacle("ring", trimesh.load_mesh(tmp_path / "ring.stl", process=process), place)
+    loaded: Any = trimesh.load_mesh(tmp_path / "ring.stl", process=process)
+    made = Obstacle("ring", loaded, place)
     assert isinstance(made.shape, Mesh)
     np.testing.assert_array_equal(made.shape.vertices, read.shape.vertices)
     np.testing.assert_array_equal(made.shape.triangles, read.shape.triangles)
@@ -247,9 +249,10 @@ def test_a_trimesh_is_what_its_file_is(process, scene, tmp_path):
 
 
 def test_primitives_of_trimesh_are_meshes():
-    box = trimesh.primitives.Box((0.1, 0.2, 0.3))
+    box: Any = trimesh.primitives.Box((0.1, 0.2, 0.3))
     mesh = Obstacle("box", box, np.eye(4)).shape
+    assert isinstance(mesh, Mesh)
     assert is_watertight(mesh)
     np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), [0.1, 0.2, 0.3])
     with pytest.raises(TypeError, match=r"a trimesh.Trimesh, got Scene"):
-        Obstacle("scene", trimesh.Scene(box), np.eye(4))
+        Obstacle("scene", box.scene(), np.eye(4))

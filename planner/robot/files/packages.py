@@ -16,7 +16,7 @@ from glob import glob
 from pathlib import Path
 from typing import Any
 
-from planner.base.errors import InstallationError, RobotError
+from planner.base.errors import RobotError, require_extra
 from planner.base.resources import robots_folder
 from planner.base.silenced import PROCESS
 from planner.base.yamlfile import read_bytes, shown
@@ -87,13 +87,7 @@ def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None,
 
 
 def _expand(path: Path, arguments: Mapping[str, str]) -> bytes:
-    try:
-        import xacro  # pyright: ignore[reportMissingImports]  # an extra
-        from xacro import substitution_args  # pyright: ignore[reportMissingImports]
-    except ImportError:
-        raise InstallationError(
-            f"{path} needs the Python package xacro: pip install 'gabf-planner[xacro]', or expand it to a URDF first."
-        ) from None
+    xacro, substitution_args = (require_extra(name, "xacro") for name in ("xacro", "xacro.substitution_args"))
     try:
         with PROCESS:  # xacro keeps the files that it is in as a global list; by itself it finds packages of ROS 2 only
             substitution_args._eval_find = lambda name: str(find_package(name, *map(Path, reversed(xacro.filestack))))

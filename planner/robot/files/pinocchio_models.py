@@ -14,14 +14,12 @@ from planner.robot.files.robot_files import RobotFile, RobotFiles, Source
 from planner.robot.files.urdf import Description, Mimic
 
 _UNLIMITED = 1e300  # Pinocchio writes inf or the largest double where there is no limit
-_LINK, _JOINTS = pin.FrameType.BODY, (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
+_LINK = pin.FrameType.BODY
 _TURNING = pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ, pin.JointModelRevoluteUnaligned
 _SLIDING = pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ, pin.JointModelPrismaticUnaligned
 
 
-def files_of_model(
-    model: pin.Model, collision: pin.GeometryModel, visual: pin.GeometryModel | None = None
-) -> RobotFiles:
+def files_of_model(model: pin.Model, collision: pin.GeometryModel, visual: pin.GeometryModel | None) -> RobotFiles:
     """The robot of a model and its geometry, as if read from files; :class:`RobotError` for joints of another kind.
 
     If ``collision`` has collision pairs, two links of which none is a pair need no check.
@@ -44,9 +42,8 @@ def files_of_model(
         geometry=geometry,
     )
     pairs = {frozenset((named[pair.first], named[pair.second])) for pair in collision.collisionPairs}
-    every = itertools.combinations(sorted(set(named)), 2)
-    disabled = [pair for pair in every if frozenset(pair) not in pairs] if pairs else None
-    file = RobotFile(urdf=Source(file=""), disabled_pairs=disabled)
+    disabled = [pair for pair in itertools.combinations(sorted(set(named)), 2) if frozenset(pair) not in pairs]
+    file = RobotFile(urdf=Source(file=""), disabled_pairs=disabled if pairs else None)
     return RobotFiles(model.name, "a pinocchio.Model", file, description, None)
 
 
@@ -100,17 +97,11 @@ def _in_frames(geometry: pin.GeometryModel, model: pin.Model) -> pin.GeometryMod
 
 
 def _links_at_joints(model: pin.Model) -> dict[str, tuple[str, str]]:
-    """The links above and below each joint, fixed ones too; a further link that hangs on one joint has its own name."""
-    links = [frame for frame in model.frames if frame.type == _LINK]
-    first = {frame.parentJoint: frame.name for frame in reversed(links)}  # that each joint carries
-    joints = {frame.name for frame in model.frames if frame.type in _JOINTS}
+    """The links above and below each joint, fixed ones too, empty where there is none."""
     found = {name: ("", name) for name in model.names[1:]}
-    for link in links:
-        joint, k = model.frames[link.parentFrame].name, link.parentFrame
-        while k and model.frames[k].type != _LINK:
-            k = model.frames[k].parentFrame
-        if k or link.parentJoint:
-            above = model.frames[k].name if k else first.get(model.parents[link.parentJoint], "")
-            found[joint if joint in joints else link.name] = above, link.name
-            joints.discard(joint)
+    for link in model.frames:
+        if link.type == _LINK and link.parentFrame:
+            joint = model.frames[link.parentFrame]
+            above = model.frames[joint.parentFrame]
+            found[joint.name] = above.name if above.type == _LINK else "", link.name
     return found

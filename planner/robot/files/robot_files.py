@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from typing import Literal
 import pinocchio as pin
 import pydantic
 
-from planner.base.errors import InstallationError, Note, RobotError, choices
+from planner.base.errors import Note, RobotError, choices, require_extra
 from planner.base.files import StrPath
 from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
@@ -209,16 +208,12 @@ class RobotFiles:
 
 
 def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
-    """The files of a robot given by name, by the path of its robot.yaml or URDF, or by the text of its URDF.
-
-    ``srdf`` replaces its own.
-    """
-    name, text = os.fspath(name), os.fspath(name) if os.fspath(name).lstrip().startswith("<") else None
-    if text is None:
-        folder, file = find_robot(name)
-    else:
-        name, folder, file = "a URDF as text", Path(), RobotFile(urdf=Source(file="<string>"))
+    """The files of a robot given by name, by path, or by the text of its URDF; ``srdf`` replaces its own."""
+    name = os.fspath(name)
+    text = name if name.lstrip().startswith("<") else None
+    folder, file = find_robot(name) if text is None else (Path(), RobotFile(urdf=Source(file="<string>")))
     description = urdf.read_description(file.urdf.path(folder), file.urdf.args, text)
+    name = name if text is None else "the text of a URDF"
     called = file.name or (name if name in robot_names() else description.name)
     if srdf is not None:
         return RobotFiles(called, name, file, description, read_srdf(Path(srdf)))
@@ -253,11 +248,7 @@ def find_robot(name: str) -> tuple[Path, RobotFile]:
 
 def _described(name: str) -> RobotFile:
     """A robot of the package robot_descriptions, whose module downloads its files where they are not in its cache."""
-    if importlib.util.find_spec(_DESCRIPTIONS) is None:
-        raise InstallationError(
-            f"robot '{name}' would come from the Python package robot_descriptions: run pip install "
-            "'gabf-planner[descriptions]'."
-        )
+    require_extra(_DESCRIPTIONS, "descriptions")
     try:
         said = vars(importlib.import_module(f"{_DESCRIPTIONS}.{name}"))
         path = next(said[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if said.get(kind))

@@ -147,13 +147,12 @@ def shape_of(geometry: coal.CollisionGeometry, kind: Kind = "collision") -> Shap
         case coal.Cylinder():
             return Cylinder(float(geometry.radius), float(2 * geometry.halfLength))
         case coal.Convex():
-            mesh = _mesh(geometry.points(), map(geometry.polygons, range(geometry.num_polygons)))
-            return thinned(mesh) if kind == "collision" else mesh
+            return _mesh(geometry.points(), map(geometry.polygons, range(geometry.num_polygons)), kind)
         case coal.BVHModelBase():
-            mesh = _mesh(geometry.vertices(), map(geometry.tri_indices, range(geometry.num_tris)))
-            return thinned(mesh) if kind == "collision" else mesh
+            return _mesh(geometry.vertices(), map(geometry.tri_indices, range(geometry.num_tris)), kind)
     raise RobotError(f"{type(geometry).__name__} is not supported: use box, sphere, cylinder, capsule or mesh.")
 
 
-def _mesh(points: Floats, triangles: Iterable[coal.Triangle]) -> Mesh:
-    return Mesh(points, np.array([(each[0], each[1], each[2]) for each in triangles])).joined()
+def _mesh(points: Floats, triangles: Iterable[coal.Triangle], kind: Kind) -> Mesh:
+    mesh = Mesh(points, np.array([(each[0], each[1], each[2]) for each in triangles])).joined()
+    return thinned(mesh) if kind == "collision" else mesh

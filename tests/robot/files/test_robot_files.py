@@ -74,7 +74,7 @@ def test_robots_of_the_package_robot_descriptions(arm: Path, monkeypatch: pytest
 
 def test_the_text_of_a_urdf_is_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its mesh files are relative to the working directory."""
-    (tmp_path / "ball.stl").write_bytes(trimesh.creation.icosphere().export(file_type="stl"))
+    trimesh.creation.icosphere().export(tmp_path / "ball.stl")
     mesh = link_xml("b", '<mesh filename="ball.stl" scale="0.1 0.1 0.1"/>')
     text = f'<robot name="arm">{link_xml("a")}{mesh}{joint_xml("j", "a", "b")}</robot>'
     (tmp_path / "arm.urdf").write_text(text)
@@ -83,7 +83,7 @@ def test_the_text_of_a_urdf_is_its_file(tmp_path: Path, monkeypatch: pytest.Monk
         Robot.load(text)
     monkeypatch.chdir(tmp_path)
     made = Robot.load('\n<?xml version="1.0"?>' + text)
-    assert (made.name, made.identity, made.description) == ("arm", read.identity, "from a URDF as text")
+    assert (made.name, made.identity, made.description) == ("arm", read.identity, "from the text of a URDF")
     found = planner.plan(robot=text, scene=None, start=[0.0], goal=[0.5], nodes=4, effort=0)
     found.save("out")
     assert planner.check("out").ok
