@@ -17,7 +17,7 @@ from planner.base.errors import RobotError, SceneError
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import shown
 from planner.robot.files import urdf
-from planner.robot.files.meshes import link_mesh, read_mesh, thinned
+from planner.robot.files.meshes import drawn_mesh, link_mesh, thinned
 from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 Kind = Literal["collision", "visual"]
@@ -82,7 +82,7 @@ def read_geometry(
 def _without_meshes(description: urdf.Description, kind: Kind) -> tuple[str, dict[str, Mesh]]:
     """The URDF with a ball in place of each mesh of a ``kind``, and the meshes by their names in Pinocchio.
 
-    Meshes that collide are thinned; each file is read once for a scale.
+    Both are thinned, meshes that collide with a rounding that holds the file's; each file is read once for a scale.
     """
     root, found = ET.fromstring(description.xml), dict[str, Mesh]()
     read: dict[tuple[str, str], Mesh] = {}
@@ -102,7 +102,7 @@ def _without_meshes(description: urdf.Description, kind: Kind) -> tuple[str, dic
 
 def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> Mesh:
     if (own := description.meshes.get(name)) is not None:
-        return thinned(own) if kind == "collision" else own
+        return thinned(own) if kind == "collision" else drawn_mesh(own)
     file = next(_places(description, name), None)
     if file is None:
         raise RobotError(
@@ -113,7 +113,7 @@ def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> M
         x, y, z = map(float, scale.split())
     except ValueError:
         raise RobotError(f"scale of {shown(name)} must be three numbers, got {shown(scale)}; mend the file.") from None
-    return (link_mesh if kind == "collision" else read_mesh)(file, np.array([x, y, z]))
+    return (link_mesh if kind == "collision" else drawn_mesh)(file, np.array([x, y, z]))
 
 
 def mesh_files(description: urdf.Description, kind: Kind | None = None) -> list[Path]:
