@@ -30,7 +30,7 @@ from tests.figures.panels import data, lines, require_labels
 @pytest.fixture(scope="module")
 def timed(solved: Plan) -> Plan:
     """The paper's scenario with its motion."""
-    return replace(solved, trajectory=planner.time_path(solved.path, solved.checker, law="stop-at-corners"))
+    return replace(solved, trajectory=planner.time_path(solved.path, solved.checker, time_law="stop-at-corners"))
 
 
 def test_w_is_drawn_over_the_joint_motion_of_each_path(solved: Plan) -> None:

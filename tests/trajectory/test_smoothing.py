@@ -1,10 +1,12 @@
 """The mean of a motion over a window: against a plain sum over many samples, within the limits, at rest at its ends."""
 
+from __future__ import annotations
+
 import numpy as np
 import pytest
 
 from planner.native.compiled import curve_knots
-from planner.trajectory.curve import mean_motion, quickest, rounded, window_for
+from planner.trajectory.curve import Spacing, mean_motion, quickest, rounded, window_for
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 VELOCITY, ACCELERATION, JERK = np.array([1.0, 1.5]), np.array([4.0, 3.0]), np.array([100.0, 60.0])
@@ -13,9 +15,9 @@ PATH = np.array([[0.0, 0.0], [0.8, 0.1], [0.9, 0.9], [0.2, 1.0]])
 
 def motions(widths: tuple[float, float]) -> tuple[Trajectory, Trajectory, int]:
     """The motion before its mean is taken, its mean, and the window (ns)."""
-    curve, spacing = rounded(PATH, np.array(widths)), (window_for(ACCELERATION, JERK), 50_000)
-    phases, (window, apart) = quickest(curve, VELOCITY, ACCELERATION), spacing
-    clock, q, qd, _ = curve_knots(curve.coefficients, curve.stop, phases, 1.0, window, apart)
+    curve, spacing = rounded(PATH, np.array(widths)), Spacing(window_for(ACCELERATION, JERK), 50_000)
+    phases, window = quickest(curve, VELOCITY, ACCELERATION), spacing.window
+    clock, q, qd, _ = curve_knots(curve.coefficients, curve.stop, phases, 1.0, window, spacing.apart)
     base = Trajectory(("a", "b"), clock, (q, qd))
     return base, mean_motion(curve, phases, 1.0, spacing, ("a", "b"))[0], window
 
