@@ -254,8 +254,7 @@ struct Charge {
            const Bools& wrapping, int last, const Floats<3>& point, const RowSpan& rows,
            const std::optional<nb::callable>& function)
         : chain(of), measure(function ? std::make_unique<MeasureOfPython>(*function, of.dof()) : nullptr),
-          tool(tool_of(of, last, point, rows)),
-          wraps(wrapping.of({of.dof()}).data(), wrapping.data() + of.dof()),
+          tool(tool_of(of, last, point, rows)), wraps(wrapping.of({of.dof()}).data(), wrapping.data() + of.dof()),
           prices{omega_of(numbers[0], numbers[1], numbers[2], kind),
                  numbers[3],
                  numbers[4],
