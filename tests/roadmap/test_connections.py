@@ -21,7 +21,8 @@ from tests.worlds import load, random_q, scene_of
 
 def nearest_by_tree(nodes, count) -> tuple[np.ndarray, np.ndarray]:
     """Distances and indices (n, count) by SciPy; each node's first is itself."""
-    found: Any = KDTree(nodes).query(nodes, k=list(range(1, count + 2)))
+    tree: Any = KDTree(nodes)
+    found = tree.query(nodes, k=list(range(1, count + 2)))
     return found[0][:, 1:], found[1][:, 1:]
 
 
