@@ -116,6 +116,11 @@ class Network:
         """The weights as a ``scipy.sparse.csr_array`` (n, n), see :meth:`from_scipy`; ``data`` has the arcs' order.
 
         Parallel arcs stay entries of their own: searches of csgraph take the least, arithmetic adds them up.
+
+        >>> gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3).to_scipy().toarray()
+        array([[0., 0., 0.],
+               [1., 0., 0.],
+               [5., 1., 0.]])
         """
         from scipy.sparse import csr_array
 
