@@ -240,7 +240,7 @@ def pareto_front(tradeoff: Tradeoff) -> Figure:
     for k in range(len(places) - 2, -1, -1):  # a label that would lie on the next one stands above it
         if places[k, 1] < places[k + 1, 1] + gap:
             places[k] = places[k + 1] + [0.0, gap]
-    places[:, 0] += 0.06 * (right - left)
+    places += [0.05 * (right - left), 0.5 * gap]
     look: dict[str, Any] = {"va": "center", "fontsize": SMALL, "bbox": {"fc": "white", "ec": "none", "pad": 0.5}}
     line = {"arrowstyle": "-", "linewidth": 0.4, "color": "0.5", "shrinkA": 0, "shrinkB": 3}
     for interval, point, place in zip(intervals, points, places, strict=True):
