@@ -15,8 +15,9 @@ from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker
 from planner.figures.style import COLUMN, RAMP, SMALL, journal, labelled, leave_headroom, marked, sheet, single
 from planner.kinematics.manipulability import manipulability as w_at
-from planner.kinematics.manipulability import unit_of
+from planner.kinematics.manipulability import measure_name, unit_of
 from planner.planning.result import Plan
+from planner.problem.request import DEFAULT_MEASURE
 from planner.robot.robot import Robot
 from planner.tasks.result import TaskPlan
 from planner.tradeoff.result import Interval, Tradeoff
@@ -107,7 +108,7 @@ def manipulability(shown: Shown, over: Over = "path", checker: CollisionChecker 
         return x, w_at(way.checker.robot, q)
 
     drawn = ways(shown, checker)
-    return _profile(drawn, over, f"manipulability $w$ ({unit_of(drawn[0].checker.robot)})", w_of)
+    return _profile(drawn, over, w_label(drawn[0].checker.robot), w_of)
 
 
 @journal
@@ -120,6 +121,12 @@ def clearance(shown: Shown, over: Over = "path", checker: CollisionChecker | Non
     path only what stands still counts.
     """
     return _profile(ways(shown, checker), over, "clearance (m)", lambda way: way.clearance(over))
+
+
+def w_label(robot: Robot) -> str:
+    """The name of the robot's measure at an axis, with its unit."""
+    name = "manipulability $w$" if robot.measure == DEFAULT_MEASURE else measure_name(robot.measure)
+    return f"{name} ({unit_of(robot) or 'no unit'})"
 
 
 def _profile(drawn: list[Way], over: Over, label: str, curve: Callable[[Way], Curve]) -> Figure:

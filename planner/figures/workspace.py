@@ -13,10 +13,10 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
-from planner.figures.paths import Shown, ways
+from planner.figures.paths import Shown, w_label, ways
 from planner.figures.style import COLUMN, MARKS, RAMP, SMALL, JournalFigure, journal, stroke
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.kinematics.manipulability import manipulability, unit_of
+from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
 from planner.robot.robot import Robot
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
@@ -127,7 +127,7 @@ def _panel(checker: CollisionChecker, points: Floats) -> tuple[Figure, Any]:
 def _add_bar(figure: Figure, robot: Robot, shaded: Any) -> None:
     """The scale of w on the right side of the figure."""
     bar = figure.colorbar(shaded, cax=figure.add_axes((0.825, 0.22, 0.017, 0.56)))
-    bar.set_label(f"manipulability $w$ ({unit_of(robot)})")
+    bar.set_label(w_label(robot))
     bar.ax.tick_params(labelsize=SMALL)
 
 
