@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -225,6 +225,8 @@ def _draw_limits(axes: Axes, limits: Floats, values: Floats, t: Floats) -> Float
 
 OMEGA, DISTANCE = "manipulability cost $\\Omega$ (no unit)", "distance cost $D$ (no unit)"
 BETA = "$\\beta$ (no unit)"
+_THIN: dict[str, Any] = {"color": "0.5", "linewidth": 0.6}
+Row: TypeAlias = Literal["cost", "duration", "w", "clearance"]
 
 
 @journal
@@ -252,6 +254,44 @@ def pareto_front(tradeoff: Tradeoff) -> Figure:
     line = {"arrowstyle": "-", "linewidth": 0.4, "color": "0.5", "shrinkA": 0, "shrinkB": 3}
     for interval, point, place in zip(intervals, points, places, strict=True):
         axes.annotate(f"$\\beta$ {interval.betas}", point, place, arrowprops=line, **look)
+    return figure
+
+
+@journal
+def over_beta(tradeoff: Tradeoff, rows: Sequence[Row] = ("cost", "duration", "w", "clearance")) -> Figure:
+    """What every beta gets: the least cost, and of its path the duration (s), the smallest w and clearance (m).
+
+        planner.figures.over_beta(tradeoff).savefig("beta.pdf")
+        planner.figures.over_beta(tradeoff, rows=["duration"])
+
+    All betas of an interval have one path, so a row is made of steps; cost is the least of the thin lines, which are
+    the paths: (1 - beta) Omega + beta D. The grey band is the knee. Raises :class:`OptionError` where there is no path,
+    and for a row that has no numbers, as durations without motions.
+    """
+    intervals, knee, unit = intervals_of(tradeoff), tradeoff.knee, unit_of(tradeoff.robot) or "no unit"
+    labels = {"cost": "cost (no unit)", "duration": "duration (s)", "w": f"smallest $w$ ({unit})"}
+    figure = sheet(COLUMN, 0.6 + 1.1 * len(rows))
+    panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+    betas = np.array([[item.beta_min, item.beta_max] for item in intervals])
+    for axes, row in zip(panels, rows, strict=True):
+        labelled(axes, y=labels.get(row, "clearance (m)"))
+        if knee is not None:
+            axes.axvspan(knee.beta_min, knee.beta_max, color="0.88", zorder=0, label="knee")
+        if row == "cost":
+            paths = axes.plot([0, 1], [[item.at(beta) for item in intervals] for beta in (0.0, 1.0)], **_THIN)
+            paths[0].set_label("a path")
+            values = np.array([[item.at(beta) for beta in ends] for item, ends in zip(intervals, betas, strict=True)])
+        else:
+            known = [getattr(item, "w_min" if row == "w" else row) for item in intervals]
+            if None in known:
+                raise OptionError(f"the trade-off has no {row} for every path: leave this row out.")
+            values = np.repeat(np.array(known)[:, None], 2, axis=1)
+        corners = {"marker": "o", "markerfacecolor": "white"} if row == "cost" else {}
+        axes.plot(betas.ravel(), values.ravel(), color="black", label="the best path", **corners)
+        leave_headroom(axes, bottom=0.0)
+    labelled(panels[-1], BETA, panels[-1].get_ylabel())
+    panels[-1].set_xlim(-0.02, 1.02)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
 
 
