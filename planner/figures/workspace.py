@@ -133,9 +133,11 @@ def _add_bar(figure: Figure, robot: Robot, shaded: Any) -> None:
 
 def _mark(axes: Any, name: str, places: Floats) -> None:
     """The start white, the goal black, at places (k, 3), of which the first is named."""
-    fill, side = ("white", "left") if name == "start" else ("black", "right")
+    fill, text, look = "black", f"{name}   ", {"ha": "right"}
+    if name == "start":  # below it: the ticks of z are often on its right
+        fill, text, look = "white", f"\n{name}", {"ha": "center", "va": "top"}
     axes.plot(*places.T, "o", color="black", markersize=5, mfc=fill, linestyle="none", zorder=40)
-    axes.text(*places[0], f"   {name}   ", ha=side, zorder=41, path_effects=_HALO)
+    axes.text(*places[0], text, zorder=41, path_effects=_HALO, **look)
 
 
 def _arm(robot: Robot, q: Floats) -> Floats:
