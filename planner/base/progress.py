@@ -9,14 +9,22 @@ from types import MappingProxyType
 
 Report = Callable[[str, int, int], None]
 
+UNITS = {  # what stages of work count
+    **{"setup": "steps", "first path": "motions", "shorter paths": "motions", "roadmap": "nodes", "links": "edges"},
+    **{"clearance": "edges", "improve": "rounds", "second look": "looks", "path": "paths", "modes": "paths"},
+    **{"other betas": "%", "beta": "%", "edges": "edges", "ladder": "rungs", "contacts": "looks", "nearest": "pieces"},
+    **{"proofs": "pieces", "plans": "plans", "files": "steps"},
+}
+
 
 class Progress:
     """What long work reports to, and asks whether it is to stop.
 
         progress = Progress(report=print, stop=stop_request)
-        progress("links", 3, 10)          # called with (stage, done, total)
+        progress("links", 3, 10)          # called with (stage, done, total), in the stage's unit of ``UNITS``
         if progress.stopped: ...          # end as soon as possible and hand back the partial result
 
+    A stage ends with all of ``total`` done and may begin anew, with 0; where its end is not known ``total`` is 0.
     Stopping is asked for, never raised: an exception must not fly through OMPL's C++.
     """
 

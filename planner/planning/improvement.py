@@ -16,6 +16,7 @@ from planner.native.graphs import reached
 from planner.planning.result import Plan
 from planner.problem.request import PlanQuality, SweepQuality
 from planner.roadmap.improve import Improvement, improve, without_last_grown
+from planner.roadmap.obtain import BATCH, batches
 from planner.roadmap.roadmap import Roadmap, path_waypoints, segments
 from planner.search.manipulability_floor import layered_network
 from planner.search.network import build_network, cheapest_steps
@@ -145,11 +146,15 @@ def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance:
 
 def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, progress: Progress) -> Roadmap:
     """With a proof of each edge whose certificate leaves open whether it has so much ``clearance`` (m)."""
-    rows = np.flatnonzero(roadmap.clearance < clearance)
-    wider = keeping(checker, clearance)
-    proofs = EdgeProver(wider, progress).prove(*segments(roadmap, checker.robot, rows), contacts=False)
-    known, free = roadmap.clearance.copy(), proofs.free
-    known[rows[free]] = clearance + np.maximum(proofs.clearance[free], 0.0)
+    rows, known = np.flatnonzero(roadmap.clearance < clearance), roadmap.clearance.copy()
+    prover = EdgeProver(keeping(checker, clearance), progress)
+    for number, some in enumerate(batches(rows)):
+        progress("clearance", number * BATCH, len(rows))
+        proofs = prover.prove(*segments(roadmap, checker.robot, some), contacts=False)
+        known[some[proofs.free]] = clearance + np.maximum(proofs.clearance[proofs.free], 0.0)
+        if progress.stopped:
+            break
+    progress("clearance", len(rows), len(rows))
     return replace(roadmap, clearance=known)
 
 

@@ -44,7 +44,7 @@ def plan(
     if objective is not None:
         request = with_objective(request, objective, options)
     with clock("setup"):
-        query = make_query(request.what, in_time=timing is not None)
+        query = make_query(request.what, in_time=timing is not None, progress=progress)
         limits = None if timing is None else MotionLimits.of(query.robot, timing)
         if query.scene.moving:
             require_earliest(request, timing)

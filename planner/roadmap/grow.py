@@ -122,9 +122,11 @@ def _add_shorter_paths(
         within_limit = replace(join, motions=limit - checked)
         found, tried = shorter_path(motions, within_limit, starts, goals, longest, rng, progress)
         checked += max(tried, 1)  # a search that could not even begin counts, so that this ends
+        progress("shorter paths", min(checked, limit), limit)
         if found is not None:
             forest.add_path(found)
             longest = min(longest, _length(robot, found))
+    progress("shorter paths", checked, checked)
     return checked
 
 

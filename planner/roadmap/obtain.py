@@ -57,7 +57,7 @@ def obtain_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = Q
     return attach(roadmap, query.checker, query.starts, query.goals, quality.seed, progress=progress)
 
 
-_BATCH = 128  # edges proven between two looks whether to stop
+BATCH = 128  # edges proven between two looks whether to stop
 _LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back
 
 
@@ -112,8 +112,8 @@ def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QU
 
 def batches(rows: Ints) -> Iterator[Ints]:
     """``rows`` a few at a time, so that the work can stop between them."""
-    for first in range(0, len(rows), _BATCH):
-        yield rows[first : first + _BATCH]
+    for first in range(0, len(rows), BATCH):
+        yield rows[first : first + BATCH]
 
 
 def _usable_nodes(roadmap: Roadmap, checker: CollisionChecker, proven: Bools) -> Bools:

@@ -38,7 +38,7 @@ def sweep(request: SweepRequest | PlanRequest, progress: Progress = QUIET) -> Tr
     """
     clock, quality = Stopwatch(), request.quality
     with clock("setup"):
-        query = make_query(request.what)
+        query = make_query(request.what, progress=progress)
     with clock("roadmap"):
         roadmap, clearance = _improved_roadmap(quality, query, progress)
     robot, checker = query.robot, query.checker
@@ -47,7 +47,7 @@ def sweep(request: SweepRequest | PlanRequest, progress: Progress = QUIET) -> Tr
         return draft
     with clock("costs"):
         network, floor = build_network(roadmap, quality.objective_at(0.5), clearance), quality.min_manipulability
-        paths = RoadmapPaths(roadmap, robot, network, floor, second_looks(checker, roadmap))
+        paths = RoadmapPaths(roadmap, robot, network, floor, second_looks(checker, roadmap, progress=progress))
     search = EnvelopeSearch(paths, gabf.named_law(quality.law, quality.prescribed_time), clock)
     while not search.done and not progress.stopped:
         search.step()

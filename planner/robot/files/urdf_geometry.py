@@ -17,7 +17,7 @@ from planner.base.errors import RobotError, SceneError
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import shown
 from planner.robot.files import urdf
-from planner.robot.files.meshes import link_mesh, read_mesh, thinned
+from planner.robot.files.meshes import link_mesh, pieces_of, read_mesh, thinned
 from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 Kind = Literal["collision", "visual"]
@@ -36,7 +36,7 @@ def read_bodies(
     links = {item.name: full.frames[item.parentFrame].name for item in geometry.geometryObjects}
     model, placed = urdf.reduce(full, geometry, moving, held, base)
     try:
-        return model, tuple(
+        bodies = [
             Body(
                 name=item.name,
                 link=links[item.name],
@@ -46,7 +46,9 @@ def read_bodies(
                 color=tuple(item.meshColor.tolist()),
             )
             for item in placed.geometryObjects
-        )
+        ]
+        whole = kind == "visual" or not description.pieces
+        return model, tuple(bodies if whole else [piece for body in bodies for piece in pieces_of(body)])
     except SceneError as error:
         raise RobotError(f"the {kind} geometry of {description.path}: {error}") from None
 
