@@ -13,7 +13,7 @@ from typing import Any, Self, TypeVar
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 from rich.table import Table
 
@@ -108,24 +108,22 @@ class _Stages:
 
     def __exit__(self, *_: object) -> None:
         if self._bars is not None:
-            for bar in self._bars.tasks:
-                self._bars.update(bar.id, total=bar.total or bar.completed)  # by now its end is known
             self._bars.stop()
 
     def report(self, stage: str, done: int, total: int) -> None:
         """Draw the bar of a stage; see :class:`planner.base.progress.Progress`."""
         if self._bars is None:
-            words, unit = TextColumn("{task.description:13}"), TextColumn("{task.fields[unit]:7}")
-            columns = words, BarColumn(), MofNCompleteColumn(), unit, TimeElapsedColumn()
-            self._bars = Bars(*columns, console=Console(stderr=True))
+            columns = TextColumn("{task.description:13}"), BarColumn(), TextColumn("{task.fields[count]:18}")
+            self._bars = Bars(*columns, TimeElapsedColumn(), console=Console(stderr=True))
             self._bars.start()
         if stage not in self.drawn:
-            self.drawn[stage] = self._bars.add_task(stage, total=None, unit=UNITS.get(stage, ""), before=0, last=0)
+            self.drawn[stage] = self._bars.add_task(stage, total=None, count="", before=0, last=0)
         bar = self._bars.tasks[self.drawn[stage]]
         before, last = bar.fields["before"], bar.fields["last"]
         before += last if done < last else 0  # it begins anew, and its bar goes on
         whole = before + total if total else None
-        self._bars.update(bar.id, completed=before + done, total=whole, before=before, last=done)
+        count = f"{before + done}{f'/{whole}' if whole else ''} {UNITS.get(stage, '')}"
+        self._bars.update(bar.id, completed=before + done, total=whole, count=count, before=before, last=done)
 
 
 def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:

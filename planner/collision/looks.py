@@ -161,10 +161,11 @@ class Clearance:
         """
         best, order = np.full(len(bounds), np.inf), np.argsort(bounds, axis=1, kind="stable")
         for pairs, least in zip(order.T, np.take_along_axis(bounds, order, axis=1).T, strict=True):
-            rows = np.flatnonzero(least < np.minimum(best, below))
+            nearest = np.minimum(best, below)
+            rows = np.flatnonzero(least < nearest)
             if not len(rows):
                 break
-            found = self._checker.distances_in(rotation, position, rows, pairs[rows])
+            found = self._checker.distances_in(rotation, position, rows, pairs[rows], nearest[rows])
             best[rows] = np.minimum(best[rows], np.maximum(found, 0.0))
         farther = np.where(bounds >= below, bounds, np.inf).min(axis=1, initial=np.inf)
         return np.minimum(best, farther)
