@@ -172,6 +172,11 @@ def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, mo
     return array
 
 
+def is_placement(value: object) -> bool:
+    """Whether ``value`` is an array (4, 4), or what NumPy takes for one, as ``pinocchio.SE3``; lists are not."""
+    return hasattr(value, "__array__") and np.shape(value) == (4, 4)  # type: ignore[call-overload]
+
+
 def _is_text(value: Any) -> bool:
     return isinstance(value, bool | str | bytes)  # NumPy makes numbers of true, and of "0_3"
 

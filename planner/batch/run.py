@@ -159,7 +159,7 @@ def _measure_row(task: Task, progress: Progress, out: Path, pages: bool, time_li
 def _plan(request: PlanRequest, progress: Progress, folder: Path, pages: bool) -> Row:
     """The results of a plan, whose folder is written unless it was stopped. A refusal or a crash is a result too."""
     try:
-        found = plan(request, progress)
+        found = plan(request=request, timing=None, progress=progress)
         if progress.stopped:
             return {}
         if pages:

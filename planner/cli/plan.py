@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,6 +31,7 @@ from planner.problem.request import (
 if TYPE_CHECKING:
     from planner.base.progress import Progress
     from planner.planning.result import Plan
+    from planner.tradeoff.result import Tradeoff
 
 
 def plan(
@@ -76,7 +78,9 @@ def plan(
     from planner.tradeoff.sweep import with_alternatives
 
     def find(progress: Progress) -> Plan:
-        return with_alternatives(find_plan(PlanRequest(what, quality), progress, motion), progress)
+        return with_alternatives(
+            find_plan(request=PlanRequest(what, quality), timing=motion, progress=progress), progress
+        )
 
     return _told(find, out, view, json, certificate)
 
@@ -119,7 +123,9 @@ def follow(
     from planner.tradeoff.sweep import with_alternatives
 
     def find(progress: Progress) -> Plan:
-        return with_alternatives(find_plan(path, FollowRequest(what, quality), progress, motion), progress)
+        return with_alternatives(
+            find_plan(path, request=FollowRequest(what, quality), timing=motion, progress=progress), progress
+        )
 
     return _told(find, out, view, json)
 
@@ -127,32 +133,44 @@ def follow(
 def sweep(
     what: Problem = Problem(),  # noqa: B008 (frozen)
     quality: SweepQuality = SweepQuality(),  # noqa: B008
+    limits: TimingRequest = TimingRequest(),  # noqa: B008
+    no_timing: Flag = False,
     out: Out = Path("sweep"),
     debug: Debug = False,
 ) -> int:
-    """The whole trade-off between manipulability and distance: every path that some beta makes optimal.
+    """The whole trade-off between manipulability and distance: every path in a roadmap that some beta makes optimal.
 
-    Finds all values of beta at which the best path changes, exactly and without a grid, on one roadmap. Starts,
-    goals and all other options are those of 'planner plan'. Examples:
+    Finds all values of beta at which the best path changes, exactly and without a grid, on one roadmap, and the motion
+    along each path. Starts, goals and all other options are those of 'planner plan'. Examples:
 
     planner sweep --seed 3
 
-    planner sweep --roadmap out/roadmap.npz
+    planner sweep --roadmap out/roadmap.npz && planner export sweep --beta 0.2
 
-    Writes sweep.json, sweep.csv, sweep.html (open it in a browser) and roadmap.npz. Exit codes are those of
-    'planner plan'; Ctrl-C saves the intervals that are proven so far, without the page; where --out holds a sweep
-    already, in a new folder 'interrupted' inside it.
+    Writes sweep.json, sweep.csv, sweep.html (open it in a browser), roadmap.npz, and the motions trajectory-1.json,
+    trajectory-2.json, ... in the order of the intervals. Exit codes are those of 'planner plan'; Ctrl-C saves the
+    intervals that are proven so far, without the page; where --out holds a sweep already, in a new folder 'interrupted'
+    inside it.
+
+    Args:
+        no_timing: Leave the paths without times: no trajectory-1.json, ...
     """
+    motion = timing_of(limits, no_timing)
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
-    result, record, files, code = written(lambda progress: find_tradeoff(SweepRequest(what, quality), progress), out)
+    def find(progress: Progress) -> Tradeoff:
+        return find_tradeoff(request=SweepRequest(what, quality), timing=motion, progress=progress)
+
+    result, record, files, code = written(find, out)
     ending, count = result.outcome.value, len(result.intervals)
     if result.outcome is Outcome.SOLVED:
-        ending = f"{count} path{'s are' if count != 1 else ' is'} optimal, each in its interval of beta."
+        ending = f"{count} path{'s' if count != 1 else ''} of this roadmap, each optimal in its interval of beta."
     if record.intervals:
         show(report_table(record.table))
     for line in record.lines:
         say(line)
+    if motion is not None and (chosen := result.knee or next(iter(result.intervals), None)):
+        say(f"To run one: planner export {shlex.quote(str(out))} --beta {chosen.beta:g}")
     say("Seconds: " + ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items()) + ".")
     say(f"{ending} {files}")
     return code
@@ -189,7 +207,9 @@ def task(
     from planner.tasks.plan import task as plan_task
 
     request = TaskRequest(what, quality)
-    found, record, files, code = written(lambda progress: plan_task(file, progress, motion, request), out)
+    found, record, files, code = written(
+        lambda progress: plan_task(file, request=request, timing=motion, progress=progress), out
+    )
     if json:
         say(json_text(record.to_dict()))
     else:

@@ -18,8 +18,8 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import StateError
+from planner.constraints.tool_bound import Frame, ToolBound
 from planner.kinematics.forward import Chain
-from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.native.compiled import NativeKeeping
 from planner.problem.conditions import Condition, KeepAxis, KeepBox, KeepPlane, KeepTurn, OfPoint, Quaternion, Three
 from planner.robot.poses import pose, quaternion_of

@@ -14,19 +14,21 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
 from planner.base.cache import cached
-from planner.base.errors import Note, OptionError, PlannerError
+from planner.base.errors import Note, OptionError, PlannerError, RobotError
 from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.collision import make_checker
 from planner.collision.checker import APART, CollisionChecker
 from planner.kinematics.forward import joint_placements, tool_pose
-from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability import is_always_singular, manipulability
+from planner.problem.options import Measure, MeasureName, Rows
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
 from planner.problem.targets import TURN, Joints, Target
 from planner.query.resolve import looks_like_degrees
@@ -55,8 +57,12 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
             if getattr(request, option) is not None:
                 text = f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
                 raise OptionError(text)
-        return _set_up(with_tool(request.robot, request.tool), scene, message, JointChoice())
-    files = files_of(str(request.robot), request.srdf)
+        robot = with_tool(request.robot, request.tool)
+        return _set_up(measured_by(robot, request.jacobian_rows, request.manipulability), scene, message, JointChoice())
+    if not isinstance(request.robot, str):
+        kind = f"{type(request.robot).__name__}: see planner.Robot.from_pinocchio."
+        raise TypeError(f"robot must be a name, a file or a planner.Robot, got {kind}")
+    files = files_of(request.robot, request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
     choice = JointChoice(request.group, request.joints)
@@ -69,7 +75,8 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
         fixed |= held
     base = placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or None)
     robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
-    return _set_up(at_usable_home(files, robot), scene, message, choice)
+    robot = measured_by(at_usable_home(files, robot), request.jacobian_rows, request.manipulability)
+    return _set_up(robot, scene, message, choice)
 
 
 @lru_cache(maxsize=16)
@@ -94,12 +101,13 @@ def _usable_home(robot: Robot) -> Floats:
     What will do has at least the median w of random configurations around mid-range, of which it is one.
     """
     span = np.minimum(robot.upper - robot.lower, TURN)
-    random = np.random.default_rng(0).uniform(-0.25, 0.25, size=(_NEAR, robot.dof))
+    random = np.random.default_rng(0).uniform(-0.5, 0.5, size=(_NEAR, robot.dof))
     random[0] = 0.0
     random = random[np.argsort(np.abs(random).sum(axis=1), kind="stable")]
     q = np.round(0.5 * (robot.lower + robot.upper) + random * span, 3)  # people read it
     q = np.vstack([robot.home, np.clip(q, robot.lower, robot.upper)])
-    w, free = manipulability(robot, q), ~touching_pairs(make_checker(robot, Scene("none"), "coal"), q).any(axis=1)
+    free = ~touching_pairs(make_checker(robot, Scene("none"), "coal"), q).any(axis=1)
+    w = manipulability(measured_by(robot, None, robot.measure), q)
     wanted = np.median(w[1:]) * np.append(_POOR, np.ones(_NEAR))
     rows = np.flatnonzero(free & (w >= wanted))
     rows = rows if len(rows) else np.flatnonzero(free)
@@ -113,6 +121,22 @@ def touching_pairs(checker: CollisionChecker, q: Floats) -> Bools:
     rows, pairs = np.nonzero(touching)
     touching[rows, pairs] = checker.bound.close(rotation, position, rows, pairs, APART) <= 0
     return touching
+
+
+@lru_cache(maxsize=16)
+def measured_by(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
+    """The robot with the rows of its Jacobian and the measure that an objective asks for.
+
+    All six rows where w of its own is 0 everywhere; :class:`RobotError` where w of the rows asked for is.
+    """
+    made = replace(robot, jacobian_rows=rows or robot.jacobian_rows, measure=measure)
+    if measure not in get_args(MeasureName) or not is_always_singular(made):
+        return robot if measure == robot.measure and rows in (None, robot.jacobian_rows) else made
+    text = f"w of the {made.jacobian_rows} rows is 0 in every configuration with tool frame '{robot.tool}'"
+    if rows is not None:
+        raise RobotError(f"{text}: choose other --jacobian-rows, or another --tool.")
+    note = Note(f"{text}: w is computed from all six rows; choose with --jacobian-rows, or another --tool.")
+    return replace(made, jacobian_rows="pose", notes=(*robot.notes, note))
 
 
 def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choice: JointChoice) -> Robot:

@@ -106,7 +106,7 @@ class Motions:
         """
         states = self.robot.unwound(path)
         by = states - states[:, None]
-        allowed = np.triu(self.robot.told_by_ends(by), 1) | np.eye(len(path), k=1, dtype=bool)
+        allowed = np.triu(self.robot.is_below_half_turn(by), 1) | np.eye(len(path), k=1, dtype=bool)
         price = np.where(allowed, np.sqrt((by**2).sum(axis=2)), np.inf)
         allows = self._all_well_conditioned if self.floor > 0 else None
         return path[cheapest_chain(self.prover, states, price, self.room, allows)]

@@ -25,7 +25,7 @@ from planner.roadmap.grow import GrowthSettings, join_settings
 from planner.roadmap.informed import LazyRoadmap, informed_samples
 from planner.roadmap.refine import PathRefiner, simplified
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.shortcuts import parts_told_by_ends
+from planner.roadmap.shortcuts import parts_is_below_half_turn
 from planner.robot.robot import Robot
 
 IMPROVING = "improve"  # a stage of progress
@@ -161,7 +161,7 @@ class _Search:
         """The path without motions that have no cost: those that are too long, or that their ends do not tell."""
         cost = self.refiner.cost
         longest = cost.longest if cost.objective.beta < 1.0 else np.inf
-        return cut(path, parts_told_by_ends(cost.robot, np.diff(path, axis=0), longest))
+        return cut(path, parts_is_below_half_turn(cost.robot, np.diff(path, axis=0), longest))
 
 
 def improve(

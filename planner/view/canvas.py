@@ -42,9 +42,9 @@ class Canvas:
         """Record a command of the visualizer."""
         self.commands.append(command.lower())
 
-    def shape(self, path: str, shape: Shape, placement: Floats, rgba: tuple[float, ...]) -> None:
-        """Draw a shape at a placement (4, 4) relative to the parent of ``path``."""
-        material = g.MeshPhongMaterial(color=hex_colour(rgba), opacity=float(rgba[3]))
+    def shape(self, path: str, shape: Shape, placement: Floats, rgba: tuple[float, ...], *, flat: bool = False) -> None:
+        """Draw a shape at a placement (4, 4) relative to the parent of ``path``, each triangle ``flat`` or smooth."""
+        material: Any = g.MeshPhongMaterial(color=hex_colour(rgba), opacity=float(rgba[3]), flatShading=flat)
         self._object(path, g.Mesh(_geometry(shape), material))
         self.transform(path, placement @ _Z_FROM_Y if isinstance(shape, Cylinder) else placement)
 
@@ -56,7 +56,7 @@ class Canvas:
     def segments(self, path: str, ends: Floats, colours: Floats) -> None:
         """Draw lines between consecutive pairs of ``ends`` (2 k, 3), all in one object."""
         material: Any = g.LineBasicMaterial(vertexColors=True, opacity=_LINES_OPACITY)
-        self._object(path, g.LineSegments(g.PointsGeometry(ends.T, colours.T), material))
+        self._object(path, g.LineSegments(g.PointsGeometry(_rounded(ends, 11).T, colours.T), material))
 
     def transform(self, path: str, matrix: Floats) -> None:
         """Place the object at ``path`` by ``matrix`` (4, 4)."""
@@ -84,7 +84,7 @@ def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
     parts = {
         "TITLE": escape(title.encode("utf-8", "replace").decode()),  # half a surrogate pair is no text
         "STYLE": _assets("page.css"),
-        "VIEWER": _viewer_script(),
+        "VIEWER": _viewer(),
         "SCRIPT": _assets(*_SCRIPTS),
         "SCENE": scene,
         "DATA": script_json({**data, "lengths": lengths}),
@@ -109,10 +109,10 @@ def script_json(data: Any) -> str:
 
 
 @cache
-def _viewer_script() -> str:
-    """meshcat's own viewer, as its wheel ships it; its licence note is kept at its head."""
+def _viewer() -> str:
+    """meshcat's own viewer, as its wheel ships it, as gzip in base64: the page unpacks it."""
     script = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
-    return script.read_text("utf-8").replace("</script>", "<\\/script>")
+    return base64.b64encode(gzip.compress(script.read_bytes(), mtime=0)).decode()
 
 
 def _geometry(shape: Shape) -> g.Geometry:
@@ -126,4 +126,9 @@ def _geometry(shape: Shape) -> g.Geometry:
         case Capsule():
             return _geometry(capsule_mesh(shape))
         case Mesh(vertices, triangles):
-            return g.TriangularMeshGeometry(vertices, triangles)
+            return g.TriangularMeshGeometry(_rounded(vertices, 14), triangles)
+
+
+def _rounded(positions: Floats, bits: int) -> Floats:
+    """Positions to the nearest 2**-bits m: gzip makes little of the zeros that this leaves in a float."""
+    return np.round(positions * 2.0**bits) / 2.0**bits

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence, Set
+from collections.abc import Collection, Sequence, Set
 from dataclasses import replace
 from functools import lru_cache
 from itertools import cycle
@@ -11,8 +11,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
+from planner.constraints.tool_bound import Frame
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.kinematics.tool_bound import Frame
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, load_visuals
@@ -51,7 +51,7 @@ def draw_bodies(canvas: Canvas, kind: Kind, bodies: Sequence[Body], touching: Co
     for k, body in enumerate(bodies):
         path = f"robot/{body.joint}/{kind}/{k}"
         rgba = TOUCHING if body.link in touching else body.color if kind == "visual" else _COLLISION
-        canvas.shape(path, body.shape, body.placement, rgba)
+        canvas.shape(path, body.shape, body.placement, rgba, flat=kind == "collision")
         names[path] = body.link
     return names
 
@@ -221,7 +221,7 @@ def draw_robot(
 
     Returns the links by path, and the bodies to look at.
     """
-    carried = _smoothed(robot.carried)
+    carried = tuple(replace(body, shape=smoothed(body.shape)) for body in robot.carried)
     visual, colliding = ((*bodies, *carried) for bodies in drawn_bodies(robot))
     names = draw_bodies(canvas, "visual", visual, touching)
     names |= draw_bodies(canvas, "collision", colliding, touching)
@@ -233,12 +233,8 @@ def draw_robot(
 def drawn_bodies(robot: Robot) -> tuple[tuple[Body, ...], tuple[Body, ...]]:
     """The visual bodies of ``robot``, see :func:`planner.robot.robot.load_visuals`, and those that collide.
 
-    Meshes are smoothed. The bodies that the robot carries are not among them.
+    The bodies that the robot carries are not among them.
     """
     carried = {body.link for body in robot.carried}
-    own = [body for body in robot.bodies if body.link not in carried]
-    return _smoothed(load_visuals(replace(robot, carried=()))), _smoothed(own)
-
-
-def _smoothed(bodies: Iterable[Body]) -> tuple[Body, ...]:
-    return tuple(replace(body, shape=smoothed(body.shape)) for body in bodies)
+    own = tuple(body for body in robot.bodies if body.link not in carried)
+    return load_visuals(replace(robot, carried=())), own

@@ -11,7 +11,7 @@ from planner.base.arrays import Floats, Ints, so_far
 from planner.base.resolutions import CLEARANCES_OF_MOTION, SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import Chain, tool_positions
-from planner.kinematics.manipulability import jacobians, manipulability
+from planner.kinematics.manipulability import jacobians, manipulability, unit_of
 from planner.problem.outcome import Rows
 from planner.robot.robot import Robot
 from planner.trajectory.measure import dense_path, measure_path
@@ -21,7 +21,6 @@ from planner.trajectory.trajectory import Trajectory
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
 _FINE = 1001  # moments at which the lowest w of a motion is looked for
 _APART = 0.1  # worst points nearer than this share of the path are one
-W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +48,8 @@ class ShownPath:
     """A path (k, dof) rad, what is said about it, and where known its betas and the cost-to-go (n,) of the roadmap.
 
     ``costs``: Omega and D. A path with costs but without an interval is non-dominated, and no beta makes it optimal.
-    With a ``motion`` the robot is shown at its times.
+    With a ``motion`` the robot is shown at its times. ``choice``: what is gained and paid by these betas, as
+    :meth:`planner.tradeoff.record.IntervalNumbers.choice` has it.
     """
 
     path: Floats
@@ -58,11 +58,12 @@ class ShownPath:
     cost_to_go: Floats | None = None
     costs: tuple[float, float] | None = None
     motion: ShownMotion | None = None
+    choice: dict[str, Any] | None = None
 
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
     """What the page says about a path: its two costs, its mean w, its lengths; the smallest w is among the lowest."""
-    measures, unit = measure_path(robot, path), W_UNIT[robot.manipulability]
+    measures, unit = measure_path(robot, path), unit_of(robot)
     return [
         ("manipulability cost Ω", f"{omega:.4f}"),
         ("distance cost D", f"{distance:.4f}"),

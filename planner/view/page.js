@@ -10,12 +10,6 @@ const shownPath = () => data.paths[current];
 const short = (w) => (w >= 5e-4 || w === 0 ? w.toFixed(4) : w.toExponential(1));
 const percent = (part) => `${Math.round(100 * part)} %`;
 
-async function unpack(base64) {
-  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 // The scene is MessagePack commands, one after another; the viewer decodes them one by one.
 async function replay(scene) {
   const bytes = await unpack(scene);

@@ -13,6 +13,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import OptionError, Reason
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import unit_of
 from planner.problem.outcome import NoWay, Rows
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
@@ -29,7 +30,7 @@ from planner.view.drawing import (
     extent,
     moving_data,
 )
-from planner.view.motion import W_UNIT, ShownPath, chain_data, configurations_at, joint_data, motion_data, path_shares
+from planner.view.motion import ShownPath, chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.surfaces import css_gradient, ramp_stops, tube
 
 _WANTED, _TOOL_PATH = 0.012, (0.10, 0.55, 0.95, 0.45)  # m: around the tube of the path that is reached
@@ -81,7 +82,7 @@ class Page:
             "curve": [],
             "ramp": ramp_stops(),
             "gradient": css_gradient(),
-            "unit": W_UNIT[robot.manipulability],
+            "unit": unit_of(robot),
             "chain": chain_data(robot),
             "joints": joint_data(robot),
         }
@@ -148,6 +149,7 @@ class Page:
         return {
             "interval": shown.interval,
             "costs": shown.costs,
+            "choice": shown.choice,
             "numbers": shown.numbers,
             "cost": self._field(shown.cost_to_go),
             **motion_data(self.robot, shown.path, shown.motion),

@@ -2,15 +2,6 @@
 // The viewer, and where a configuration puts the robot in it: forward kinematics as planner.kinematics.forward has it.
 
 const THREE = MeshCat.THREE;
-const element = (id) => document.getElementById(id);
-const root = document.documentElement;
-
-// whatever goes wrong is said in the page, and to tests in data-error
-addEventListener("error", (event) => {
-  root.dataset.error = event.message;
-  element("message").textContent = `This page cannot be drawn here (it needs WebGL): ${event.message}`;
-});
-
 const data = JSON.parse(element("data").textContent);
 const viewer = new MeshCat.Viewer(element("viewer"));
 

@@ -8,19 +8,13 @@ from planner.base.arrays import Floats
 from planner.robot.files.meshes import split_at_creases
 from planner.robot.shapes import Capsule, Mesh, Shape
 
-_CREASE = np.radians(35.0)  # an edge at which faces meet at a larger angle stays sharp
 # from dark blue to yellow; lightness rises evenly, so order survives a black and white print
 _STOPS = np.array([[0.16, 0.11, 0.33], [0.20, 0.32, 0.55], [0.13, 0.54, 0.55], [0.38, 0.74, 0.38], [0.98, 0.88, 0.22]])
 
 
 def smoothed(shape: Shape) -> Shape:
-    """The shape, a mesh with vertices shared where faces join smoothly and split where they meet at an edge.
-
-    The viewer averages normals over shared vertices: triangle soup looks faceted, welded soup looks melted.
-    """
-    if not isinstance(shape, Mesh):
-        return shape
-    return split_at_creases(shape, _CREASE)
+    """The shape, a mesh with vertices shared where faces join smoothly and split where they meet at an edge."""
+    return split_at_creases(shape) if isinstance(shape, Mesh) else shape
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -64,21 +64,21 @@ def test_what_changed_is_seen_even_at_the_same_time_and_length(in_place: bool, a
     assert not np.array_equal(robot(arm).upper, known.upper)
 
 
-SINGULAR = {  # at zero: joints 1 and 3 in one line, an arm stretched out above its base
-    "wrist": ("0 0 1", "0 1 0", "0 0 1"),
-    "arm": ("0 0 1", "0 1 0", "0 1 0"),
+SINGULAR = {  # axes and steps: at zero joints 1 and 3 are parallel, or the arm is stretched out above its base
+    "wrist": (("0 0 1", "0 1 0", "0 0 1"), "0.1 0 0.4"),
+    "arm": (("0 0 1", "0 1 0", "0 1 0"), "0 0 0.4"),
 }
 
 
-@pytest.mark.parametrize("axes", SINGULAR.values(), ids=SINGULAR)
+@pytest.mark.parametrize(("axes", "step"), SINGULAR.values(), ids=SINGULAR)
 def test_home_is_free_and_not_singular_where_no_file_says_where_it_is(
-    axes: tuple[str, str, str], urdf_file: Callable[..., str]
+    axes: tuple[str, str, str], step: str, urdf_file: Callable[..., str]
 ) -> None:
     """FCL says that it is free; w is compared with that of random configurations by Pinocchio's Jacobian."""
     rod = '<capsule radius="0.02" length="0.2"/>', '<origin xyz="0 0 0.2"/>'
     links = "".join(link_xml(f"l{k}", *rod) for k in range(4)) + link_xml("tip")
-    joints = "".join(joint_xml(f"j{k}", f"l{k}", f"l{k + 1}", axis=axis, xyz="0 0 0.4") for k, axis in enumerate(axes))
-    file = urdf_file(links + joints + joint_xml("end", "l3", "tip", "fixed", xyz="0 0 0.3"))
+    joints = "".join(joint_xml(f"j{k}", f"l{k}", f"l{k + 1}", axis=axis, xyz=step) for k, axis in enumerate(axes))
+    file = urdf_file(links + joints + joint_xml("end", "l3", "tip", "fixed", xyz=step))
     checker = open_world(WorldRequest(file, "empty"))
     robot, (note,) = checker.robot, checker.robot.notes
     assert "No file says where home is" in note.text

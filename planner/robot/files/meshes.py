@@ -6,6 +6,7 @@ A link's mesh of many triangles is thinned: vertices of one cell of a grid becom
 none moves further than r, no point of a triangle does, so the old surface lies within r of the new one: what is proven
 of the new one with a rounding of r holds for the old one. The way there stays within r of the new surface too, so that
 beyond that nothing changes between inside and outside; closed pieces stay closed, as every edge goes where its ends go.
+The same grid, coarser, thins meshes that are only looked at.
 """
 
 from __future__ import annotations
@@ -16,15 +17,16 @@ import os
 import re
 import warnings
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from importlib.metadata import version
+from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, distinct_rows
+from planner.base.arrays import Floats, Ints
 from planner.base.cache import cached
 from planner.base.errors import FileError, Note, choices
 from planner.base.files import StrPath
@@ -36,6 +38,9 @@ from planner.robot.solids import is_closed, pieces_of_vertices
 MANY = 2000  # triangles: meshes of more are thinned
 CELL = 1e-3  # m: a cell of the grid
 _PIECES = 8  # of a mesh: each is a body more in every pair
+DRAWN_MANY = 3000  # triangles of a mesh to look at, on the finest of these grids that leaves so few, or the last
+DRAWN_CELLS = (0.5e-3, 1e-3, 2.1e-3)  # m: half a diagonal is below 2 mm
+_CREASE = np.radians(35.0)  # an edge at which faces meet at a larger angle stays sharp
 _WIDEST = 1000.0  # m: cells of more have no number
 _WORTH = 0.75  # share of the triangles above which the mesh stays as it is
 _ROUNDING = 1e-9  # m by which a computed distance may be too short
@@ -71,7 +76,7 @@ def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
             f"mesh file {path} cannot be read ({reason}): check 'scale', or export it again as STL, OBJ, PLY, DAE or "
             "GLB."
         ) from None
-    return Mesh(*_join(mesh.vertices[mesh.triangles].reshape(-1, 3)))
+    return mesh.joined()
 
 
 def link_mesh(path: Path, scale: Floats) -> Mesh:
@@ -79,11 +84,26 @@ def link_mesh(path: Path, scale: Floats) -> Mesh:
 
     It is made once: then it comes from the cache. :class:`FileError` as :func:`read_mesh`.
     """
-    content = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    made_of = [path.suffix.lower(), scale, content, CELL, MANY, version("trimesh")]
-    arrays = cached(
-        "meshes", made_of, lambda: {k: np.asarray(v) for k, v in vars(thinned(read_mesh(path, scale))).items()}
-    )
+    made_of = [*_content(path, scale), CELL, MANY]
+    return _made_once("meshes", made_of, lambda: thinned(read_mesh(path, scale)))
+
+
+def drawn_mesh(source: Path | Mesh, scale: float | Floats = 1.0) -> Mesh:
+    """A mesh, or that of a file after ``scale``, as pages draw it: each surface lies within 2 mm of the other.
+
+    It has few triangles, and no vertex in common across sharp edges. From the cache as :func:`link_mesh`.
+    """
+    read = (lambda: source) if isinstance(source, Mesh) else lambda: read_mesh(source, scale)
+    content = source.content() if isinstance(source, Mesh) else _content(source, scale)
+    return _made_once("drawn", [*content, DRAWN_MANY, DRAWN_CELLS, _CREASE], lambda: _drawn(read()))
+
+
+def _content(path: Path, scale: float | Floats) -> list[Any]:
+    return [path.suffix.lower(), scale, np.frombuffer(path.read_bytes(), dtype=np.uint8), version("trimesh")]
+
+
+def _made_once(kind: str, made_of: list[Any], make: Callable[[], Mesh]) -> Mesh:
+    arrays = cached(kind, made_of, lambda: {k: np.asarray(v) for k, v in vars(make()).items()})
     return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
 
 
@@ -115,13 +135,39 @@ def pieces_of(body: Body) -> list[Body]:
     return made if len(made) > 1 else [body]
 
 
-def split_at_creases(mesh: Mesh, angle: float) -> Mesh:
-    """The mesh with vertices shared, but for edges at which faces meet at more than ``angle`` (rad)."""
+def _drawn(mesh: Mesh) -> Mesh:
+    found = mesh
+    for cell in DRAWN_CELLS if float(np.ptp(mesh.vertices, axis=0).max()) <= _WIDEST else ():
+        if len(found.triangles) <= DRAWN_MANY:
+            break
+        found = _seen_on_grid(mesh, cell)
+    sharp = split_at_creases(found)
+    first = np.argmin(sharp.triangles, axis=1)[:, None]  # triangles in order: a page's gzip finds more to share
+    triangles = np.take_along_axis(sharp.triangles, (first + np.arange(3)) % 3, axis=1)
+    return Mesh(sharp.vertices, triangles[np.lexsort(triangles.T[::-1])])
+
+
+def _seen_on_grid(mesh: Mesh, cell: float) -> Mesh:
+    """The mesh on a grid; triangles of which only a line or a point would be left, which is not seen, stay."""
+    middle, which, _ = _cells(mesh, None, cell)
+    moved, count = which[mesh.triangles], len(middle)
+    flat = np.diff(np.sort(moved, axis=1), axis=1).min(axis=1) == 0
+    whole = moved[~flat]
+    known = [np.minimum(a, b) * count + np.maximum(a, b) for a, b in combinations_with_replacement(whole.T, 2)]
+    alone = flat & ~np.isin(moved.min(axis=1) * count + moved.max(axis=1), known)
+    return Mesh(np.vstack([middle, mesh.vertices]), np.vstack([whole, mesh.triangles[alone] + count]))
+
+
+def split_at_creases(mesh: Mesh) -> Mesh:
+    """The mesh with vertices shared, but for edges at which faces meet at more than 35 degrees.
+
+    A viewer averages normals over shared vertices: triangle soup looks faceted, welded soup looks melted.
+    """
     import trimesh
 
     welded = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
     welded.merge_vertices()
-    made = trimesh.graph.smooth_shade(welded, angle=angle, facet_minarea=None)
+    made = trimesh.graph.smooth_shade(welded, angle=_CREASE, facet_minarea=None)
     return Mesh(np.asarray(made.vertices), np.asarray(made.faces))
 
 
@@ -189,15 +235,6 @@ def collada_notes(files: Iterable[Path]) -> Iterator[Note]:
         yield Note(text, grave=False)
 
 
-def _join(corners: Floats) -> tuple[Floats, Ints]:
-    """Vertices (n, 3), equal ones joined, in the order of ``corners`` (3 m, 3), and the triangles (m, 3) of these."""
-    first, which = distinct_rows(corners)
-    order = np.argsort(first)
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    return corners[first[order]], rank[which].reshape(-1, 3)
-
-
 def thinned(mesh: Mesh) -> Mesh:
     """The mesh itself where it has few triangles, or hardly fewer on a grid; else one whose rounding holds it."""
     if len(mesh.triangles) <= MANY or mesh.radius or float(np.ptp(mesh.vertices.T.copy(), axis=1).max()) > _WIDEST:
@@ -210,8 +247,15 @@ def thinned(mesh: Mesh) -> Mesh:
 
 def _on_grid(mesh: Mesh, apart: Ints | None) -> Mesh:
     """The mesh with the vertices of each cell as one; those with different numbers ``apart`` (n,) stay apart."""
+    middle, which, radius = _cells(mesh, apart, CELL)
+    used, triangles = np.unique(_remaining(which[mesh.triangles]), return_inverse=True)
+    return Mesh(middle[used], triangles.reshape(-1, 3), radius)
+
+
+def _cells(mesh: Mesh, apart: Ints | None, cell: float) -> tuple[Floats, Ints, float]:
+    """The middles (k, 3) of the vertices of each cell, the cell (n,) of each vertex, the farthest way to a middle."""
     axes = np.ascontiguousarray(mesh.vertices.T)  # a tenth of the time along rows
-    cells = ((axes - axes.min(axis=1, keepdims=True)) * (1 / CELL)).astype(np.int64)
+    cells = ((axes - axes.min(axis=1, keepdims=True)) * (1 / cell)).astype(np.int64)
     _, wide, high = cells.max(axis=1) + 1
     order, which = _ranked((cells[0] * wide + cells[1]) * high + cells[2])
     if apart is not None:
@@ -220,10 +264,7 @@ def _on_grid(mesh: Mesh, apart: Ints | None) -> Mesh:
     first = np.flatnonzero(np.diff(ranks, prepend=-1))
     middle = 0.5 * (np.minimum.reduceat(axes, first, axis=1) + np.maximum.reduceat(axes, first, axis=1))
     moved = axes - middle[:, ranks]
-    radius = float(np.sqrt((moved * moved).sum(axis=0).max())) + _ROUNDING
-    triangles = _remaining(which[mesh.triangles])
-    used, triangles = np.unique(triangles, return_inverse=True)
-    return Mesh(middle.T[used], triangles.reshape(-1, 3), radius)
+    return middle.T, which, float(np.sqrt((moved * moved).sum(axis=0).max())) + _ROUNDING
 
 
 def _ranked(keys: Ints) -> tuple[Ints, Ints]:

@@ -5,12 +5,18 @@ from __future__ import annotations
 import coal
 import numpy as np
 import pytest
+import trimesh
 from scipy.optimize import minimize
 
-from planner.robot.files.meshes import CELL, thinned
+from planner.robot.files.meshes import CELL, drawn_mesh, read_mesh, thinned
+from planner.robot.files.packages import example_robot_data
+from planner.robot.files.urdf_geometry import mesh_files
+from planner.robot.robot import Robot
 from planner.robot.shapes import Mesh
 from planner.robot.solids import is_watertight, solid_of
+from planner.view.drawing import drawn_bodies
 from tests.coal_judge import coal_distance, coal_geometry
+from tests.worlds import load
 
 
 def ball(radius: float, rings: int = 60, shift: float = 0.0) -> Mesh:
@@ -92,3 +98,25 @@ def test_needles_and_specks_do_not_vanish(needle: list[list[float]]) -> None:
         assert np.linalg.norm(used - corner, axis=1).min() <= thin.radius
     flat = thin.vertices[thin.triangles[-1]]
     assert np.abs(flat - np.array(needle)[[0, 2, 2]]).max() <= thin.radius, "a line, or a point"
+
+
+def samples(mesh: Mesh, count: int) -> np.ndarray:
+    """Points (count, 3) all over the surface, by area."""
+    return trimesh.sample.sample_surface(trimesh.Trimesh(mesh.vertices, mesh.triangles), count, seed=3)[0]
+
+
+@pytest.mark.parametrize("name", ["panda", "ur10", "so101"])
+def test_what_is_drawn_is_within_2_mm_of_the_file_and_the_file_of_it(name: str) -> None:
+    path = example_robot_data() / "robots/so_arm_description/urdf/so101.urdf"
+    robot = Robot.load(path, tool="gripper_frame_link") if name == "so101" else load(name)
+    shares = []
+    for file in sorted(set(mesh_files(robot.source, "visual"))):
+        mesh, thin = read_mesh(file), drawn_mesh(file)
+        assert (np.diff(np.sort(thin.triangles, axis=1), axis=1) > 0).all(), "each is seen"
+        shares.append(len(thin.triangles) / len(mesh.triangles))
+        for surface, other in ((mesh, thin), (thin, mesh)):
+            geometry, place = coal_geometry(other), np.eye(4)
+            for place[:3, 3] in samples(surface, 300):
+                assert coal_distance(geometry, np.eye(4), coal.Sphere(1e-9), place) < 2e-3, file
+    assert min(shares) < 0.6
+    assert all(thin is body for thin, body in zip(drawn_bodies(robot)[1], robot.bodies, strict=True)), "as they collide"
