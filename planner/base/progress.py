@@ -9,12 +9,20 @@ from types import MappingProxyType
 
 Report = Callable[[str, int, int], None]
 
-UNITS = {  # what stages of work count
-    **{"setup": "steps", "first path": "motions", "shorter paths": "motions", "roadmap": "nodes", "links": "edges"},
-    **{"clearance": "edges", "improve": "rounds", "second look": "looks", "path": "paths", "modes": "paths"},
-    **{"other betas": "%", "beta": "%", "edges": "edges", "ladder": "rungs", "contacts": "looks", "nearest": "pieces"},
-    **{"proofs": "pieces", "plans": "plans", "files": "steps"},
+_COUNTED = {  # by unit, the stages of work that count it
+    "steps": ("setup", "files"),
+    "motions": ("first path", "shorter paths", "proofs", "timing"),
+    "nodes": ("roadmap",),
+    "edges": ("links", "clearance", "edges"),
+    "rounds": ("improve",),
+    "looks": ("second look", "contacts"),
+    "pieces": ("nearest",),
+    "paths": ("path", "modes"),
+    "%": ("beta", "other betas"),
+    "rungs": ("ladder",),
+    "plans": ("plans",),
 }
+UNITS = {stage: unit for unit, stages in _COUNTED.items() for stage in stages}
 
 
 class Progress:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from planner.native.graphs import reached
 from planner.planning.result import Curve, Plan
 from planner.problem.request import PlanQuality, SweepQuality
 from planner.roadmap.improve import Improvement, improve, without_last_grown
-from planner.roadmap.obtain import BATCH, batches
 from planner.roadmap.roadmap import Roadmap, path_waypoints, segments
 from planner.search.manipulability_floor import layered_network
 from planner.search.network import build_network, cheapest_steps
@@ -57,12 +57,19 @@ def improve_for_all_betas(
     if quality.roadmap is not None and quality.rounds < 1:
         return roadmap, 0.0, {}
     (roadmap, room), curves = roomy_roadmap(roadmap, checker, quality, progress), dict[float, Curve]()
-    for place, beta in enumerate(IMPROVED_AT if own == IMPROVED_AT[0] else (*IMPROVED_AT, own)):
+    betas = IMPROVED_AT if own == IMPROVED_AT[0] else (*IMPROVED_AT, own)
+    for place, beta in enumerate(betas):
         seed = (quality.seed + _SEEDS_APART * place) % 2**31
         part = replace(quality, effort=-(-quality.rounds // 2), seed=seed)
-        found = improved_roadmap(roadmap, checker, part, beta, progress, room)
+        report = partial(_report, progress, place, len(betas))
+        found = improved_roadmap(roadmap, checker, part, beta, progress.renamed(report), room)
         roadmap, curves[beta] = found.roadmap, found.curve
     return roadmap, room, curves
+
+
+def _report(progress: Progress, place: int, betas: int, stage: str, done: int, total: int) -> None:
+    """One stage for all betas."""
+    progress(stage, place * total + done, betas * total)
 
 
 def roomy_roadmap(
@@ -164,15 +171,12 @@ def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance:
 
 def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, progress: Progress) -> Roadmap:
     """With a proof of each edge whose certificate leaves open whether it has so much ``clearance`` (m)."""
-    rows, known = np.flatnonzero(roadmap.clearance < clearance), roadmap.clearance.copy()
-    prover = EdgeProver(keeping(checker, clearance), progress)
-    for number, some in enumerate(batches(rows)):
-        progress("clearance", number * BATCH, len(rows))
-        proofs = prover.prove(*segments(roadmap, checker.robot, some), contacts=False)
-        known[some[proofs.free]] = clearance + np.maximum(proofs.clearance[proofs.free], 0.0)
-        if progress.stopped:
-            break
-    progress("clearance", len(rows), len(rows))
+    rows = np.flatnonzero(roadmap.clearance < clearance)
+    wider = keeping(checker, clearance)
+    prover = EdgeProver(wider, progress, "clearance")
+    proofs = prover.prove(*segments(roadmap, checker.robot, rows), contacts=False)
+    known, free = roadmap.clearance.copy(), proofs.free
+    known[rows[free]] = clearance + np.maximum(proofs.clearance[free], 0.0)
     return replace(roadmap, clearance=known)
 
 

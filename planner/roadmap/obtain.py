@@ -1,7 +1,5 @@
 """The roadmap that a request names: grown around its ends, or loaded, proven again and linked to them."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator
 from dataclasses import replace
@@ -57,7 +55,7 @@ def obtain_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = Q
     return attach(roadmap, query.checker, query.starts, query.goals, quality.seed, progress=progress)
 
 
-BATCH = 128  # edges proven between two looks whether to stop
+_BATCH = 128  # edges proven between two looks whether to stop
 _LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back
 
 
@@ -112,8 +110,8 @@ def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QU
 
 def batches(rows: Ints) -> Iterator[Ints]:
     """``rows`` a few at a time, so that the work can stop between them."""
-    for first in range(0, len(rows), BATCH):
-        yield rows[first : first + BATCH]
+    for first in range(0, len(rows), _BATCH):
+        yield rows[first : first + _BATCH]
 
 
 def _usable_nodes(roadmap: Roadmap, checker: CollisionChecker, proven: Bools) -> Bools:
