@@ -8,8 +8,6 @@ of products that planning asks for, eleven differed between OpenBLAS' code for A
 can change the roadmap. Products that sum over three terms are left to ``@``: all code for FMA adds these up alike.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NoReturn, TypeAlias, TypeVar
 

@@ -3,8 +3,6 @@
 A message is one sentence built from the data: what is wrong, where, and the remedy.
 """
 
-from __future__ import annotations
-
 import importlib
 import logging
 from collections.abc import Iterable

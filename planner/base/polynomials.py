@@ -3,8 +3,6 @@
 Coefficients are arrays (n, degree + 1, dof), ascending powers of s along axis 1; n pieces are worked on at once.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from math import comb
 

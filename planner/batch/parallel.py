@@ -1,7 +1,5 @@
 """Cases measured at once, by processes of this machine (joblib's loky) or by the workers of a Dask cluster."""
 
-from __future__ import annotations
-
 import concurrent.futures as cf
 import logging
 import os

@@ -3,8 +3,6 @@
 The plans come out of a YAML or CSV file, or out of a folder of MoveIt's scenes and motion plan requests.
 """
 
-from __future__ import annotations
-
 import csv
 import glob
 import hashlib

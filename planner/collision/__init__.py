@@ -1,7 +1,5 @@
 """Questions about a configuration or a motion among obstacles. Start with :func:`make_checker`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 

@@ -6,8 +6,6 @@ y = (x, rows of R), the position (m) and the rotation of a frame in one vector o
 |R - R0| <= 2 sqrt(2) sin(a/2) in the Frobenius norm, for a up to pi, as all these lie on a sphere.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace

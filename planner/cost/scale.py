@@ -1,7 +1,5 @@
 """What manipulability and length cost: the scale that makes them comparable, and their means along motions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

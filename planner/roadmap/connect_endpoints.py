@@ -1,7 +1,5 @@
 """New starts and goals on an existing roadmap, linked by proven edges; it grows only where they need a bridge."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Iterator
 

@@ -1,7 +1,5 @@
 """Links between near neighbours: what turns a tree, with one path between two nodes, into a graph with a choice."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

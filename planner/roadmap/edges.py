@@ -1,7 +1,5 @@
 """Edges of a growing roadmap: checks of straight motions, results of proofs, and nodes and edges that are added."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any

@@ -7,8 +7,6 @@ them or else one unlike those that were found before, and refines that. So paths
 refined, and as the effort grows the cheapest one converges to the optimum.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is added to a grown roadmap: its best paths refined, straight motions between ends and past waypoints."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

@@ -4,8 +4,6 @@ Plans, sweeps, sessions and tasks all search so. They differ in what a proof of 
 (Lazy PRM, Bohlin and Kavraki 2000, with a field that heals in the place of a search from scratch.)
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

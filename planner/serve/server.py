@@ -3,8 +3,6 @@
 Quick requests are answered in order; loading and planning happen in a second thread.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import os

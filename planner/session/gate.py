@@ -1,7 +1,5 @@
 """The gate between a program that decides what a robot does next and the robot."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 

@@ -1,7 +1,5 @@
 """A robot in a scene that changes: the one world that a session and a gate look at."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A robot, a scene and a roadmap that live together: the world changes, and paths are found again."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Grasps from an object's shape and placements on a box, the same ones each time; and the gripper that a robot has."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """From the path through all modes to segments between rests, a motion for each, the events, and one motion of all."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The ladder of a tool path as a roadmap, alone or behind a free one, and why it leads no farther."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """What is proven of a trajectory: no contact on any of its curves, limits by exact extrema, the floor under w."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

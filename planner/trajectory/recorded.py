@@ -1,7 +1,5 @@
 """Motions out of files of any origin: our own, rows, ROS messages, CSV, bags; each field is honoured or refused."""
 
-from __future__ import annotations
-
 import csv
 import logging
 import os
