@@ -33,6 +33,7 @@ class Progress:
         if progress.stopped: ...          # end as soon as possible and hand back the partial result
 
     A stage ends with all of ``total`` done and may begin anew, with 0; where its end is not known ``total`` is 0.
+    Work without a name for its stage reports nothing.
     Stopping is asked for, never raised: an exception must not fly through OMPL's C++.
     """
 
@@ -40,7 +41,7 @@ class Progress:
         self._report, self._stop = report, stop
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        if self._report is not None:
+        if self._report is not None and stage:
             self._report(stage, done, total)
 
     @property

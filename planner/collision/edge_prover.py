@@ -82,10 +82,11 @@ class EdgeProver:
 
     Planes between the shapes prove; the checker says what touches where they cannot. A motion that is not decided is
     ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop, everything that is still open
-    is undecided; it hears how many motions are done where they are a ``stage``. What the world's motions keep (:class:`planner.constraints.keeps.Keeps`) is proven of all that is
-    called free; what is not proven to keep it is undecided, with no pair. So is a motion on which a slide leaves what
-    its limits allow, as reaches hold no farther; limits of other joints are not looked at. :class:`PlannerError` for
-    arrays of other shapes, or with what is no finite number.
+    is undecided; it hears how many motions are done if they are a ``stage``. What the world's motions keep
+    (:class:`planner.constraints.keeps.Keeps`) is proven of all that is called free; what is not proven to keep it is
+    undecided, with no pair. So is a motion on which a slide leaves what its limits allow, as reaches hold no farther;
+    limits of other joints are not looked at. :class:`PlannerError` for arrays of other shapes, or with what is no
+    finite number.
     """
 
     def __init__(self, checker: CollisionChecker, progress: Progress = QUIET, stage: str = "") -> None:
@@ -182,25 +183,21 @@ class EdgeProver:
 
     def _proven_free(self, coefficients: Floats, room: float, contacts: bool) -> Proofs:
         """As :meth:`prove_curves`, whatever motions keep besides."""
-        self._report(0, len(coefficients))
+        self.progress(self.stage, 0, len(coefficients))
         proofs, where = self._prove_batch(coefficients[:_BATCH], room)
         for first in range(_BATCH, len(coefficients), _BATCH):
-            self._report(first, len(coefficients))
+            self.progress(self.stage, first, len(coefficients))
             if self.progress.stopped:
                 proofs = proofs.and_then(Proofs.alike(len(coefficients) - first, Verdict.UNDECIDED))
                 break
             more, there = self._prove_batch(coefficients[first : first + _BATCH], room)
             proofs, where = proofs.and_then(more), np.append(where, there)
-        self._report(len(coefficients), len(coefficients))
+        self.progress(self.stage, len(coefficients), len(coefficients))
         if contacts:
             self._find_contacts(proofs, coefficients, where)
         free = np.flatnonzero(proofs.free)
         self._find_inside(proofs, coefficients[free, 0], free)
         return proofs
-
-    def _report(self, done: int, total: int) -> None:
-        if self.stage:
-            self.progress(self.stage, done, total)
 
     def all_free(self, coefficients: Floats, room: float = PROOF) -> bool:
         """Whether all polynomial pieces (m, degree + 1, dof) are proven, as :meth:`prove_curves` has it.

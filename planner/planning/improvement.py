@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -61,15 +60,10 @@ def improve_for_all_betas(
     for place, beta in enumerate(betas):
         seed = (quality.seed + _SEEDS_APART * place) % 2**31
         part = replace(quality, effort=-(-quality.rounds // 2), seed=seed)
-        report = partial(_report, progress, place, len(betas))
-        found = improved_roadmap(roadmap, checker, part, beta, progress.renamed(report), room)
+        whole = progress.renamed(lambda *of, k=place: progress(of[0], k * of[2] + of[1], len(betas) * of[2]))
+        found = improved_roadmap(roadmap, checker, part, beta, whole, room)
         roadmap, curves[beta] = found.roadmap, found.curve
     return roadmap, room, curves
-
-
-def _report(progress: Progress, place: int, betas: int, stage: str, done: int, total: int) -> None:
-    """One stage for all betas."""
-    progress(stage, place * total + done, betas * total)
 
 
 def roomy_roadmap(
