@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import tyro
 
+from planner.base.errors import OptionError
 from planner.base.files import json_text
-from planner.cli.common import Debug, Flag, Motion, Out, Problem, timing_of, written
+from planner.cli.common import Debug, Flag, Motion, NoPage, Out, Problem, timing_of, written
 from planner.cli.terminal import complain, facts, open_in_browser, report_table, run_into, say, show
 from planner.problem.outcome import Outcome
 from planner.problem.request import (
@@ -39,6 +40,7 @@ def plan(
     no_timing: Flag = False,
     certificate: Flag = False,
     out: Out = Path("out"),
+    no_page: NoPage = False,
     view: Flag = False,
     json: Flag = False,
     debug: Debug = False,
@@ -78,7 +80,7 @@ def plan(
     def find(progress: Progress) -> Plan:
         return with_alternatives(find_plan(PlanRequest(what, quality), progress, motion), progress)
 
-    return _told(find, out, view, json, certificate)
+    return _told(find, out, view, json, no_page, certificate)
 
 
 def follow(
@@ -88,6 +90,7 @@ def follow(
     limits: TimingRequest = TimingRequest(),  # noqa: B008
     no_timing: Flag = False,
     out: Out = Path("out"),
+    no_page: NoPage = False,
     view: Flag = False,
     json: Flag = False,
     debug: Debug = False,
@@ -121,13 +124,14 @@ def follow(
     def find(progress: Progress) -> Plan:
         return with_alternatives(find_plan(path, FollowRequest(what, quality), progress, motion), progress)
 
-    return _told(find, out, view, json)
+    return _told(find, out, view, json, no_page)
 
 
 def sweep(
     what: Problem = Problem(),  # noqa: B008 (frozen)
     quality: SweepQuality = SweepQuality(),  # noqa: B008
     out: Out = Path("sweep"),
+    no_page: NoPage = False,
     debug: Debug = False,
 ) -> int:
     """The whole trade-off between manipulability and distance: every path that some beta makes optimal.
@@ -145,7 +149,9 @@ def sweep(
     """
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
-    result, record, files, code = written(lambda progress: find_tradeoff(SweepRequest(what, quality), progress), out)
+    result, record, files, code = written(
+        lambda progress: find_tradeoff(SweepRequest(what, quality), progress), out, page=not no_page
+    )
     ending, count = result.outcome.value, len(result.intervals)
     if result.outcome is Outcome.SOLVED:
         ending = f"{count} path{'s are' if count != 1 else ' is'} optimal, each in its interval of beta."
@@ -165,6 +171,7 @@ def task(
     limits: TimingRequest = TimingRequest(),  # noqa: B008
     no_timing: Flag = False,
     out: Out = Path("out"),
+    no_page: NoPage = False,
     json: Flag = False,
     debug: Debug = False,
 ) -> int:
@@ -189,7 +196,9 @@ def task(
     from planner.tasks.plan import task as plan_task
 
     request = TaskRequest(what, quality)
-    found, record, files, code = written(lambda progress: plan_task(file, progress, motion, request), out)
+    found, record, files, code = written(
+        lambda progress: plan_task(file, progress, motion, request), out, page=not no_page
+    )
     if json:
         say(json_text(record.to_dict()))
     else:
@@ -233,9 +242,13 @@ def batch(
     return 0 if all(row["outcome"] == SOLVED for row in result.rows) else 4
 
 
-def _told(find: Callable[[Progress], Plan], out: Path, view: bool, json: bool, certificate: bool = False) -> int:
+def _told(
+    find: Callable[[Progress], Plan], out: Path, view: bool, json: bool, no_page: bool, certificate: bool = False
+) -> int:
     """Write what is found into the folder ``out``, tell of it, show it where that is asked; the exit code."""
-    result, record, files, code = written(find, out, certificate)
+    if view and no_page:
+        raise OptionError("--view opens the page: leave out --no-page.")
+    result, record, files, code = written(find, out, certificate, not no_page)
     tell = complain if json else say
     if json:
         say(json_text(record.to_dict()))

@@ -25,7 +25,7 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.view.motion import ShownPath, path_rows
-from planner.view.page import Page
+from planner.view.page import Page, command_line
 
 Beta = Annotated[float, Field(ge=0, le=1)]
 
@@ -223,7 +223,8 @@ class Tradeoff(Result[SweepRecord]):
             details.append(("error against oracle", f"{self.max_error_vs_oracle:.1e} relative"))
         current = next((k for k, shown in enumerate(paths) if shown.interval and beta <= shown.interval[1]), 0)
         q = paths[current].path[0] if paths else self.roadmap.nodes[self.roadmap.starts[0]]
-        page = Page(self.robot, self.scene, q, message, details)
+        command = command_line("sweep", self.request)
+        page = Page(self.robot, self.scene, q, message, details, notes=self.end_notes, command=command)
         page.add_roadmap(self.roadmap)
         if paths:
             page.add_paths(paths, current, beta=beta, floor=self.request.quality.min_manipulability)

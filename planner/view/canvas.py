@@ -22,8 +22,9 @@ from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.view.surfaces import capsule_mesh, hex_colour
 
 _SCRIPTS = (  # one script, in this order
-    *("page_robot.js", "page_roadmap.js", "page_pointer.js", "page_joints.js", "page_choice.js"),
-    *("page_effort.js", "page_curve.js", "page_motion.js", "page_moving.js", "page_camera.js", "page.js"),
+    *("page_robot.js", "page_roadmap.js", "page_pointer.js", "page_joints.js", "page_choice.js", "page_effort.js"),
+    *("page_curve.js", "page_plots.js", "page_summary.js", "page_moving.js", "page_camera.js", "page_compare.js"),
+    *("page_share.js", "page.js"),
 )
 _GZIP_LEVEL = 1  # a higher one takes three times as long for at most 3 % fewer bytes
 _LINES_OPACITY = 0.3

@@ -10,16 +10,19 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, so_far
 from planner.base.resolutions import CLEARANCES_OF_MOTION, SHOWN_STATES
 from planner.collision.checker import CollisionChecker
+from planner.collision.looks import Clearance
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobians, manipulability
 from planner.problem.outcome import Rows
 from planner.robot.robot import Robot
-from planner.trajectory.measure import dense_path, measure_path
+from planner.trajectory.limits import KINDS
+from planner.trajectory.measure import Nearest, dense_path, measure_path
 from planner.trajectory.moving_obstacles import clearance_in_time
 from planner.trajectory.trajectory import Trajectory
 
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
 _FINE = 1001  # moments at which the lowest w of a motion is looked for
+_SINGULAR = 1e9  # a larger condition number is infinite but for rounding
 _APART = 0.1  # worst points nearer than this share of the path are one
 W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}
 
@@ -37,6 +40,13 @@ class ShownMotion:
         return self.trajectory.at(np.linspace(self.trajectory.times[0], self.trajectory.times[-1], SHOWN_STATES))
 
 
+def clearance_along(path: Floats, checker: CollisionChecker) -> Floats | None:
+    """The clearance (n,) m at even shares of a path (k, dof); None where nothing is checked."""
+    q = configurations_at(path, path_shares(path)[0], np.linspace(0.0, 1.0, CLEARANCES_OF_MOTION))
+    clearance = Clearance(checker)(q)
+    return clearance if np.isfinite(clearance).all() else None
+
+
 def shown_motion(trajectory: Trajectory, checker: CollisionChecker) -> ShownMotion:
     """A trajectory with its clearance, from its beginning to its end."""
     times = np.linspace(trajectory.times[0], trajectory.times[-1], CLEARANCES_OF_MOTION)
@@ -49,7 +59,8 @@ class ShownPath:
     """A path (k, dof) rad, what is said about it, and where known its betas and the cost-to-go (n,) of the roadmap.
 
     ``costs``: Omega and D. A path with costs but without an interval is non-dominated, and no beta makes it optimal.
-    With a ``motion`` the robot is shown at its times.
+    With a ``motion`` the robot is shown at its times. ``nearest``: where the path, or its motion, comes nearest to
+    anything; ``clearance`` (n,) m at even shares of a path that has no motion.
     """
 
     path: Floats
@@ -58,6 +69,8 @@ class ShownPath:
     cost_to_go: Floats | None = None
     costs: tuple[float, float] | None = None
     motion: ShownMotion | None = None
+    nearest: Nearest | None = None
+    clearance: Floats | None = None
 
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
@@ -73,21 +86,22 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
     ]
 
 
-def motion_data(robot: Robot, path: Floats, motion: ShownMotion | None = None) -> dict[str, Any]:
+def motion_data(robot: Robot, shown: ShownPath) -> dict[str, Any]:
     """What the page's script moves the robot by, along a joint path (k, dof) of one configuration or more.
 
-    With a ``motion`` its states at evenly spaced times take the place of the path's waypoints: shares are of time then.
+    With a motion its states at evenly spaced times take the place of the path's waypoints: shares are of time then.
     """
+    path, motion, clearance = shown.path, shown.motion, shown.clearance
     (shares, total), even = path_shares(path), np.linspace(0.0, 1.0, SHOWN_STATES)
     if motion is None:
         waypoints, states, fine = path, configurations_at(path, shares, even), dense_path(path)
         worst = worst_points(robot, fine, path_shares(fine)[0])
-        seconds, more = max(2.0, total * _SECONDS_PER_RADIAN) if len(path) > 1 else 0.0, {}
+        seconds, in_time = max(2.0, total * _SECONDS_PER_RADIAN) if len(path) > 1 else 0.0, None
     else:
         waypoints = states = motion.states
         trajectory, shares, fine = motion.trajectory, even, np.linspace(0.0, 1.0, _FINE)
         worst = worst_points(robot, trajectory.at(trajectory.times[0] + fine * trajectory.duration), fine)
-        seconds, more = trajectory.duration, {"motion": _in_time(motion)}
+        seconds, in_time, clearance = trajectory.duration, _in_time(robot, motion), motion.clearance
     return {
         "waypoints": np.round(waypoints, 9).tolist(),
         "shares": shares.tolist(),
@@ -95,25 +109,40 @@ def motion_data(robot: Robot, path: Floats, motion: ShownMotion | None = None) -
         "worst": worst,
         "seconds": seconds,
         "w": np.round(manipulability(robot, states), 7).tolist(),
+        "condition": _condition_numbers(robot, states),
         "ellipsoids": np.round(ellipsoids(robot, states[::2]), 4).tolist(),
-        **more,
+        "clearance": None if clearance is None else np.round(clearance, 5).tolist(),
+        "nearest": None if shown.nearest is None else shown.nearest.to_dict(),
+        "motion": in_time,
     }
 
 
-def _in_time(motion: ShownMotion) -> dict[str, Any]:
-    """The clearance of a motion, and its shares of the limits, at evenly spaced times."""
-    trajectory, found = motion.trajectory, {}
-    if trajectory.limits is not None:
-        times = np.linspace(trajectory.times[0], trajectory.times[-1], SHOWN_STATES)
-        for order, kind in ((1, "velocity"), (2, "acceleration")):
-            share = trajectory.at(times, order) / getattr(trajectory.limits, kind)
-            found[kind] = np.round(share.T, 4).tolist()
+def _in_time(robot: Robot, motion: ShownMotion) -> dict[str, Any]:
+    """A motion's derivatives and the speed of its tool (m/s) at evenly spaced times, with the limits of the joints."""
+    trajectory, limits = motion.trajectory, motion.trajectory.limits
+    times = np.linspace(trajectory.times[0], trajectory.times[-1], SHOWN_STATES)
+    rates = {kind: trajectory.at(times, order) for order, kind in enumerate(KINDS, start=1)}
+    moving = np.einsum("nij,nj->ni", linear_rows(robot, motion.states), rates["velocity"])
     return {
         "begin": float(trajectory.times[0]),
         "duration": trajectory.duration,
-        "clearance": None if motion.clearance is None else np.round(motion.clearance, 5).tolist(),
-        **found,
+        "proven": trajectory.proven,
+        "limits": None if limits is None else limits.to_dict(),
+        "tool_speed": _few_digits(np.linalg.norm(moving, axis=1)),
+        **{kind: [_few_digits(row) for row in values.T] for kind, values in rates.items()},
     }
+
+
+def _few_digits(values: Floats) -> list[float]:
+    return [float(f"{value:.4g}") for value in values.tolist()]
+
+
+def _condition_numbers(robot: Robot, q: Floats) -> list[float | None]:
+    """Largest by smallest singular value of the rows of the tool's Jacobian that w has; None where it is singular."""
+    values = np.linalg.svd(jacobians(robot, q), compute_uv=False)
+    with np.errstate(divide="ignore"):
+        found = values[:, 0] / values[:, -1]
+    return [value if value < _SINGULAR else None for value in _few_digits(found)]
 
 
 def chain_data(robot: Robot) -> dict[str, Any]:
@@ -162,12 +191,17 @@ def ellipsoids(robot: Robot, q: Floats) -> Floats:
     It maps the unit ball onto the tool velocities that joint velocities of norm 1 reach: Yoshikawa's manipulability
     ellipsoid of the translation. Two-row (planar) robots have a flat one.
     """
+    u, s, _ = np.linalg.svd(linear_rows(robot, q), full_matrices=False)
+    root = np.einsum("nij,nj,nkj->nik", u, s, u)
+    return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+
+
+def linear_rows(robot: Robot, q: Floats) -> Floats:
+    """(n, 3, dof) the linear rows of the tool's Jacobian (m/rad), with a row of zeros for planar robots."""
     linear = np.zeros((len(q), 3, robot.dof))
     rows = jacobians(robot, q)[:, :3]
     linear[:, : rows.shape[1]] = rows
-    u, s, _ = np.linalg.svd(linear, full_matrices=False)
-    root = np.einsum("nij,nj,nkj->nik", u, s, u)
-    return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    return linear
 
 
 def worst_points(robot: Robot, q: Floats, shares: Floats) -> list[dict[str, Any]]:
