@@ -14,10 +14,11 @@ from benchmarks.roadmap.run import roadmap
 from benchmarks.tables.run import tables
 from benchmarks.tasks.run import tasks
 from benchmarks.tool_paths.run import tool_paths
+from benchmarks.tradeoff.run import tradeoff
 from planner.cli.app import registry
 
 bench = tyro.extras.SubcommandApp()
-for command in (plan, first_motion, attack, gabf, gate, roadmap, optimum, tool_paths, tasks, tables):
+for command in (plan, first_motion, attack, gabf, gate, roadmap, optimum, tool_paths, tasks, tables, tradeoff):
     bench.command(command)
 
 

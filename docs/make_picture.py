@@ -10,7 +10,6 @@ import numpy as np
 from PIL import Image
 
 import planner
-from planner import PlanRequest
 from planner.tradeoff.sweep import with_alternatives
 from tests.browser import Tab, browser
 
@@ -28,7 +27,7 @@ def frame(tab: Tab, share: float) -> Image.Image:
 def main() -> None:
     """Write the picture."""
     with tempfile.TemporaryDirectory() as folder, browser() as tab:
-        with_alternatives(planner.plan(PlanRequest(), timing=planner.TimingRequest())).save(folder)
+        with_alternatives(planner.plan()).save(folder)
         assert tab.open(Path(folder) / "plan.html")
         forth = [frame(tab, share) for share in np.linspace(0, 1, FRAMES)]
     frames = [*forth, *[forth[-1]] * 6]

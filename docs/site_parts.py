@@ -1,4 +1,4 @@
-"""What the site needs of its own: docstrings as they are written here, the commands' help, formulas without a network.
+"""What the site needs of its own: docstrings as written here, the commands' help, pictures, formulas without a network.
 
 Formulas become MathML, which browsers draw by themselves.
 """
@@ -10,6 +10,7 @@ import io
 import os
 import re
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 from unittest import mock
 
@@ -34,6 +35,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.add_directive("record-keys", RecordKeys)
     app.add_html_math_renderer("mathml", (_inline_math, None), (_display_math, None))
     app.connect("autodoc-process-docstring", _process_docstring)
+    app.connect("source-read", _add_pictures)
     return {"parallel_read_safe": True}
 
 
@@ -80,6 +82,40 @@ def _autodoc(module: str, name: str, thing: Any) -> list[str]:
     if callable(thing):
         return [f".. autofunction:: {module}.{name}", ""]
     return []
+
+
+# pictures
+
+PICTURES = "<!-- pictures -->"
+_PYTHON = re.compile(r"```python\n(.*?)```\n", re.DOTALL)
+
+
+def _add_pictures(app: Sphinx, name: str, source: list[str]) -> None:
+    """On a page with the mark ``PICTURES``: run its Python, and show below each block the figures that it saves."""
+    if PICTURES in source[0]:
+        folder = Path(app.srcdir) / "_build" / "pictures"
+        source[0] = with_pictures(source[0], folder, os.path.relpath(folder, (Path(app.srcdir) / name).parent))
+
+
+def with_pictures(text: str, folder: Path, link: str) -> str:
+    """The page's ``text`` with pictures (PNG, in ``folder``) that stand behind ``link``."""
+    from matplotlib.figure import Figure
+
+    folder.mkdir(parents=True, exist_ok=True)
+    save, shown, names = Figure.savefig, list[str](), dict[str, Any]()
+
+    def savefig(figure: Figure, file: str, **options: Any) -> None:
+        picture = Path(file).with_suffix(".png").name
+        save(figure, folder / picture)
+        shown.append(picture)
+
+    def ran(block: re.Match[str]) -> str:
+        shown.clear()
+        exec(block[1], names)
+        return block[0] + "".join(f"\n![{picture[:-4]}]({link}/{picture})\n" for picture in shown)
+
+    with mock.patch.object(Figure, "savefig", savefig):
+        return _PYTHON.sub(ran, text)
 
 
 # commands

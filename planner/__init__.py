@@ -1,8 +1,9 @@
 """Singularity-averse path planning for robot arms.
 
     import planner
-    found = planner.plan(robot="panda", scene="shelf", beta=0.2)
+    found = planner.plan("panda", "shelf", beta=0.2)
     found.path                       # (k, dof) rad
+    found.trajectory                 # the motion in time
 
 Start reading at :mod:`planner.planning.plan`. The names below are loaded on first use (they stand in ``__init__.pyi``),
 so that importing the package, or only :mod:`planner.gabf`, loads no robot library.

@@ -1,3 +1,4 @@
+from . import figures as figures
 from . import gabf as gabf
 from .base.errors import PlannerError as PlannerError
 from .base.errors import Reason as Reason
@@ -44,6 +45,7 @@ from .session.verdict import Verdict as Verdict
 from .tasks.check import check as check
 from .tasks.plan import task as task
 from .tasks.result import TaskPlan as TaskPlan
+from .tasks.result import load as load
 from .tasks.task import Grasp as Grasp
 from .tasks.task import Move as Move
 from .tasks.task import Pick as Pick
@@ -57,6 +59,6 @@ from .trajectory.export import export as export
 from .trajectory.limits import MotionLimits as MotionLimits
 from .trajectory.stopping import stop_at as stop_at
 from .trajectory.timing import time_path as time_path
+from .trajectory.trajectory import Samples as Samples
 from .trajectory.trajectory import Trajectory as Trajectory
-from .view import figures as figures
 from .view.page import show as show

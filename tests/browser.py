@@ -1,7 +1,5 @@
 """Headless Chromium for the tests, driven through its DevTools: what a page does, asks for and shows."""
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import contextlib

@@ -1,7 +1,5 @@
 """Coal as the independent opinion on contacts: shares no code with what it judges."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import coal

@@ -1,7 +1,5 @@
 """The command line as the tests run it, and what a refusal must look like."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What the README and the documentation show: blocks of code, and commands."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

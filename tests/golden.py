@@ -4,8 +4,6 @@ Every case uses the library as a user does. ``python -m tests.golden [NAME ...]`
 named cases), for a change that means to alter them: its commit message says so.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import sys
@@ -83,7 +81,7 @@ def knots(motion: planner.Trajectory) -> str:
 
 
 def intervals() -> list[list[float]]:
-    tradeoff = planner.sweep(planner.PlanRequest.from_options(nodes=80, collision="coal"))
+    tradeoff = planner.sweep(request=planner.PlanRequest.from_options(nodes=80, collision="coal"))
     return [[round(value, 12) for value in (row.beta_min, row.beta_max, row.w_min)] for row in tradeoff.intervals]
 
 
@@ -93,7 +91,7 @@ def follow() -> dict[str, Any]:
 
 
 def task() -> dict[str, Any]:
-    made = planner.task(EXAMPLES / "tidy.yaml", nodes=60)
+    made = planner.task(EXAMPLES / "tidy.yaml", nodes=60, timing=None)
     segments = [digest(segment.path) for segment in made.segments]
     return {"outcome": made.outcome.key, "segments": segments}
 
@@ -101,7 +99,7 @@ def task() -> dict[str, Any]:
 def session() -> list[dict[str, Any]]:
     """Answers of a session before and after each of three changes."""
     live = planner.Session("panda", "shelf", collision="coal", nodes=200)
-    plans = [live.plan("start", "goal")]
+    plans = [live.plan("start", "goal", timing=None)]
     live.move("divider", position=[0.1, 0.62, 0.8])
     plans.append(live.replan())
     pole = planner.Obstacle("pole", planner.Cylinder(0.03, 1.4), planner.pose([0.35, 0.25, 0.7]))

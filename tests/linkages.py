@@ -1,7 +1,5 @@
 """Random linkages in which joints follow others, and where their links are, out of the URDF by Pinocchio alone."""
 
-from __future__ import annotations
-
 import tempfile
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass

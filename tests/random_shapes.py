@@ -1,7 +1,5 @@
 """Random shapes and poses, points inside them, and the pairs that libraries got wrong."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """What a refusal of a file must look like."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

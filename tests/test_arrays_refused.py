@@ -18,7 +18,8 @@ from planner.base.errors import PlannerError
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.path_moves import cheapest_chain, first_free
-from planner.kinematics.manipulability import manipulability, prove_floor
+from planner.constraints.floor import prove_floor
+from planner.kinematics.manipulability import manipulability
 from planner.robot.shapes import Carried
 from planner.trajectory.limits import KINDS
 from tests.worlds import load, make_post, post_roadmap
@@ -64,8 +65,8 @@ ROWS: dict[str, Callable[[object], object]] = {
     "prove_floor": lambda q: prove_floor(ROBOT, q, 0.1),
     "build_roadmap, start": lambda q: planner.build_roadmap(ROBOT, checker(), q, FINE[0], nodes=4),
     "build_roadmap, goal": lambda q: planner.build_roadmap(ROBOT, checker(), FINE[0], q, nodes=4),
-    "plan": lambda q: planner.plan(robot="planar_2r", scene="empty", start=q, goal=FINE[0], nodes=4),
-    "Session.plan": lambda q: planner.Session("planar_2r", "empty", nodes=4).plan(q, FINE[0]),
+    "plan": lambda q: planner.plan(robot="planar_2r", scene="empty", start=q, goal=FINE[0], nodes=4, timing=None),
+    "Session.plan": lambda q: planner.Session("planar_2r", "empty", nodes=4).plan(q, FINE[0], timing=None),
     "Trajectory.through": lambda q: planner.Trajectory.through(ROBOT.joints, [0.0, 1.0, 2.0], q),
 }
 THREE_DIMENSIONS_ARE_FINE = ("prove_curves", "prove_floor")
@@ -140,9 +141,6 @@ CALLS: dict[str, Callable[[], object]] = {
     "make_checker, text as margin": lambda: planner.make_checker(ROBOT, SCENE, margin="a"),
     "time_path, limits of another robot": lambda: planner.time_path(FINE, checker(), limits=OTHER),
     "gate, limits of another robot": lambda: planner.Gate(ROBOT, SCENE, limits=OTHER),
-    "in time, limits of another robot": lambda: planner.Session(ROBOT, SCENE, nodes=4).plan_in_time(
-        FINE[0], FINE[1], limits=OTHER
-    ),
     "robot, base of text": lambda: planner.Robot.load("planar_2r", base="here"),
     "robot, base with NaN": lambda: planner.Robot.load("planar_2r", base=np.full((4, 4), NAN)),
     "network of a roadmap, NaN as clearance": lambda: planner.build_network(post_roadmap(), 0.5, NAN),
@@ -158,7 +156,7 @@ CALLS: dict[str, Callable[[], object]] = {
     "export, another format": lambda: planner.export(MOTION, "CSV"),
     "at, NaN": lambda: MOTION.at(NAN),
     "at, text": lambda: MOTION.at("now"),
-    "stop_at": lambda: planner.stop_at(planner.time_path(FINE, checker(), law="blended"), NAN),
+    "stop_at": lambda: planner.stop_at(planner.time_path(FINE, checker(), time_law="blended"), NAN),
     "prove, unequal": lambda: prover().prove(FINE[:2], FINE[:1]),
     "prove, room": lambda: prover().prove(FINE[:1], 0.1 * FINE[:1], room=NAN),
     "prove, degree": lambda: prover().prove_curves(np.zeros((1, 30, 2))),
@@ -172,7 +170,7 @@ CALLS: dict[str, Callable[[], object]] = {
     "checker, margin": lambda: planner.make_checker(ROBOT, SCENE, margin=NAN),
     "session, move": lambda: planner.Session(ROBOT, SCENE, nodes=4).move("box", position=[NAN, 0, 0]),
     "session, attach": lambda: planner.Session(ROBOT, SCENE, nodes=4).attach("box", ROBOT.tool, at=[NAN, 0]),
-    "session, beta": lambda: planner.Session(ROBOT, SCENE, nodes=4).plan(*FINE[:2], beta=NAN),
+    "session, beta": lambda: planner.Session(ROBOT, SCENE, nodes=4).plan(*FINE[:2], beta=NAN, timing=None),
     "kinematics, w": lambda: manipulability(ROBOT, np.zeros((1000, 1))),
     "network, weights of text": lambda: planner.gabf.Network.from_arcs([1], [0], ["a"], [0], 2),
     "network, ragged": lambda: planner.gabf.Network.from_arcs([1], [0], [[1.0], 2], [0], 2),
@@ -201,7 +199,7 @@ def test_other_arrays_and_numbers(name: str) -> None:
 @pytest.mark.parametrize("q", [[-1.0, 0.8], (-1.0, 0.8), FINE, FINE[:1].tolist(), np.asfortranarray(FINE), FINE[::2]])
 def test_what_is_meant_is_taken(q: object) -> None:
     assert checker().first_contact(q) is None
-    assert planner.time_path(np.atleast_2d(np.asarray(q)), checker(), law="blended").proven
+    assert planner.time_path(np.atleast_2d(np.asarray(q)), checker(), time_law="blended").proven
 
 
 def test_sizes_are_plain_numbers() -> None:

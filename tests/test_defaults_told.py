@@ -26,10 +26,10 @@ HELD = float(np.array(NETWORK.source_values, dtype=float).sum())
 NUMBERS = {"one": "1", "two": "2", "six": "6", "twelve": "12"}
 # a file, words of it around what is told, and what the code has
 TOLD: list[tuple[str, str, Any]] = [
-    ("planner/problem/options.py", r"at most; left out, (\S+), or 0 with --roadmap", PLAIN.quality.rounds),
+    ("planner/problem/options.py", r"Left out, (\S+), or 0 with --roadmap", PLAIN.quality.rounds),
     (
         "planner/problem/options.py",
-        r"left out, \d+, or (\S+) with --roadmap: as it is",
+        r"Left out, \d+, or (\S+) with --roadmap",
         PlanRequest.from_options(roadmap="x").quality.rounds,
     ),
     ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.quality.rounds),

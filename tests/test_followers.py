@@ -27,8 +27,7 @@ from planner.collision.world import World
 from planner.constraints.keeps import Keeps
 from planner.kinematics.forward import Chain, joint_placements, tool_pose
 from planner.kinematics.inverse import beyond_reach, solve
-from planner.kinematics.manipulability import jacobian, manipulability, node_manipulability
-from planner.kinematics.reach import Reach
+from planner.kinematics.manipulability import manipulability, node_manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.conditions import KeepAxis, KeepPlane
@@ -36,6 +35,7 @@ from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
+from planner.robot.reach import Reach
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Sphere
@@ -87,7 +87,7 @@ def test_mimic_joints_are_those_of_pinocchio() -> None:
 @pytest.mark.parametrize("which", LINKAGES)
 def test_a_jacobian_has_what_followers_add_to_their_leaders_columns(which: str | int) -> None:
     made, h = linkage(which), 1e-6
-    robot = replace(made.robot, manipulability="pose")
+    robot = replace(made.robot, jacobian_rows="pose")
     for q in random_q(robot, 3, seed=1):
         columns = []
         for step in h * np.eye(robot.dof):
@@ -96,7 +96,7 @@ def test_a_jacobian_has_what_followers_add_to_their_leaders_columns(which: str |
             angular = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
             columns.append(np.concatenate([ahead[:3, 3] - behind[:3, 3], angular]) / (2 * h))
         found = np.array(columns).T
-        np.testing.assert_allclose(jacobian(robot, q), found, atol=1e-8)
+        np.testing.assert_allclose(robot.jacobian(q), found, atol=1e-8)
         w = np.linalg.svd(found, compute_uv=False).prod()
         np.testing.assert_allclose([manipulability(robot, q)[0], node_manipulability(robot, q)[0]], w, atol=1e-7)
 
@@ -266,7 +266,7 @@ def planned() -> Plan:
     request = PlanRequest.from_options(
         robot=palletizer().robot, scene=BALL, start="q:-0.9,-0.4,0.2", goal="q:0.9,-0.4,0.2"
     )
-    return plan(request, nodes=60, timing=TimingRequest())
+    return plan(request=request, nodes=60, timing=TimingRequest())
 
 
 def test_a_plan_and_its_motion_keep_the_rod_off_the_ball(planned: Plan) -> None:

@@ -16,8 +16,8 @@ PACKAGES = tuple(TESTS.parent / name for name in ("planner", "reproduce", "bench
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("base",),
     ("native", "problem"),
-    ("robot", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
-    ("kinematics",),
+    ("kinematics", "gabf"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
+    ("robot",),
     ("constraints",),
     ("collision", "cost"),
     ("query",),
@@ -29,7 +29,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("tradeoff",),
     ("tasks",),
     ("session",),
-    ("view.live", "view.figures"),
+    ("view.live", "figures"),
     ("batch", "serve"),
     ("cli",),
     ("", "__main__"),  # the package's lazy list of public names
@@ -58,7 +58,7 @@ DOORS = {
     "umsgpack": {"planner.view.canvas"},
     "viser": {"planner.view.live"},
     "websockets": {"planner.serve.server", "planner.view.live"},
-    "matplotlib": {name for name in MODULES if name.startswith("planner.view.figures")} | {"reproduce.figures"},
+    "matplotlib": {name for name in MODULES if name.startswith("planner.figures")} | {"reproduce.figures"},
     "ctypes": {"planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
     "joblib": {"planner.batch.parallel"},
@@ -74,10 +74,10 @@ DOORS = {
 
 
 def room(module: str) -> str:
-    """The folder of a module; figures and the live page stand above all that they show."""
+    """The folder of a module; the live page stands above all that it shows."""
     package, *inside = module.split(".")
-    if inside[:1] == ["view"] and inside[1:2] in (["figures"], ["live"]):
-        return ".".join(inside[:2])
+    if inside[:2] == ["view", "live"]:
+        return "view.live"
     return package if package != "planner" else inside[0] if inside else ""
 
 

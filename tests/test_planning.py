@@ -27,7 +27,7 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import save_roadmap
 from planner.search.network import build_network, distance_cost
 from planner.tradeoff.sweep import with_alternatives
-from planner.trajectory.file import load_trajectory
+from planner.trajectory.trajectory import Trajectory
 from tests.coal_judge import CoalWorld
 from tests.search.failing import collide
 from tests.worlds import load, post_roadmap, random_q
@@ -115,7 +115,7 @@ def test_the_straight_motion_of_the_papers_scenario_collides(solved):
 
 
 def test_a_path_only_is_proven_with_nothing_grown_around_it(scenes):
-    found = plan(PlanRequest.from_options(robot="planar_2r", scene=scenes["post"], path_only=True))
+    found = plan(request=PlanRequest.from_options(robot="planar_2r", scene=scenes["post"], path_only=True), timing=None)
     assert_sound(found)
     assert len(found.roadmap.nodes) < 80
     assert found.roadmap.proven.all()
@@ -130,17 +130,17 @@ def test_a_path_only_takes_no_roadmap(more):
 
 @pytest.mark.parametrize("beta", [0.0, 0.3, 0.5, 0.7, 1.0])
 def test_every_beta_is_optimal(small, beta):
-    assert_sound(plan(small.with_options(beta=beta)))
+    assert_sound(plan(request=small.with_options(beta=beta), timing=None))
 
 
 @pytest.mark.parametrize("metric", ["joint", "workspace"])
 @pytest.mark.parametrize("cost", ["inverse", "log", "linear"])
 def test_every_cost_and_metric_is_optimal(small, metric, cost):
-    assert_sound(plan(small.with_options(metric=metric, manipulability_cost=cost)))
+    assert_sound(plan(request=small.with_options(metric=metric, manipulability_cost=cost), timing=None))
 
 
 def test_beta_trades_one_cost_for_the_other(small):
-    costs = [plan(small.with_options(beta=beta, effort=0)).cost for beta in (0.0, 0.5, 1.0)]
+    costs = [plan(request=small.with_options(beta=beta, effort=0), timing=None).cost for beta in (0.0, 0.5, 1.0)]
     omegas, distances = [c.manipulability for c in costs if c], [c.distance for c in costs if c]
     assert omegas[0] == min(omegas)
     assert distances[2] == min(distances)
@@ -148,29 +148,29 @@ def test_beta_trades_one_cost_for_the_other(small):
 
 @pytest.mark.parametrize("law", ["nominal", "prescribed-time", "fixed-time", "singularity-free"])
 def test_every_law_finds_the_same_path(small, law):
-    found = plan(small.with_options(law=law))
+    found = plan(request=small.with_options(law=law), timing=None)
     assert_sound(found)
-    np.testing.assert_array_equal(found.path_nodes, plan(small).path_nodes)
+    np.testing.assert_array_equal(found.path_nodes, plan(request=small, timing=None).path_nodes)
     assert gabf.named_law(law).name
 
 
 def test_the_prescribed_time_is_kept(small):
     for seconds in (0.5, 10.0):
-        found = plan(small.with_options(prescribed_time=seconds)).cost_to_go
+        found = plan(request=small.with_options(prescribed_time=seconds), timing=None).cost_to_go
         assert found is not None
         assert found.settling_time is not None
         assert 0 < found.settling_time < seconds
 
 
 def test_planning_twice_is_the_same_plan(small):
-    one, two = plan(small), plan(small)
+    one, two = plan(request=small, timing=None), plan(request=small, timing=None)
     np.testing.assert_array_equal(one.path, two.path)
     assert one.roadmap.sha256 == two.roadmap.sha256
-    assert plan(small.with_options(seed=1)).roadmap.sha256 != one.roadmap.sha256
+    assert plan(request=small.with_options(seed=1), timing=None).roadmap.sha256 != one.roadmap.sha256
 
 
 def test_a_margin_is_kept_along_the_path(small):
-    found = plan(small.with_options(margin=0.02))
+    found = plan(request=small.with_options(margin=0.02), timing=None)
     assert_sound(found)
     judge = CoalWorld(found.checker.world)
     for a, b in itertools.pairwise(found.path):
@@ -179,7 +179,7 @@ def test_a_margin_is_kept_along_the_path(small):
 
 
 def test_start_is_goal(small):
-    found = plan(small.with_options(goal="q:-1.0,0.8"))
+    found = plan(request=small.with_options(goal="q:-1.0,0.8"), timing=None)
     assert found.outcome is Outcome.SOLVED
     assert found.path_nodes.tolist() == [0]
     assert found.path.shape == (1, 2)
@@ -189,7 +189,7 @@ def test_start_is_goal(small):
 
 
 def test_no_path_is_an_outcome(scenes):
-    found = plan(PlanRequest.from_options(robot="planar_2r", scene=scenes["shut"], nodes=50))
+    found = plan(request=PlanRequest.from_options(robot="planar_2r", scene=scenes["shut"], nodes=50), timing=None)
     assert found.outcome is Outcome.NO_PATH
     assert found.outcome.exit_code == 4
     assert not found.roadmap.connected
@@ -202,19 +202,23 @@ def test_no_path_is_an_outcome(scenes):
 
 def test_the_highest_floor_that_was_found_can_be_kept_to():
     request = PlanRequest.from_options(nodes=100, effort=0, seed=2)
-    failed = plan(request.with_options(min_manipulability=0.12))
+    failed = plan(request=request.with_options(min_manipulability=0.12), timing=None)
     assert failed.outcome is Outcome.TOO_SINGULAR
     assert isinstance(failed.reason, FloorTooHigh)
     assert 0.0 < failed.reason.reachable < failed.reason.asked == 0.12
     assert f"--min-manipulability {failed.reason.reachable:g}" in failed.message
-    assert plan(request.with_options(min_manipulability=failed.reason.reachable)).outcome is Outcome.SOLVED
+    assert (
+        plan(request=request.with_options(min_manipulability=failed.reason.reachable), timing=None).outcome
+        is Outcome.SOLVED
+    )
 
 
 def test_a_floor_that_only_zero_meets():
     found = plan(
-        PlanRequest.from_options(
+        request=PlanRequest.from_options(
             robot="planar_2r", scene="empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60, min_manipulability=0.05
-        )
+        ),
+        timing=None,
     )
     assert found.reason == FloorTooHigh(0.05, 0.0)
     assert "leave --min-manipulability out" in found.message
@@ -223,7 +227,7 @@ def test_a_floor_that_only_zero_meets():
 def test_walls_are_named_whatever_floor_was_asked(scenes):
     shut = PlanRequest.from_options(robot="planar_2r", scene=scenes["shut"], nodes=50)
     for request in (shut, shut.with_options(min_manipulability=0.001)):
-        assert isinstance(plan(request).reason, Separated)
+        assert isinstance(plan(request=request, timing=None).reason, Separated)
 
 
 # an edge that fails the second look
@@ -235,13 +239,13 @@ def bad_edges(found, count: int):
 
 @pytest.mark.parametrize("law", ["singularity-free", "nominal", "fixed-time"])
 def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, law):
-    before = plan(small)
+    before = plan(request=small, timing=None)
     i, j = before.path_nodes[1:3]
     collide(monkeypatch, before.roadmap, np.array([[i, j]]))
     starts = []
     real = gabf.heal
     monkeypatch.setattr(gabf, "heal", lambda net, x, law: starts.append(gabf.raised_start(net, x)) or real(net, x, law))
-    after = plan(small.with_options(law=law))
+    after = plan(request=small.with_options(law=law), timing=None)
     assert after.edges_removed == 1
     assert_sound(after)
     assert (int(i), int(j)) not in set(itertools.pairwise(after.path_nodes.tolist()))
@@ -266,18 +270,18 @@ def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, l
 
 
 def test_healing_under_the_prescribed_time_law(small, monkeypatch):
-    before = plan(small)
+    before = plan(request=small, timing=None)
     collide(monkeypatch, before.roadmap, bad_edges(before, 1))
-    after = plan(small.with_options(law="prescribed-time"))
+    after = plan(request=small.with_options(law="prescribed-time"), timing=None)
     assert after.edges_removed == 1
     assert_sound(after)
 
 
 def test_when_every_way_fails_there_is_no_path(small, monkeypatch):
-    before = plan(small)
+    before = plan(request=small, timing=None)
     around = before.roadmap.edges[np.isin(before.roadmap.edges, before.roadmap.goals).any(axis=1)]
     collide(monkeypatch, before.roadmap, around)
-    after = plan(small)
+    after = plan(request=small, timing=None)
     assert after.outcome is Outcome.NO_PATH
     beside = np.asarray(~np.isin(before.roadmap.edges, before.roadmap.goals).any(axis=1), dtype=bool)
     others = before.roadmap.part(np.ones(len(before.roadmap.nodes), dtype=bool), beside)
@@ -294,13 +298,13 @@ def test_when_every_way_fails_there_is_no_path(small, monkeypatch):
 
 
 def test_a_roadmap_of_a_file_gives_the_same_plan(small, tmp_path):
-    first = plan(small)
+    first = plan(request=small, timing=None)
     save_roadmap(first.roadmap, tmp_path / "r.npz")
-    again = plan(small.with_options(roadmap=tmp_path / "r.npz"))
+    again = plan(request=small.with_options(roadmap=tmp_path / "r.npz"), timing=None)
     assert_sound(again)
     np.testing.assert_array_equal(again.path, first.path)
     assert again.roadmap.sha256 == first.roadmap.sha256
-    elsewhere = plan(small.with_options(roadmap=tmp_path / "r.npz", goal="q:0.8,-1.1"))
+    elsewhere = plan(request=small.with_options(roadmap=tmp_path / "r.npz", goal="q:0.8,-1.1"), timing=None)
     assert_sound(elsewhere)
     assert len(elsewhere.roadmap.nodes) > len(first.roadmap.nodes)
     np.testing.assert_allclose(elsewhere.path[-1], [0.8, -1.1])
@@ -310,7 +314,7 @@ def test_a_roadmap_of_a_file_gives_the_same_plan(small, tmp_path):
 
 
 def test_stop_gives_what_there_is(small):
-    found = plan(small, progress=Progress(stop=lambda: True))
+    found = plan(request=small, progress=Progress(stop=lambda: True), timing=None)
     assert found.outcome is Outcome.INTERRUPTED
     assert found.outcome.exit_code == 130
     assert len(found.roadmap.nodes) == 2
@@ -351,11 +355,14 @@ def test_the_checker_has_to_be_the_robots(paper):
 
 def test_a_start_in_collision_is_refused_before_anything_is_grown(small):
     with pytest.raises(StateError, match=r"start is in collision: 'link_2' and 'post' touch"):
-        plan(small.with_options(start="q:0,0"))
+        plan(request=small.with_options(start="q:0,0"), timing=None)
 
 
 def test_a_goal_named_twice_is_one_goal(scenes):
-    result = plan(PlanRequest.from_options(robot="planar_2r", scene=scenes["post"], goal="goal,start,goal", nodes=10))
+    result = plan(
+        request=PlanRequest.from_options(robot="planar_2r", scene=scenes["post"], goal="goal,start,goal", nodes=10),
+        timing=None,
+    )
     assert result.outcome is Outcome.SOLVED
     assert len(result.roadmap.goals) == 2
 
@@ -380,7 +387,7 @@ def moving(tmp_path_factory) -> PlanRequest:
 
 def test_among_what_moves_the_plan_is_in_time(moving, tmp_path):
     """Nothing touches at any of many moments, by FCL; the files say what moves, waits and horizon."""
-    found = plan(moving, timing=TimingRequest())
+    found = plan(request=moving, timing=TimingRequest())
     assert found.outcome is Outcome.SOLVED
     assert found.trajectory is not None
     assert found.cost is not None
@@ -402,15 +409,15 @@ def test_among_what_moves_the_plan_is_in_time(moving, tmp_path):
     assert times["arrivals"][-1] == pytest.approx(record["trajectory"]["duration"], abs=1e-9)
     assert record["in_time"]["moving"] == ["cart"]
     assert record["in_time"]["horizon"]["speed_limits"] == {"dog": 0.2}
-    assert load_trajectory(tmp_path).proof["horizon"] == record["in_time"]["horizon"]
-    np.testing.assert_allclose(load_trajectory(tmp_path).at(times["arrivals"]), record["path"], atol=1e-9)
+    assert Trajectory.load(tmp_path).proof["horizon"] == record["in_time"]["horizon"]
+    np.testing.assert_allclose(Trajectory.load(tmp_path).at(times["arrivals"]), record["path"], atol=1e-9)
     RECORD.validate_python(record)
 
 
 def test_what_moves_in_the_way_is_a_reason(moving, tmp_path):
     path = tmp_path / "late.yaml"
     path.write_text(CART.replace("[-1.5, -1.5, 0]", "[0.7, 0.5, 0]"))
-    found = plan(moving.with_options(scene=str(path)), timing=TimingRequest())
+    found = plan(request=moving.with_options(scene=str(path)), timing=TimingRequest())
     assert found.outcome is Outcome.NO_PATH
     assert found.reason == BlockedInTime("goal", ("cart",))
     assert found.trajectory is None

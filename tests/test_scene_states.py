@@ -36,7 +36,10 @@ def test_every_robot_can_be_tried_in_every_scene(robot: str, scene: str) -> None
 @pytest.mark.parametrize(("robot", "scene"), PLANNED)
 def test_a_robot_gets_from_start_to_goal(robot: str, scene: str) -> None:
     """Start, goal and home are free for both libraries, and joining the two is enough for a path."""
-    found = plan(PlanRequest.from_options(robot=robot, scene=scene, nodes=2, ik_solutions=2, collision="coal"))
+    found = plan(
+        request=PlanRequest.from_options(robot=robot, scene=scene, nodes=2, ik_solutions=2, collision="coal"),
+        timing=None,
+    )
     assert found.outcome is Outcome.SOLVED
     assert found.goal == "goal"
     assert np.abs(found.path[0] - found.path[-1]).max() > 0.1
@@ -61,7 +64,10 @@ GRIPPER = {  # position (m) and rpy (rad) of the gripper's body, as the paper's 
 def test_every_task_of_the_gcs_paper_has_a_proven_path(start: str, goal: str) -> None:
     """From where the paper puts the gripper, on the flange and turned by 90 degrees, with the gripper carried along."""
     found = plan(
-        PlanRequest.from_options(robot="iiwa14", scene="gcs", start=start, goal=goal, collision="coal", path_only=True)
+        request=PlanRequest.from_options(
+            robot="iiwa14", scene="gcs", start=start, goal=goal, collision="coal", path_only=True
+        ),
+        timing=None,
     )
     assert found.outcome is Outcome.SOLVED
     fcl = FclChecker(found.checker.world)

@@ -1,7 +1,5 @@
 """Robots, scenes, checkers and small plans, made once for all tests."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -39,7 +37,7 @@ def checker_of(robot: str, scene: str = "empty", margin: float = 0.0) -> Collisi
 
 @cache
 def small_plan() -> Plan:
-    return plan(PlanRequest.from_options(nodes=150))
+    return plan(request=PlanRequest.from_options(nodes=150), timing=None)
 
 
 def joint_xml(name: str, parent: str, child: str, kind: str = "revolute", axis: str = "0 0 1", **more: str) -> str:

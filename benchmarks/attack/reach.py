@@ -13,7 +13,7 @@ from benchmarks.attack.climb import climb
 from planner.base.arrays import Floats
 from planner.base.progress import Progress
 from planner.kinematics.forward import Chain, joint_placements
-from planner.kinematics.reach import Reach
+from planner.robot.reach import Reach
 from planner.robot.robot import Robot
 from planner.robot.shapes import Mesh
 

@@ -80,10 +80,10 @@ def _ours(query: Query, request: PlanRequest, motion: LimitsRequest) -> _Found:
     asked = request.with_options(robot=query.robot, scene=scene, motion_plan_request=None, widen_limits=False, **ends)
     timing = TimingRequest(**vars(motion))
     with contextlib.suppress(PlannerError):
-        plan(asked.with_options(scene=Scene("empty")), timing=timing)
+        plan(request=asked.with_options(scene=Scene("empty")), timing=timing)
     gc.collect()
     watch, cpu = FirstPath(), time.process_time()
-    found = plan(asked, Progress(watch), timing)
+    found = plan(request=asked, progress=Progress(watch), timing=timing)
     total, cpu = time.perf_counter() - watch.begin, time.process_time() - cpu
     columns: Columns = {"ready_s": found.timings["setup"], "cpu_s": cpu, "version": _version("gabf-planner")}
     made = found.trajectory

@@ -100,7 +100,7 @@ def _measure(row: Row, progress: Progress, kept: dict[tuple, tuple[float, float]
             seed=row.seed,
             collision="coal",
         )
-        found = plan(request, progress)
+        found = plan(request=request, progress=progress, timing=None)
     if progress.stopped:
         return None
     if found.outcome is not Outcome.SOLVED:

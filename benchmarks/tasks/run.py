@@ -94,7 +94,7 @@ def tasks(
 def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
     task, begun = seeded_task(row.kind, row.number, row.seed), time.process_time()
     planner = TaskPlanner.of(task, nodes=row.nodes, seed=row.seed)
-    found = planner.plan()
+    found = planner.plan(timing=None)
     tried, net = planner.candidates.rejected, planner.network
     columns: dict[str, Any] = {
         "outcome": found.outcome.key,
@@ -106,12 +106,12 @@ def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
     if progress.stopped:
         return None
     if not found.solved:
-        more = TaskPlanner.of(task, nodes=_TENFOLD * row.nodes, seed=row.seed).plan()
+        more = TaskPlanner.of(task, nodes=_TENFOLD * row.nodes, seed=row.seed).plan(timing=None)
         return columns | {"tenfold": more.outcome.key}
     assert found.cost is not None
     cost, timed = greedy_cost(planner), planner.plan(timing=TimingRequest())
     begun = time.process_time()
-    planner.plan(beta=0.3)
+    planner.plan(beta=0.3, timing=None)
     again = time.process_time() - begun
     assert timed.trajectory is not None
     return columns | {

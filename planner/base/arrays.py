@@ -8,8 +8,6 @@ of products that planning asks for, eleven differed between OpenBLAS' code for A
 can change the roadmap. Products that sum over three terms are left to ``@``: all code for FMA adds these up alike.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NoReturn, TypeAlias, TypeVar
 
@@ -170,6 +168,11 @@ def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, mo
         left, _, right = np.linalg.svd(turn)
         array = frozen(np.vstack([np.column_stack([left @ right, array[:3, 3]]), last]))
     return array
+
+
+def is_placement(value: object) -> bool:
+    """Whether ``value`` is an array (4, 4), or what NumPy takes for one, as ``pinocchio.SE3``; lists are not."""
+    return hasattr(value, "__array__") and np.shape(value) == (4, 4)  # type: ignore[call-overload]
 
 
 def _is_text(value: Any) -> bool:

@@ -4,8 +4,6 @@ A file that cannot be read counts as missing: the arrays are computed again. A c
 time.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import io

@@ -3,8 +3,7 @@
 A message is one sentence built from the data: what is wrong, where, and the remedy.
 """
 
-from __future__ import annotations
-
+import importlib
 import logging
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
@@ -86,6 +85,15 @@ class AssumptionError(PlannerError):
 
 class InstallationError(PlannerError):
     """A part of the planner itself that is missing or of another version."""
+
+
+def require_extra(module: str, extra: str) -> Any:
+    """A module that the ``extra`` of this package brings; :class:`InstallationError` names that where it is missing."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        missing = f"the Python package {error.name or module} is missing"
+        raise InstallationError(f"{missing}: run pip install 'gabf-planner[{extra}]'.") from None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Atomic writes: a crash at any moment leaves either the old file or the new one, complete."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import json

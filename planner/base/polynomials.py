@@ -3,8 +3,6 @@
 Coefficients are arrays (n, degree + 1, dof), ascending powers of s along axis 1; n pieces are worked on at once.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from math import comb
 
@@ -36,7 +34,12 @@ def part(coefficients: Floats, low: Floats, high: Floats) -> Floats:
     for k in range(degree):  # Horner's scheme, once a power: the Taylor expansion at low
         for j in range(degree - 1, k - 1, -1):
             shifted[:, j] += low[:, None] * shifted[:, j + 1]
-    return shifted * ((high - low)[:, None] ** np.arange(degree + 1))[:, :, None]
+    return shifted * powers(high - low, degree)[:, :, None]
+
+
+def powers(x: Floats, most: int) -> Floats:
+    """(n, most + 1) the powers of x (n,), by products: NumPy's ``**`` has other last bits on other processors."""
+    return np.multiply.accumulate(np.column_stack([np.ones_like(x), *[x] * most]), axis=1)
 
 
 def bernstein(coefficients: Floats) -> Floats:

@@ -1,7 +1,5 @@
 """The robots and scenes that travel with the package, and the versions of the software that results come from."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.metadata
 import platform

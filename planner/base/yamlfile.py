@@ -1,7 +1,5 @@
 """Files that people write: YAML through the safe loader, checked against a pydantic model."""
 
-from __future__ import annotations
-
 import difflib
 import re
 import reprlib

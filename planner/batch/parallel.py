@@ -1,7 +1,5 @@
 """Cases measured at once, by processes of this machine (joblib's loky) or by the workers of a Dask cluster."""
 
-from __future__ import annotations
-
 import concurrent.futures as cf
 import logging
 import os
@@ -13,7 +11,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from typing import Any, TypeAlias, TypeVar
 
-from planner.base.errors import FileError, InstallationError
+from planner.base.errors import FileError, InstallationError, require_extra
 from planner.base.progress import Progress
 from planner.base.resources import software
 from planner.problem.request import WorkersRequest
@@ -99,11 +97,10 @@ def _executor(workers: WorkersRequest, cases: int) -> Iterator[Executor]:
 @contextmanager
 def _cluster(address: str) -> Iterator[Executor]:
     """Connect to a Dask scheduler. joblib's own backend for Dask never returns from a task that kills its worker."""
-    try:
-        from distributed import Client, KilledWorker
-        from distributed.comm.addressing import get_address_host_port
-    except ImportError:
-        raise InstallationError("a cluster needs Dask: pip install 'gabf-planner[cluster]', here and there.") from None
+    require_extra("distributed", "cluster")  # here, and where the workers are
+    from distributed import Client, KilledWorker
+    from distributed.comm.addressing import get_address_host_port
+
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a scheduler that goes away is one sentence
     missing = f"no Dask scheduler with workers answers at '{address}': start 'dask scheduler', 'dask worker'."
     try:

@@ -3,8 +3,6 @@
 The plans come out of a YAML or CSV file, or out of a folder of MoveIt's scenes and motion plan requests.
 """
 
-from __future__ import annotations
-
 import csv
 import glob
 import hashlib
@@ -159,7 +157,7 @@ def _measure_row(task: Task, progress: Progress, out: Path, pages: bool, time_li
 def _plan(request: PlanRequest, progress: Progress, folder: Path, pages: bool) -> Row:
     """The results of a plan, whose folder is written unless it was stopped. A refusal or a crash is a result too."""
     try:
-        found = plan(request, progress)
+        found = plan(request=request, timing=None, progress=progress)
         if progress.stopped:
             return {}
         if pages:

@@ -60,7 +60,7 @@ def words_of(world: World, cuts: Cuts = _WHOLE) -> dict[str, Any]:
         "cuts": dict(cuts),
         "held": dict(robot.fixed_joints),
         "widened": not own,
-        "rows": robot.manipulability,
+        "rows": robot.jacobian_rows,
         "tool link": robot.tool,
         "states": _states(world),
         "identity": {"robot": robot.identity, "scene": world.scene.identity},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from importlib import import_module
-from typing import Any
+from typing import Any, get_args
 
 import tyro
 
@@ -36,6 +36,7 @@ _SEVERAL = ("--goal", "--keep")
 _TEXTS: tuple[tuple[Any, str, Callable[[str], Any], Callable[[Any], str]], ...] = (
     (of.RobotLike, "NAME|FILE", str, str),
     (of.RobotLike | None, "NAME|FILE", str, str),
+    (of.Measure, "|".join(get_args(of.MeasureName)), str, str),
     (of.Names | None, "NAME,...", str, ",".join),
     (of.Base | None, "NUMBER,...", parse_base, str),
     (of.Conditions, "CONDITION", conditions_of, lambda value: AND.join(each.text for each in value) or "none"),

@@ -80,12 +80,14 @@ def _files(result: Result[Any], place: Path) -> str:
 
 
 def record_of_plan(folder: Path) -> dict[str, Any]:
-    """The content of the plan.json in ``folder``; :class:`PlannerError` where it has no config."""
+    """The content of the plan.json, or sweep.json, in ``folder``; :class:`PlannerError` where it has no config."""
     from planner.base.yamlfile import read_text
     from planner.planning.run import JSON_NAME
+    from planner.tradeoff.record import SWEEP_NAME
     from planner.trajectory.file import parse_json
 
-    where = folder / JSON_NAME
+    is_sweep = not os.path.isfile(folder / JSON_NAME) and os.path.isfile(folder / SWEEP_NAME)
+    where = folder / (SWEEP_NAME if is_sweep else JSON_NAME)
     record = parse_json(read_text(where, "plan"), f"plan {where}")
     if not isinstance(record, dict) or not isinstance(record.get("config"), dict):
         raise FileError(f"{where} holds no config: plan again.")

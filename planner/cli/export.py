@@ -24,40 +24,51 @@ def export(
     trajectory: tyro.conf.Positional[Path],
     format: Format = "ros-json",
     rate: float | None = None,
+    beta: float | None = None,
     skip_first_point: Flag = False,
     out: Path | None = None,
     debug: Debug = False,
 ) -> int:
     """Write a trajectory as a controller or another program takes it.
 
-    TRAJECTORY is a trajectory.json, or the folder of a plan or a task. ros-json is a trajectory_msgs/JointTrajectory,
-    which YAML reads too, with send_trajectory.py next to it, which sends it as a FollowJointTrajectory goal; csv holds
-    t, q, qd and qdd; mcap is a bag of ROS 2 with one JointTrajectory (it needs the Python package mcap). The points are
-    the knots of the polynomials that were proven, which a ROS 2 joint trajectory controller runs between them. With
-    --rate they are rows on an exact grid: the motion is averaged over two periods, so that it keeps the same limits,
-    its end is held to a row, and it is proven in the world of the plan.json next to it. Examples:
+    TRAJECTORY is a trajectory.json, or the folder of a plan, a task or, with --beta, a sweep. ros-json is a
+    trajectory_msgs/JointTrajectory, which YAML reads too, with send_trajectory.py next to it, which sends it as a
+    FollowJointTrajectory goal; csv holds t, q, qd and qdd; mcap is a bag of ROS 2 with one JointTrajectory (it needs
+    the Python package mcap). The points are the knots of the polynomials that were proven, which a ROS 2 joint
+    trajectory controller runs between them. With --rate they are rows on an exact grid: the motion is averaged over two
+    periods, so that it keeps the same limits, its end is held to a row, and it is proven in the world of the plan.json
+    or sweep.json next to it. Examples:
 
     planner export out --skip-first-point
 
     planner export out --format csv --rate 1000 --out motion.csv
+
+    planner export sweep --beta 0.2
 
     Exit code 0: written; 2: a wrong option; 3: an unusable file, or a grid too coarse for its motion to be proven.
 
     Args:
         format: What to write.
         rate: Rows at every k/rate s (Hz), to the nanosecond, in place of the knots.
+        beta: Of a sweep: the motion along the path that is optimal at this beta.
         skip_first_point: Leave out the point at time 0, where the robot stands already.
         out: File to write; next to the trajectory where left out.
     """
+    from planner.tradeoff.record import SWEEP_NAME
     from planner.trajectory import export as formats
-    from planner.trajectory.file import load_trajectory
+    from planner.trajectory.file import TRAJECTORY_NAME
+    from planner.trajectory.trajectory import Trajectory
 
     if rate is not None:
         formats.require_rate(rate)
-    folder = trajectory if os.path.isdir(trajectory) else trajectory.parent
-    place = out or folder / f"trajectory-{format}.{formats.SUFFIX[format]}"
-    motion = load_trajectory(trajectory)
-    notes = []
+    folder, stem, notes = trajectory if os.path.isdir(trajectory) else trajectory.parent, "trajectory", list[str]()
+    if beta is not None:
+        trajectory, notes = _motion_at(folder, beta)
+        stem = trajectory.stem
+    elif os.path.isfile(trajectory / SWEEP_NAME) and not os.path.isfile(trajectory / TRAJECTORY_NAME):
+        raise FileError(f"{trajectory} holds a sweep, which has a motion for each interval of beta: give --beta.")
+    place = out or folder / f"{stem}-{format}.{formats.SUFFIX[format]}"
+    motion = Trajectory.load(trajectory)
     if rate is None and not motion.proven:
         notes.append("the trajectory is not proven as a whole: see 'proof' in its file, or 'planner check'.")
     if events := [f"{event['kind']} '{event['object']}' at {event['t']:.3f} s" for event in motion.events]:
@@ -78,6 +89,19 @@ def export(
         say(f"To run it, with ROS 2: python3 {shlex.quote(str(sender))} {shlex.quote(str(place))}")
     say(f"{result}{motion.duration:.3f} s. Written: {place}")
     return 0
+
+
+def _motion_at(folder: Path, beta: float) -> tuple[Path, list[str]]:
+    """The file of the motion at ``beta`` in the folder of a sweep, and what is noted about its choice."""
+    from planner.tradeoff.record import interval_at, range_text, read_sweep
+
+    item, note = interval_at(read_sweep(folder).intervals, beta)
+    if item is None:
+        raise FileError(f"the sweep in {folder} was interrupted before beta {beta:g}: sweep again.")
+    if item.trajectory is None:
+        raise FileError(f"the sweep in {folder} has no motions: run 'planner sweep' with times.")
+    text = f"the path is optimal for beta from {range_text(item.beta_min, item.beta_max)}, of the paths in its roadmap."
+    return folder / item.trajectory, [f"{note}." if note else text]
 
 
 def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, str]:

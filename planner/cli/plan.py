@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,6 +32,7 @@ from planner.problem.request import (
 if TYPE_CHECKING:
     from planner.base.progress import Progress
     from planner.planning.result import Plan
+    from planner.tradeoff.result import Tradeoff
 
 
 def plan(
@@ -78,7 +80,9 @@ def plan(
     from planner.tradeoff.sweep import with_alternatives
 
     def find(progress: Progress) -> Plan:
-        return with_alternatives(find_plan(PlanRequest(what, quality), progress, motion), progress)
+        return with_alternatives(
+            find_plan(request=PlanRequest(what, quality), timing=motion, progress=progress), progress
+        )
 
     return _told(find, out, view, json, no_page, certificate)
 
@@ -122,7 +126,9 @@ def follow(
     from planner.tradeoff.sweep import with_alternatives
 
     def find(progress: Progress) -> Plan:
-        return with_alternatives(find_plan(path, FollowRequest(what, quality), progress, motion), progress)
+        return with_alternatives(
+            find_plan(path, request=FollowRequest(what, quality), timing=motion, progress=progress), progress
+        )
 
     return _told(find, out, view, json, no_page)
 
@@ -130,35 +136,45 @@ def follow(
 def sweep(
     what: Problem = Problem(),  # noqa: B008 (frozen)
     quality: SweepQuality = SweepQuality(),  # noqa: B008
+    limits: TimingRequest = TimingRequest(),  # noqa: B008
+    no_timing: Flag = False,
     out: Out = Path("sweep"),
     no_page: NoPage = False,
     debug: Debug = False,
 ) -> int:
-    """The whole trade-off between manipulability and distance: every path that some beta makes optimal.
+    """The whole trade-off between manipulability and distance: every path in a roadmap that some beta makes optimal.
 
-    Finds all values of beta at which the best path changes, exactly and without a grid, on one roadmap. Starts,
-    goals and all other options are those of 'planner plan'. Examples:
+    Finds all values of beta at which the best path changes, exactly and without a grid, on one roadmap, and the motion
+    along each path. Starts, goals and all other options are those of 'planner plan'. Examples:
 
     planner sweep --seed 3
 
-    planner sweep --roadmap out/roadmap.npz
+    planner sweep --roadmap out/roadmap.npz && planner export sweep --beta 0.2
 
-    Writes sweep.json, sweep.csv, sweep.html (open it in a browser) and roadmap.npz. Exit codes are those of
-    'planner plan'; Ctrl-C saves the intervals that are proven so far, without the page; where --out holds a sweep
-    already, in a new folder 'interrupted' inside it.
+    Writes sweep.json, sweep.csv, sweep.html (open it in a browser), roadmap.npz, and the motions trajectory-1.json,
+    trajectory-2.json, ... in the order of the intervals. Exit codes are those of 'planner plan'; Ctrl-C saves the
+    intervals that are proven so far, without the page; where --out holds a sweep already, in a new folder 'interrupted'
+    inside it.
+
+    Args:
+        no_timing: Leave the paths without times: no trajectory-1.json, ...
     """
+    motion = timing_of(limits, no_timing)
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
-    result, record, files, code = written(
-        lambda progress: find_tradeoff(SweepRequest(what, quality), progress), out, page=not no_page
-    )
+    def find(progress: Progress) -> Tradeoff:
+        return find_tradeoff(request=SweepRequest(what, quality), timing=motion, progress=progress)
+
+    result, record, files, code = written(find, out, page=not no_page)
     ending, count = result.outcome.value, len(result.intervals)
     if result.outcome is Outcome.SOLVED:
-        ending = f"{count} path{'s are' if count != 1 else ' is'} optimal, each in its interval of beta."
+        ending = f"{count} path{'s' if count != 1 else ''} of this roadmap, each optimal in its interval of beta."
     if record.intervals:
         show(report_table(record.table))
     for line in record.lines:
         say(line)
+    if motion is not None and (chosen := result.knee or next(iter(result.intervals), None)):
+        say(f"To run one: planner export {shlex.quote(str(out))} --beta {chosen.beta:g}")
     say("Seconds: " + ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items()) + ".")
     say(f"{ending} {files}")
     return code
@@ -197,7 +213,7 @@ def task(
 
     request = TaskRequest(what, quality)
     found, record, files, code = written(
-        lambda progress: plan_task(file, progress, motion, request), out, page=not no_page
+        lambda progress: plan_task(file, request=request, timing=motion, progress=progress), out, page=not no_page
     )
     if json:
         say(json_text(record.to_dict()))

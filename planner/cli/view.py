@@ -7,14 +7,14 @@ import threading
 from dataclasses import fields
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from planner.base.errors import FileError, InstallationError, OptionError
+from planner.base.errors import FileError, OptionError, require_extra
 from planner.base.files import make_folder, require_writable_file, write_whole
 from planner.base.interrupts import until_signal
-from planner.cli.common import Debug, Flag, record_of_plan
+from planner.cli.common import Debug, Flag
 from planner.cli.terminal import open_in_browser, say
 from planner.problem.request import LiveRequest, WorldRequest
 from planner.problem.targets import AND, HOME, joints_text, parse_target
@@ -96,14 +96,9 @@ def serve(
         token_file: File with the token that clients send; a random one is written where there is no such file.
         allow_xacro: Expand robots that are written as xacro, whose expressions run on this machine.
     """
-    try:
-        from planner.serve.server import serve as run
-    except ModuleNotFoundError as error:
-        if error.name != "websockets":
-            raise
-        raise InstallationError(
-            "serving needs the Python package websockets: run pip install 'gabf-planner[serve]'."
-        ) from None
+    require_extra("websockets", "serve")
+    from planner.serve.server import serve as run
+
     run(host, port, token_file, allow_xacro, say)
     return 0
 
@@ -122,15 +117,10 @@ def _serve(page: LivePage) -> None:
 
 def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest, out: Path | None) -> LivePage:
     """The live page with its first question answered."""
-    try:
-        from planner.view.live import LivePage, Question
-    except ModuleNotFoundError as error:
-        if error.name not in ("viser", "websockets"):
-            raise
-        raise InstallationError(
-            f"the live page needs the Python package {error.name}: run pip install 'gabf-planner[live]'."
-        ) from None
+    for name in ("viser", "websockets"):
+        require_extra(name, "live")
     from planner.session.session import Session
+    from planner.view.live import LivePage, Question
 
     if result is not None:
         session, asked = _session_of_plan(result if result.is_dir() else result.parent)
@@ -147,21 +137,21 @@ def _live_page(result: Path | None, request: WorldRequest, question: LiveRequest
 
 def _session_of_plan(folder: Path) -> tuple[Session, Question]:
     """A session on the roadmap of the plan in ``folder``, in the plan's world, and the question of the plan."""
-    from planner.planning.run import ROADMAP_NAME
-    from planner.roadmap.storage import reopen_plan
+    from planner.planning.result import Plan
     from planner.session.session import OPTIONS, Session
     from planner.view.live import Question
 
-    record = record_of_plan(folder)
-    config = record["config"]
-    checker = reopen_plan(config, folder / ROADMAP_NAME)
+    plan = Plan.load(folder)
+    given, world = plan.request.values(), plan.checker.world
     in_robot = ("tool", "srdf", "group", "joints", "base", "effort")  # the last one refines, which takes seconds
-    options = {name: config[name] for name in OPTIONS if name in config and name not in in_robot}
-    session = Session(checker.robot, checker.world.scene, folder / ROADMAP_NAME, **options)
-    start, goal = config["start"], config["goal"]
-    if config["request"] is not None and record["path"]:  # the message says where, not the options
-        start, goal = (joints_text(record["path"][k]) for k in (0, -1))
-    return session, Question(start, goal, config["beta"])
+    options: dict[str, Any] = {name: given[name] for name in OPTIONS if name in given and name not in in_robot}
+    options["keep"] = world.conditions
+    session = Session(plan.robot, plan.scene, roadmap=plan.roadmap, **options)
+    ends = plan.request.config()
+    start, goal = ends["start"], ends.get("goal", "")
+    if len(plan.path) and (not goal or ends["request"] is not None):  # a tool path or a message says where
+        start, goal = (joints_text(q.tolist()) for q in plan.path[[0, -1]])
+    return session, Question(start, goal, given["beta"])
 
 
 def _page_of(result: Path) -> Path:

@@ -1,7 +1,5 @@
 """Questions about a configuration or a motion among obstacles. Start with :func:`make_checker`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 
@@ -21,12 +19,12 @@ BACKENDS = ("fcl", "coal")
 
 def make_checker(
     robot: Robot,
-    scene: Scene,
+    scene: Scene | None,
     backend: str = "fcl",
     margin: float = 0.0,
     keep: str | Condition | Sequence[str | Condition] = (),
 ) -> CollisionChecker:
-    """A collision checker of ``robot`` among the scene's obstacles.
+    """A collision checker of ``robot`` among the scene's obstacles, where it is None among none.
 
     ``margin`` (m) is a distance to keep from everything: what comes closer counts as a collision. Link pairs that need
     no check come from the robot (its SRDF or robot file), else they are worked out. The ``backend`` says what touches;
@@ -40,7 +38,7 @@ def make_checker(
     disabled, made = robot.disabled_pairs, None
     if disabled is None:
         disabled, made = worked_out(robot, kind)
-    return kind(World.of(robot, in_world(scene, robot), disabled, margin, conditions), made)
+    return kind(World.of(robot, in_world(Scene.load(scene), robot), disabled, margin, conditions), made)
 
 
 def second_checker(checker: CollisionChecker) -> CollisionChecker:

@@ -1,7 +1,5 @@
 """Spheres and rounded boxes that contain a shape: what makes a clearance bound cheap and never too large."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any

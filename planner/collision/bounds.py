@@ -68,7 +68,7 @@ class ClearanceBound:
         self.native.set_pairs(np.concatenate([scene, world.self_pairs]), checked)
         chain = Chain.of(world.robot)
         if chain.prismatic.any():
-            slides = [travel(world.robot.arm, chain, row) for row in range(len(chain.parent))]
+            slides = [travel(world.robot.without_payload, chain, row) for row in range(len(chain.parent))]
             self.native.set_travel(np.where(chain.prismatic, slides, np.inf))
 
     def coarse(self, rotation: Floats, position: Floats) -> Floats:

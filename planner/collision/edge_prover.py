@@ -17,6 +17,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, numbers, plain_numbers
 from planner.base.errors import ArrayError
+from planner.base.polynomials import evaluate
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
@@ -225,8 +226,7 @@ class EdgeProver:
         stopped = np.flatnonzero(proofs.pair >= 0)
         if not len(stopped):
             return
-        powers = where[stopped, None] ** np.arange(coefficients.shape[1])
-        q = np.einsum("mk,mkd->md", powers, coefficients[stopped])
+        q = evaluate(coefficients[stopped], where[stopped])
         rotation, position = joint_placements(self.checker.chain, q)
         for k, row in enumerate(stopped):
             pair = proofs.pair[row : row + 1]

@@ -3,8 +3,6 @@
 How far points move is bounded by ``NativeWorld.walk``, part by part, from how bodies turn and slide there.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Iterator

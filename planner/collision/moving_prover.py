@@ -5,8 +5,6 @@ obstacle's speed. Of one whose motion is unknown all is free that it cannot have
 without time, ``native/source/prover.hpp``, and the same geometry.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Each takes an :class:`planner.collision.edge_prover.EdgeProver`, which proves th
 that is chosen.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 

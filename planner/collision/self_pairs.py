@@ -1,7 +1,5 @@
 """Which pairs of links need no self-collision check, worked out where nobody has said so."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from planner.base.cache import cached

@@ -9,8 +9,8 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.constraints.keeps import Keeps
-from planner.kinematics.reach import Reach, pair_reach
 from planner.problem.conditions import Condition
+from planner.robot.reach import Reach, pair_reach
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Body, Mesh, Obstacle

@@ -6,8 +6,6 @@ y = (x, rows of R), the position (m) and the rotation of a frame in one vector o
 |R - R0| <= 2 sqrt(2) sin(a/2) in the Frobenius norm, for a up to pi, as all these lie on a sphere.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -18,8 +16,8 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import StateError
+from planner.constraints.tool_bound import Frame, ToolBound
 from planner.kinematics.forward import Chain
-from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.native.compiled import NativeKeeping
 from planner.problem.conditions import Condition, KeepAxis, KeepBox, KeepPlane, KeepTurn, OfPoint, Quaternion, Three
 from planner.robot.poses import pose, quaternion_of

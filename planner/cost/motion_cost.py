@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Protocol
 
 import numpy as np
@@ -12,7 +12,7 @@ from planner.base.arrays import Floats
 from planner.base.resolutions import TOOL_ALONG_EDGE, W_IN_COST, W_STATES_PER_EDGE
 from planner.cost.scale import CostScale, cost_number, length_cost, manipulability_cost
 from planner.kinematics.forward import Chain
-from planner.kinematics.manipulability import measured_tool
+from planner.kinematics.manipulability import measured, measured_tool
 from planner.native.compiled import Charge
 from planner.problem.request import Objective
 from planner.robot.robot import Robot
@@ -93,6 +93,7 @@ class MotionCost:
             joint=joint,
             point=point,
             rows=rows,
+            measure=None if self.robot.measure == "yoshikawa" else partial(measured, self.robot),
         )
 
     def of_edges(self, edges: MeasuredEdges) -> Floats:

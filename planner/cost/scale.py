@@ -1,7 +1,5 @@
 """What manipulability and length cost: the scale that makes them comparable, and their means along motions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -19,6 +17,7 @@ from planner.robot.robot import Robot
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
 
+_CONSTANT = 1e-9  # relative
 _DOUBLED = 2.0 ** np.arange(7)  # on longer motions states are doubled, no more often than this
 
 COSTS: tuple[ManipulabilityCost, ...] = ("inverse", "log", "linear")
@@ -58,6 +57,8 @@ def measure_scale(manipulability: Floats, joint_length: Floats, tool_length: Flo
     """
     low = float(np.quantile(manipulability, CAP_QUANTILE))
     high = float(manipulability.max())
+    if high - low <= _CONSTANT * high:
+        low = high  # a constant, but for rounding, costs the same everywhere
     return CostScale(
         w_low=max(low, 1e-9 * high, 1e-300),
         w_high=max(high, 1e-300),

@@ -1,12 +1,14 @@
 """The generalized adaptive Bellman-Ford dynamics (GABF): every law, kernel and bound of the paper.
 
-    net = gabf.Network(indptr, indices, weight, sources=[0], node_cost=omega, kernel=gabf.TradeOff(beta=0.5))
-    result = gabf.solve(net, law=gabf.SingularityFree(T=4.0))
-    path = gabf.extract_path(net, result, start=17)
+>>> net = gabf.Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], node_cost=[0.2, 0.4, 0.9])
+>>> result = gabf.solve(net, law=gabf.SingularityFree(T=4.0))
+>>> gabf.extract_path(net, result, start=2)
+array([2, 1, 0])
 
 Needs NumPy and the compiled library. Nothing here knows of robots.
 """
 
+from planner.base.errors import ArrayError, AssumptionError, OptionError, PlannerError, StateError
 from planner.gabf import learning
 from planner.gabf.certificates import Assumption, Certificate, T_star_corrected, T_star_printed, T_star_sharp, certify
 from planner.gabf.healing import Healing, heal, raised_start
@@ -19,7 +21,18 @@ from planner.gabf.kernels import (
     TradeOff,
     UserKernel,
 )
-from planner.gabf.laws import FixedTime, Law, Nominal, PrescribedTime, SingularityFree, control_input, named_law
+from planner.gabf.laws import (
+    FixedTime,
+    Law,
+    Nominal,
+    PrescribedClock,
+    PrescribedTime,
+    SingularityFree,
+    UniformClock,
+    UserLaw,
+    control_input,
+    named_law,
+)
 from planner.gabf.network import Network
 from planner.gabf.oracle import (
     Structure,
@@ -38,7 +51,9 @@ from planner.gabf.splitting import Splitting
 
 __all__ = [
     "Additive",
+    "ArrayError",
     "Assumption",
+    "AssumptionError",
     "Certificate",
     "CostToGo",
     "EdgeIntegral",
@@ -52,16 +67,22 @@ __all__ = [
     "Network",
     "NodeDependent",
     "Nominal",
+    "OptionError",
+    "PlannerError",
     "Premises",
+    "PrescribedClock",
     "PrescribedTime",
     "SingularityFree",
     "Splitting",
+    "StateError",
     "Structure",
     "T_star_corrected",
     "T_star_printed",
     "T_star_sharp",
     "TradeOff",
+    "UniformClock",
     "UserKernel",
+    "UserLaw",
     "bellman_operator",
     "certify",
     "cheapest_path",

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.gabf.flows import PowerFlow
-from planner.gabf.laws import FixedTime, Law, PrescribedClock, SingularityFree
+from planner.gabf.laws import FixedTime, Law, PrescribedClock, SingularityFree, UserLaw
 from planner.gabf.network import Network
 from planner.gabf.oracle import TIES, Structure, oracle, structure
 from planner.gabf.problem import reduce
@@ -138,9 +138,13 @@ def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None 
     known = result.x if result.residual == 0.0 else oracle(net)
     optimum = structure(net, known) if optimum is None else optimum
     facts = _facts(law, result, optimum, reachable.rows)
-    settling = _fixed_time(law, facts) if isinstance(law, FixedTime | SingularityFree) else _exponential(facts)
+    if own := isinstance(law, UserLaw):
+        settling = iter(())
+    else:
+        settling = _fixed_time(law, facts) if isinstance(law, FixedTime | SingularityFree) else _exponential(facts)
     made = [certificate for certificate in (*_range(facts), *settling) if certificate.applies]
-    return [replace(certificate, proven=False) for certificate in made] if result.premises.sampled else made
+    sampled = own or result.premises.sampled
+    return [replace(certificate, proven=False) for certificate in made] if sampled else made
 
 
 def _facts(law: Law, result: CostToGo, optimum: Structure, rows: Any) -> Facts:

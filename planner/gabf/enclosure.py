@@ -59,10 +59,10 @@ def bracket_settling(
     ``tolerance`` defines the band as in :func:`planner.gabf.solve`; ``guess`` is where to expect the answer and
     decides about the work only. Steps shrink until the bracket is ``width`` of its end, or the work is spent: a
     smaller width takes proportionally more. The latest is +inf where the lower solution is not there within the work,
-    and the earliest 0 as well where rows and hops to a source are too many to begin. Proved up to rounding, for every
-    increasing kernel.
+    and the earliest 0 as well where rows and hops to a source are too many to begin, and for a user's law. Proved up to
+    rounding, for every increasing kernel.
     """
-    if problem.n_rows * problem.most_hops > _MOST_WORK:
+    if flow.compiled is None or problem.n_rows * problem.most_hops > _MOST_WORK:
         return 0.0, math.inf
     limits = [limit(problem, y0, y_star, upper) for upper in (True, False)]
     earliest, latest = 0.0, math.inf
@@ -111,7 +111,7 @@ class Side:
     def __init__(self, problem: Problem, flow: Flow, y0: Floats, bounds: Premises, upper: bool, beyond: Floats):
         self.tau, self.y, self.sign, self.steps = 0.0, y0, 1.0 if upper else -1.0, 0
         self._problem, self._rows = problem, slice(0, problem.n_rows)
-        self._flow, self._values, self._upper = flow, parents_of(problem), upper
+        self._flow, self._values, self._upper = flow, parents_of(problem, flow), upper
         self._speed = self._expected = np.zeros(problem.n_rows)
         self._contracts = bounds.L <= 1.0 and not bounds.sampled  # between samples a kernel may be steeper
         self._limit = beyond[self._rows]

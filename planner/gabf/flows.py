@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
@@ -11,25 +12,27 @@ from functools import cache, cached_property
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.errors import AssumptionError
+from planner.gabf.kernels import call_on_arrays
 from planner.native.compiled import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeFlow
 
 
 class Flow(ABC):
-    """s' = -phi(s), phi odd and increasing; how far it moves many states is compiled."""
+    """s' = -phi(s), phi of the sign of s; how far it moves many states is compiled, but for a user's phi."""
 
     @abstractmethod
     def rate(self, s: Floats) -> Floats:
         """phi(s)."""
 
-    @property
-    @abstractmethod
-    def coefficients(self) -> tuple[float, float, float, float]:
-        """beta1, beta2, 1 - p and q - 1; all 0 where phi(s) = s."""
-
     @cached_property
-    def compiled(self) -> NativeFlow:
-        """The same equation in the compiled library."""
-        return NativeFlow(*self.coefficients)
+    def compiled(self) -> NativeFlow | None:
+        """The same equation in the compiled library; None for a user's phi."""
+        return None
+
+    def moved(self, order: int, s: Floats, dtau: float) -> Floats:
+        """s after ``dtau``, the powers below and above 1 acting one after the other in an ``order``."""
+        assert self.compiled is not None
+        return self.compiled.moved(order, s, dtau)
 
     @abstractmethod
     def time_between(self, start: float, end: float) -> float:
@@ -37,7 +40,11 @@ class Flow(ABC):
 
     def advance(self, s: Floats, dtau: float) -> Floats:
         """s after ``dtau``, second order in ``dtau``, exact at s = 0."""
-        return self.compiled.moved(STRANG, s, dtau)
+        return self.moved(STRANG, s, dtau)
+
+    def miss(self, s: Floats, left: Floats, dtau: float) -> Floats | float:
+        """By how much ``left``, s after ``dtau`` as :meth:`advance` has it, may be off; 0 where that is not asked."""
+        return 0.0
 
     def slowest(self, s: Floats, dtau: float) -> Floats:
         """A proved upper bound of |s| after ``dtau``, first order in ``dtau``, with the sign of s; exact at 0.
@@ -45,11 +52,11 @@ class Flow(ABC):
         It lets the power below 1 act first, then the power above 1. beta1 s^p / (beta2 s^q) falls with s, so the power
         below 1 acts at the larger s and takes less time off.
         """
-        return self.compiled.moved(SINK_THEN_BRAKE, s, dtau)
+        return self.moved(SINK_THEN_BRAKE, s, dtau)
 
     def fastest(self, s: Floats, dtau: float) -> Floats:
         """A proved lower bound of |s| after ``dtau``, likewise: the other order, for the same reason."""
-        return self.compiled.moved(BRAKE_THEN_SINK, s, dtau)
+        return self.moved(BRAKE_THEN_SINK, s, dtau)
 
     @property
     @abstractmethod
@@ -74,6 +81,13 @@ class Flow(ABC):
     def speed(self, size: float) -> float:
         """phi of one number >= 0; inf where that is beyond the largest double, the least one where it is below that."""
 
+    def urgency(self, size: float) -> float:
+        """phi(s) / s at ``size``, times the pace, and at most 2.5: how many tolerances a step may err by there.
+
+        Without that, rises that step as fast as they may are 100 times too slow where exponents are far from 1.
+        """
+        return min(self.pace * self.speed(size) / size, 2.5)
+
     def half_step(self, dtau: float, size: float) -> float:
         """How far into a step its parent values are taken: half of it for short steps, more for long ones.
 
@@ -90,9 +104,9 @@ class Flow(ABC):
 class LinearFlow(Flow):
     """s' = -s: the nominal and the prescribed-time law in tau."""
 
-    @property
-    def coefficients(self) -> tuple[float, float, float, float]:
-        return 0.0, 0.0, 0.0, 0.0
+    @cached_property
+    def compiled(self) -> NativeFlow:
+        return NativeFlow(0.0, 0.0, 0.0, 0.0)
 
     @property
     def whole_time(self) -> float:
@@ -126,9 +140,9 @@ class PowerFlow(Flow):
     def _floats(self) -> tuple[float, float, float, float]:
         return float(self.p), float(self.q), float(1 - self.p), float(self.q - 1)
 
-    @property
-    def coefficients(self) -> tuple[float, float, float, float]:
-        return self.beta1, self.beta2, *self._floats[2:]
+    @cached_property
+    def compiled(self) -> NativeFlow:
+        return NativeFlow(self.beta1, self.beta2, *self._floats[2:])
 
     @cached_property
     def total_time(self) -> float:
@@ -203,6 +217,53 @@ class PowerFlow(Flow):
         return self.pace / width * (sink + both + brake)
 
 
+@dataclass(frozen=True)
+class UserFlow(Flow):
+    """s' = -phi(s) of a phi that only its values describe, by the exponential midpoint rule.
+
+    The equation is s' = -k s with k = phi(s) / s >= 0. A step holds k at its value half a step on, so no s grows or
+    changes its sign, and a phi that is linear is followed exactly.
+    """
+
+    phi: Callable[[Floats], Floats]
+
+    def rate(self, s: Floats) -> Floats:
+        values = call_on_arrays("rate", self.phi, s)
+        wrong = (np.sign(values) != np.sign(s)) & ((values != 0.0) | (np.abs(s) >= 1e-9))
+        if wrong.any():
+            error, speed = float(s[wrong][0]), float(values[wrong][0])
+            raise AssumptionError(f"rate({error:g}) must have the sign of the error and be 0 at 0, got {speed:g}.")
+        return values
+
+    def speed(self, size: float) -> float:
+        return max(float(self.rate(np.array([size]))[0]), math.ulp(0.0)) if size else 0.0
+
+    def urgency(self, size: float) -> float:
+        return 1.0
+
+    @property
+    def whole_time(self) -> float:
+        return _ENDLESS
+
+    @np.errstate(all="ignore")
+    def _decayed(self, s: Floats, at: Floats, dtau: float) -> Floats:
+        """s after ``dtau`` with phi(s) / s as it is where s is ``at``."""
+        at = np.copysign(np.maximum(np.abs(at), _NEAREST), s)
+        return s * np.exp(-dtau * (self.rate(at) / at))
+
+    def moved(self, order: int, s: Floats, dtau: float) -> Floats:
+        return self._decayed(s, self._decayed(s, s, 0.5 * dtau), dtau)
+
+    def miss(self, s: Floats, left: Floats, dtau: float) -> Floats:
+        return np.abs(left - self._decayed(s, s, dtau))
+
+    def time_between(self, start: float, end: float) -> float:
+        """The integral of s / phi(s) over ln s, by the trapezoidal rule."""
+        s = np.geomspace(end, start, 257)
+        return float(np.trapezoid(s / self.rate(s), np.log(s)))
+
+
+_NEAREST, _ENDLESS = 1e-300, 1e100  # the s where phi(s) / s stands for its limit at 0; the longest step in tau
 _FLAT = 40.0
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.errors import AssumptionError, OptionError
-from planner.gabf.laws import Law
+from planner.gabf.laws import Law, law_of
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
 from planner.gabf.problem import reduce, states
@@ -58,7 +58,7 @@ class Healing:
         return max_error(self.cost_to_go, oracle(self.cost_to_go.network))
 
 
-def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0, **options: Any) -> Healing:
+def heal(net: Network, x: Floats, law: Law | str | None = None, since_tau: float = 0.0, **options: Any) -> Healing:
     """The field of ``net`` from the states ``x`` (n,) that another network left behind, see :func:`raised_start`.
 
     ``since_tau`` 0 starts a new clock, as is needed after T_p, where the gain is zero. The reading of a clock that
@@ -68,7 +68,7 @@ def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0
     """
     if not (math.isfinite(since_tau) and since_tau >= 0):
         raise OptionError(f"since_tau is {since_tau}, no reading of a clock: give 0 or more.")
-    if law is not None and law.needs_overestimate:
+    if (law := law_of(law)).needs_overestimate:
         raise AssumptionError(
             f"the {law.name} law needs starts above the optimum everywhere, and a healing field is at it almost "
             "everywhere: start anew with solve(net, law), or take the SingularityFree law"

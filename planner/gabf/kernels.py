@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -73,13 +73,7 @@ class FunctionArcs:
     sampled: bool = True
 
     def __call__(self, a: Floats) -> Floats:
-        values = np.asarray(self.function(self.tails, a, self.weight), dtype=np.float64)
-        if values.shape != a.shape:
-            raise AssumptionError(
-                f"the user kernel returned shape {values.shape} for arcs of shape {a.shape}: f(i, a, b) must work "
-                "on arrays, one value an arc"
-            )
-        return values
+        return call_on_arrays("f", self.function, self.tails, a, self.weight)
 
     def take(self, arcs: Ints | Bools) -> FunctionArcs:
         return FunctionArcs(self.function, self.tails[arcs], self.weight[arcs])
@@ -123,6 +117,18 @@ def _bent(slopes: Floats) -> Bools:
     change = np.abs(np.diff(slopes, axis=0)) > _STEADY * np.maximum(np.abs(slopes[:-1]), np.abs(slopes[1:]))
     ends = change.any(axis=1)
     return np.concatenate([ends, [False]]) | np.concatenate([[False], ends])
+
+
+def call_on_arrays(name: str, function: Callable[..., Any], *arrays: Any) -> Floats:
+    """A user's ``function`` of ``arrays`` of one shape, as an array of that shape; AssumptionError where it is none."""
+    shape, remedy = arrays[-1].shape, "it gets arrays, so use np.maximum(a, b) for max(a, b), np.where for if."
+    try:
+        values = np.asarray(function(*arrays), dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise AssumptionError(f"{name} failed on arrays of shape {shape} ({error}): {remedy}") from error
+    if values.shape != shape:
+        raise AssumptionError(f"{name} must return an array of shape {shape}, got shape {values.shape}: {remedy}")
+    return values
 
 
 class ArcData(Protocol):

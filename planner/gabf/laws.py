@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar, TypeAlias
@@ -12,17 +13,27 @@ import numpy as np
 
 from planner.base.arrays import Floats, plain_numbers
 from planner.base.errors import OptionError, choices
-from planner.gabf.flows import Flow, LinearFlow, PowerFlow
+from planner.gabf.flows import Flow, LinearFlow, PowerFlow, UserFlow
 
 Reading: TypeAlias = float | Floats
 """One reading of a clock, or an array of them."""
 
 
 @dataclass(frozen=True)
-class UniformClock:
+class _Positive:
+    """Base of clocks and laws: every number of one is positive and finite, or :class:`OptionError` names it."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, int | float) and not (math.isfinite(value) and value > 0):
+                raise OptionError(f"{name} must be a positive finite number, not {value}")
+
+
+@dataclass(frozen=True)
+class UniformClock(_Positive):
     """tau = eta t: the clock of laws without a prescribed time; a larger ``eta`` is faster in t."""
 
-    eta: float
+    eta: float = 1.0
 
     def tau(self, t: Reading) -> Floats:
         return self.eta * np.asarray(t, dtype=np.float64)
@@ -39,7 +50,7 @@ class UniformClock:
 
 
 @dataclass(frozen=True)
-class PrescribedClock:
+class PrescribedClock(_Positive):
     """tau(t) = gamma t - 2 (1 + h) ln((T_p - t) / T_p), eq. (ts): all of [0, inf) squeezed into [0, T_p).
 
     Its rate is etabar(t) = gamma + 2 (1 + h) / (T_p - t) of eq. (ebar). Larger ``gamma`` and ``h`` reach a
@@ -47,9 +58,9 @@ class PrescribedClock:
     left, so tau and log10(T_p - t) are the record, and t rounds to T_p.
     """
 
-    T: float
-    h: float
-    gamma: float
+    T: float = 4.0
+    h: float = 1.0
+    gamma: float = 1.0
 
     def tau(self, t: Reading) -> Floats:
         """tau at times t; +inf from T_p on. Near 0 the share of T_p that is left rounds to 1, near T_p t / T_p does."""
@@ -96,7 +107,7 @@ _LARGEST_LOG_PACE = 500.0
 """Leaves ninety powers of ten for the settling times of large graphs."""
 
 
-class Law(ABC):
+class Law(_Positive, ABC):
     """dx_i/dt = -(d tau/dt) phi(xhat_i), xhat_i = x_i - min_j f_i(x_j, w_ij), eq. (xhat).
 
     ``clock`` is tau(t), ``flow`` holds phi and its flow, ``needs_overestimate`` says whether assumption
@@ -147,8 +158,9 @@ class _OfTwoPowers(Law):
     def flow(self) -> PowerFlow:
         return PowerFlow(self.beta1, self.beta2, Fraction(*self.p), Fraction(*self.m))
 
-    def _require_powers(self) -> None:
+    def __post_init__(self) -> None:
         """Refuse exponents on the wrong side of 1, and coefficients whose times no double holds."""
+        super().__post_init__()
         for name, pair in (("p", self.p), ("m", self.m)):
             if len(pair) != 2 or any(not isinstance(k, int) or k < 1 or k % 2 == 0 for k in pair):
                 raise OptionError(f"{name} must be two positive odd integers, such as (3, 5), not {pair}")
@@ -173,9 +185,6 @@ class Nominal(Law):
 
     eta: float = 1.0
     name: ClassVar[str] = "nominal"
-
-    def __post_init__(self) -> None:
-        _require_positive(eta=self.eta)
 
     @property
     def clock(self) -> UniformClock:
@@ -202,9 +211,6 @@ class PrescribedTime(_OfPrescribedTime):
     needs_overestimate: ClassVar[bool] = True
     name: ClassVar[str] = "prescribed-time"
 
-    def __post_init__(self) -> None:
-        _require_positive(T=self.T, h=self.h, gamma=self.gamma)
-
     @property
     def flow(self) -> LinearFlow:
         return LinearFlow()
@@ -226,10 +232,6 @@ class FixedTime(_OfTwoPowers):
     p: tuple[int, int] = (3, 5)
     m: tuple[int, int] = (9, 7)
     name: ClassVar[str] = "fixed-time"
-
-    def __post_init__(self) -> None:
-        _require_positive(eta=self.eta, beta1=self.beta1, beta2=self.beta2)
-        self._require_powers()
 
     @property
     def clock(self) -> UniformClock:
@@ -256,9 +258,42 @@ class SingularityFree(_OfPrescribedTime, _OfTwoPowers):
     m: tuple[int, int] = (9, 7)
     name: ClassVar[str] = "singularity-free"
 
+
+@dataclass(frozen=True)
+class UserLaw(Law):
+    """dx_i/dt = -(d tau/dt) rate(xhat_i): a law of your own, on a ``clock`` of the laws here.
+
+    ``rate`` is phi: from an array of errors xhat_i to an array of as many speeds, each of the sign of its error, and
+    rate(0) = 0. ``UniformClock(eta)`` is time itself for eta = 1, ``PrescribedClock(T)`` squeezes all time into [0, T).
+    The field is x* to the last bit, or the run says that its budget is spent, as where the law stands still. phi is
+    known by its values alone, so nothing is proved of the settling time (its bracket is (0, inf)), and no certificate
+    of the range is called proven. Raises AssumptionError where ``rate`` breaks this at errors from 1e-9 to 1e9, or in a
+    run; TypeError where it cannot be called.
+
+    >>> network = gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3)
+    >>> law = gabf.UserLaw(np.tanh, gabf.PrescribedClock(T=4.0))
+    >>> result = gabf.solve(network, law)
+    >>> result.x, bool(result.settling_time < 4.0)
+    (array([0., 1., 2.]), True)
+    """
+
+    rate: Callable[[Floats], Floats]
+    clock: UniformClock | PrescribedClock = UniformClock()  # pyright: ignore[reportIncompatibleMethodOverride]
+    name: ClassVar[str] = "user"
+
     def __post_init__(self) -> None:
-        _require_positive(T=self.T, h=self.h, gamma=self.gamma, eta=self.eta, beta1=self.beta1, beta2=self.beta2)
-        self._require_powers()
+        if not callable(self.rate) or not isinstance(self.clock, UniformClock | PrescribedClock):
+            raise TypeError("a UserLaw takes a function and a clock: UserLaw(np.tanh, PrescribedClock(T=4.0)).")
+        sizes = np.geomspace(1e-9, 1e9, 361)
+        self.flow.rate(np.concatenate([-sizes, [0.0], sizes]))
+
+    @property
+    def flow(self) -> UserFlow:
+        return UserFlow(self.rate)
+
+    @property
+    def prescribed_time(self) -> float | None:
+        return self.clock.T if isinstance(self.clock, PrescribedClock) else None
 
 
 def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
@@ -284,7 +319,10 @@ def named_law(name: str, T: float = 4.0) -> Law:
     raise OptionError(f"law '{name}' not found; laws are {choices(law.name for law in laws)}.")
 
 
-def _require_positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0):
-            raise OptionError(f"{name} must be a positive finite number, not {value}")
+def law_of(law: Law | str | None) -> Law:
+    """The law itself, the one of that name, or the default one; TypeError for anything else."""
+    if law is None or isinstance(law, str):
+        return SingularityFree() if law is None else named_law(law)
+    if not isinstance(law, Law):
+        raise TypeError(f"law must be a name or a law, such as gabf.Nominal(), got {law!r}.")
+    return law

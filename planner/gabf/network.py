@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -10,7 +10,9 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen, indices, numbers, ranges, so_far
 from planner.base.errors import AssumptionError
-from planner.gabf.kernels import ArcMap, Kernel, TradeOff
+from planner.gabf.kernels import Additive, ArcMap, Kernel, TradeOff
+
+_LEFT_OUT: Any = None  # filled in by a Network
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,26 +21,30 @@ class Network:
 
     ``indptr`` (n + 1,), ``indices`` (n_arcs,), ``weight`` (n_arcs,): the arcs of node i are
     ``indices[indptr[i]:indptr[i + 1]]``; parallel arcs are allowed, self-loops are not (i is not in N(i)).
-    ``sources`` (k,) node indices held at ``source_values`` (k,), 0 where left out. ``node_cost`` (n,) is
-    omega(j) of eq. (finew), ``arc_cost`` (n_arcs,) a second cost an arc, for the kernels that read them.
-    Raises AssumptionError, naming the node, where the arrays are not a graph.
+    ``sources`` (k,) node indices held at ``source_values`` (k,), 0 where left out. ``node_cost`` (n,) is omega(j) of
+    eq. (finew), ``arc_cost`` (n_arcs,) a second cost an arc, for the kernels that read them. ``kernel`` is, where left
+    out, :class:`TradeOff` if there is a ``node_cost``, else :class:`Additive`, the shortest path. Raises
+    AssumptionError, naming the node, where the arrays are not a graph.
 
-        net = Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], kernel=Additive())
-        solve(net).x        # [0, 1, 2]
+    >>> network = gabf.Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0])
+    >>> gabf.solve(network).x
+    array([0., 1., 2.])
     """
 
     indptr: Ints
     indices: Ints
     weight: Floats
     sources: Ints
-    source_values: Floats | None = None
+    source_values: Floats = _LEFT_OUT
     node_cost: Floats | None = None
     arc_cost: Floats | None = None
-    kernel: Kernel = field(default_factory=lambda: TradeOff(beta=0.5))
+    kernel: Kernel = _LEFT_OUT
 
     def __post_init__(self) -> None:
         if self.source_values is None:
             object.__setattr__(self, "source_values", np.zeros(np.size(self.sources)))
+        if self.kernel is None:
+            object.__setattr__(self, "kernel", Additive() if self.node_cost is None else TradeOff())
         indptr = indices("indptr", self.indptr, ("n + 1",), np.size(self.indices) + 1, AssumptionError)
         n, arcs = indptr.size - 1, np.size(self.indices)
         if n < 1 or indptr[0] != 0 or indptr[-1] != arcs or (np.diff(indptr) < 0).any():
@@ -74,7 +80,8 @@ class Network:
     ) -> Network:
         """The network of arcs (tails[k], heads[k]), (n_arcs,) each, in any order; ``more`` are its other fields.
 
-        Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3, kernel=Additive())
+        >>> gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3)
+        <Network: 3 nodes, 3 arcs, 1 sources>
         """
         if n_nodes < 1:
             raise AssumptionError(f"{n_nodes} nodes make no network: give at least one")
@@ -91,6 +98,43 @@ class Network:
             arc_cost=None if arc_cost is None else arc_cost[order],
             **more,
         )
+
+    @staticmethod
+    def from_scipy(graph: Any, sources: Ints, **more: Any) -> Network:
+        """The network of a SciPy sparse array (n, n): entry (i, j) is the weight of the arc (i, j), stored zeros too.
+
+        As node i reads node j, x_i is what the cheapest way from i to a source costs along steps i -> j. So ``graph``
+        is the usual weighted adjacency matrix, ``networkx.to_scipy_sparse_array(digraph)``, and x is
+        ``scipy.sparse.csgraph.dijkstra(graph.T, indices=sources, min_only=True)``. ``more`` are its other fields,
+        ``arc_cost`` in the order of ``graph.tocsr().data``. Raises TypeError for what is no sparse array, and
+        AssumptionError as :class:`Network` does, for self-loops for instance.
+
+        >>> graph = scipy.sparse.csr_array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [5.0, 1.0, 0.0]])
+        >>> gabf.solve(gabf.Network.from_scipy(graph, sources=[0])).x
+        array([0., 1., 2.])
+        """
+        if not hasattr(graph, "tocsr"):
+            kind = type(graph).__name__
+            raise TypeError(f"graph must be a SciPy sparse array, got {kind}: scipy.sparse.csr_array(graph) makes one.")
+        n = graph.shape[0]
+        if graph.shape != (n, n):
+            raise AssumptionError(f"graph must have a row and a column per node, got shape {graph.shape}.")
+        csr = graph.tocsr()
+        return Network(csr.indptr, csr.indices, csr.data, sources, **more)
+
+    def to_scipy(self) -> Any:
+        """The weights as a ``scipy.sparse.csr_array`` (n, n), see :meth:`from_scipy`; ``data`` has the arcs' order.
+
+        Parallel arcs stay entries of their own: searches of csgraph take the least, arithmetic adds them up.
+
+        >>> gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3).to_scipy().toarray()
+        array([[0., 0., 0.],
+               [1., 0., 0.],
+               [5., 1., 0.]])
+        """
+        from scipy.sparse import csr_array
+
+        return csr_array((self.weight, self.indices, self.indptr), (self.n_nodes, self.n_nodes), copy=True)
 
     def _freeze(self, name: str, value: Ints | Floats) -> None:
         object.__setattr__(self, name, frozen(value, value.dtype))

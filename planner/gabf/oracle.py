@@ -26,7 +26,6 @@ def oracle(net: Network) -> Floats:
     arcs = net.arcs
     if isinstance(arcs, AffineArcs) and arcs.slope is None and (arcs.offset > 0).all():
         ends = np.column_stack([net.tails, net.indices])
-        assert net.source_values is not None
         return cheapest_costs(net.n_nodes, ends, arcs.offset, net.sources, net.source_values)
     problem = reduce(net)
     return problem.unpack(_dijkstra(problem))

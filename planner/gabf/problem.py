@@ -18,17 +18,13 @@ from planner.native.compiled import hops_to_source
 
 
 class Standing(NamedTuple):
-    """States ``y`` (R + S,), ``xhat`` (R,) = y - m of eq. (xhat), its largest size, and the range of the rows' y.
-
-    ``lowest_moving``: the least of y and m over the rows that move, xhat other than 0; inf where none does.
-    """
+    """States ``y`` (R + S,), ``xhat`` (R,) = y - m of eq. (xhat), its largest size, and the range of the rows' y."""
 
     y: Floats
     xhat: Floats
     residual: float
     lowest: float
     highest: float
-    lowest_moving: float
 
     @property
     def largest(self) -> float:
@@ -81,8 +77,7 @@ class Problem:
         """How the rows stand at states ``y``."""
         rows, xhat = y[: self.n_rows], self.disequilibrium(y)
         lowest, highest = float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
-        moving = float(np.minimum(rows, rows - xhat)[xhat != 0].min(initial=np.inf))
-        return Standing(y, xhat, float(np.abs(xhat).max(initial=0.0)), lowest, highest, moving)
+        return Standing(y, xhat, float(np.abs(xhat).max(initial=0.0)), lowest, highest)
 
     def hops_along(self, arcs: Bools) -> Ints:
         """(R + S,) the fewest of these ``arcs`` (A,) from each node to a source; -1 where they lead to none."""
@@ -140,7 +135,6 @@ def reduce(net: Network) -> Problem:
     position[nodes] = np.arange(nodes.size)
     arc_ids = np.flatnonzero(is_row[net.tails] & (hops[net.indices] >= 0))
     counts = np.bincount(position[net.tails[arc_ids]], minlength=nodes.size - net.sources.size)
-    assert net.source_values is not None
     return Problem(
         network=net,
         starts=np.cumsum(counts) - counts,

@@ -11,7 +11,7 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import AssumptionError, OptionError
 from planner.gabf.flows import Flow
-from planner.gabf.laws import Law, SingularityFree, control_input
+from planner.gabf.laws import Law, control_input, law_of
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Premises, Problem, pack_start, premises, reduce, require_overestimate
@@ -21,7 +21,7 @@ from planner.gabf.splitting import Splitting, State, run
 
 def solve(
     net: Network,
-    law: Law | None = None,
+    law: Law | str | None = None,
     x0: Floats | float | None = None,
     solver: Splitting | None = None,
     *,
@@ -30,8 +30,10 @@ def solve(
     max_steps: int = 300_000,
     until_tau: float = np.inf,
 ) -> CostToGo:
-    """The cost-to-go x of every node under ``law`` (default :class:`SingularityFree`), from the start ``x0``.
+    """The cost-to-go x of every node under ``law``, from the start ``x0``.
 
+    ``law``: a law, or the name of one with the paper's parameters, "nominal", "prescribed-time", "fixed-time" or
+    "singularity-free"; the last one where left out.
     ``x0``: (n,) states, one number for all, or None for :func:`overestimate`, from which every law settles.
     Starting from an earlier ``result.x`` after weights changed is how GABF heals; nodes that were unreachable
     (+inf) then need a number. Values at sources and at nodes that reach no source are ignored. ``solver``:
@@ -45,12 +47,14 @@ def solve(
     interval that the run stays in, where a start lies outside the kernel's domain, and where the
     prescribed-time law does not start above x*.
 
-        result = solve(net, law=SingularityFree(T=2.0))
-        result.x, result.settling_time, result.outcome
+    >>> network = gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3)
+    >>> result = gabf.solve(network, law=gabf.SingularityFree(T=2.0))
+    >>> result.x, result.outcome.key, bool(result.settling_time < 2.0)
+    (array([0., 1., 2.]), 'settled', True)
     """
     if not (settle_tolerance > 0 and until_tau >= 0 and max_steps >= 0 and save_every >= 0):
         raise OptionError("settle_tolerance must be positive, max_steps, until_tau and save_every not negative.")
-    law, problem = law or SingularityFree(), reduce(net)
+    law, problem = law_of(law), reduce(net)
     y0 = pack_start(problem, x0)
     bounds = premises(problem, y0)
     if law.needs_overestimate and x0 is not None:

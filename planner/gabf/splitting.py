@@ -8,27 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.gabf.flows import Flow
 from planner.gabf.kernels import AffineArcs
 from planner.gabf.problem import Problem, Standing
-from planner.native.compiled import NativeArcs
+from planner.native.compiled import NativeArcs, NativeFlow
 
 _EPS, _TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
 _ROUNDED = 64 * _EPS
 """Share of the largest state below which a disequilibrium may be rounding: steps are not measured by less."""
 _SAFETY = 0.9
-_MOST = 2.5
-"""Shares of ``tolerance`` that a step may err by of a disequilibrium that the law undoes in no time: without it, rises
-that step as fast as they may are 100 times too slow where exponents are far from 1.
-"""
 _FINEST = 1e-12
 """What no double resolves: of the states, the disequilibrium that steps are measured by; of the time in which the law
 undoes the largest one, a step. Without it, steps shrink for ever where states are 1e13 times an arc's cost.
 """
-RETIRE_EVERY = 8
-"""Steps between two looks for rows that rest for good."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +38,9 @@ class Splitting:
     infinite tolerance every step has that size. A parent that takes over in the second half of a step has not moved m
     before, so no tolerance sees it: where saved states have to be right to some digits, give a ``max_step`` too.
 
-        solve(net, solver=Splitting(tolerance=1e-3))
+    >>> network = gabf.Network.from_arcs([1], [0], [1.0], sources=[0], n_nodes=2)
+    >>> round(gabf.solve(network, "nominal", x0=2.0, solver=gabf.Splitting(1e-3)).settling_tau, 2)  # ln 1e9
+    20.72
     """
 
     tolerance: float = 0.05
@@ -62,7 +58,7 @@ class Splitting:
         It is ``tolerance`` in tau, in units of the law's own pace, and at most a share of the time in which the law
         undoes the disequilibrium.
         """
-        return self.tolerance * min(flow.pace * flow.speed(size) / size, _MOST) if size else np.inf
+        return self.tolerance * flow.urgency(size) if size else np.inf
 
     def longest_step(self, flow: Flow, size: float) -> float:
         """Strang's rule itself errs by about (dtau / longest)^3 longest in tau. At last, nothing is left to be done."""
@@ -104,15 +100,12 @@ class State:
 
 def run(problem: Problem, flow: Flow, y0: Floats, solver: Splitting, until_tau: float = np.inf) -> Iterator[State]:
     """The start, then the state after every step of dy/dtau = -phi(y - m(y)), without end; one is at ``until_tau``."""
-    parents, hop = parents_of(problem), problem.mean_cost(y0)
+    parents, hop = parents_of(problem, flow), problem.mean_cost(y0)
     state = State(0.0, parents.standing(y0))
     dtau = solver.first_step(flow, state.residual, hop)
-    steps = rejected = 0
+    rejected = 0
     while True:
         yield state
-        steps += 1
-        if steps % RETIRE_EVERY == 0:
-            parents = parents.retire(state.standing)
         size = _measured_by(state, hop)
         allowed, shortest = solver.allowed(flow, size), _shortest_step(flow, state)
         dtau = min(max(dtau, shortest), solver.longest_step(flow, state.residual))
@@ -120,7 +113,7 @@ def run(problem: Problem, flow: Flow, y0: Floats, solver: Splitting, until_tau: 
             step, reached = dtau, state.tau + dtau
             if state.tau < until_tau <= state.tau + 1.0001 * dtau:
                 step, reached = until_tau - state.tau, until_tau
-            standing, share = parents.step(flow, state.standing, step, size)
+            standing, share = parents.step(state.standing, step, size)
             if share <= allowed or step <= shortest:
                 break
             dtau = max(step * max(0.2, _SAFETY * allowed / share), shortest)
@@ -142,10 +135,10 @@ def _shortest_step(flow: Flow, state: State) -> float:
 
 
 class Parents:
-    """Parent values of all rows, and steps of the splitting method by them, for every kernel."""
+    """Parent values of all rows, and steps of the splitting method by them, for every kernel and law."""
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
+    def __init__(self, problem: Problem, flow: Flow) -> None:
+        self.problem, self.flow = problem, flow
 
     def __call__(self, y: Floats) -> Floats:
         """(R,) m_i at states ``y``."""
@@ -155,7 +148,8 @@ class Parents:
         """How the rows stand at states ``y``."""
         return self.problem.standing(y)
 
-    def step(self, flow: Flow, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")
+    def step(self, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
         """How the rows stand after ``dtau``, and how far off that may be, as a share of ``size`` + |xhat_i|.
 
         Parent values are taken about half a step on, see :meth:`Flow.half_step`. Had m not been moved by delta, the
@@ -163,53 +157,40 @@ class Parents:
         undoes an error of ``size`` in size / phi(size), so this share counts as a time: ``size`` is the largest
         disequilibrium, or an average arc cost if smaller.
         """
-        y = at.y.copy()
-        flow.compiled.sketch(None, at.y, at.xhat, flow.half_step(dtau, size), y)
-        off = flow.compiled.advance(None, self(y), at.y, at.xhat, dtau, size, y)
-        return self.standing(y), off
-
-    def retire(self, at: Standing) -> Parents:
-        """The same without rows that rest for good, if that saves anything."""
-        return self
+        rows, before = at.y[: self.problem.n_rows], at.y[: self.problem.n_rows] - at.xhat
+        sketch = before + self.flow.fastest(at.xhat, self.flow.half_step(dtau, size))
+        m = self(self.problem.with_sources(sketch))
+        s = rows - m
+        left = self.flow.advance(s, dtau)
+        there = m + left
+        held = (there == rows) & (s != 0.0)  # or rounding would hold them there for ever
+        there[held] = np.nextafter(rows[held], m[held])
+        scale = size + np.abs(at.xhat)
+        off = np.abs((m - before) * (s - left)) / (scale * np.abs(s)) + self.flow.miss(s, left, dtau) / scale
+        return self.standing(self.problem.with_sources(there)), float(np.fmax.reduce(off, initial=0.0))
 
 
 class AffineParents(Parents):
-    """The same in compiled code for the kernels of the paper, of the ``rows`` that still move, None for all."""
+    """The same in compiled code, for the kernels and the laws of the paper."""
 
-    def __init__(self, problem: Problem, arcs: NativeArcs, rows: Ints | None = None) -> None:
-        super().__init__(problem)
-        self.rows, self._arcs = rows, arcs
+    def __init__(self, problem: Problem, flow: Flow, native: NativeFlow, arcs: AffineArcs) -> None:
+        super().__init__(problem, flow)
+        self._native, self._arcs = native, NativeArcs(problem.starts, problem.heads, arcs.slope, arcs.offset)
 
     def __call__(self, y: Floats) -> Floats:
-        """(rows,) m_i at states ``y``."""
-        return self._arcs.parent_values(self.rows, y)
+        return self._arcs.parent_values(None, y)
 
     def standing(self, y: Floats) -> Standing:
-        """How the rows stand at states ``y``; xhat is 0 at those that are not looked at."""
-        return Standing(y, *self._arcs.standing(self.rows, y))
+        return Standing(y, *self._arcs.standing(None, y)[:4])
 
-    def step(self, flow: Flow, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
-        half = flow.half_step(dtau, size)
-        y, xhat, *numbers, off = self._arcs.step(flow.compiled, self.rows, at.y, at.xhat, half, dtau, size)
+    def step(self, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
+        half = self.flow.half_step(dtau, size)
+        y, xhat, *numbers, _, off = self._arcs.step(self._native, None, at.y, at.xhat, half, dtau, size)
         return Standing(y, xhat, *numbers), off
 
-    def retire(self, at: Standing) -> Parents:
-        """Drop the rows that rest for good, once they are a quarter of all.
 
-        Let v be :attr:`Standing.lowest_moving`. Rows at rest below v read only rows at rest below v, and no state falls
-        below v any more: the moving row that is lowest has parent values of at least v. So they never move again; this
-        is lemma (globalbound) applied to the rest of the network.
-        """
-        rows = np.arange(self.problem.n_rows) if self.rows is None else self.rows
-        kept = rows[(at.xhat[rows] != 0) | (at.y[rows] >= at.lowest_moving)]
-        if not rows.size or kept.size > 0.75 * rows.size:
-            return self
-        return AffineParents(self.problem, self._arcs, kept)
-
-
-def parents_of(problem: Problem) -> Parents:
-    """Parent values of all rows, compiled where the kernel is affine."""
-    arcs = problem.arcs
-    if not isinstance(arcs, AffineArcs):
-        return Parents(problem)
-    return AffineParents(problem, NativeArcs(problem.starts, problem.heads, arcs.slope, arcs.offset))
+def parents_of(problem: Problem, flow: Flow) -> Parents:
+    """Parent values of all rows, compiled where the kernel is affine and the law no user's."""
+    if not isinstance(problem.arcs, AffineArcs) or flow.compiled is None:
+        return Parents(problem, flow)
+    return AffineParents(problem, flow, flow.compiled, problem.arcs)

@@ -14,14 +14,13 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.resolutions import TOOL_ALONG_EDGE
+from planner.kinematics.arm import Arm, sliding_joints
 from planner.native.compiled import NativeChain
-from planner.robot.files.urdf import slides
-from planner.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """The joint tree of a robot as arrays; row j describes joint j + 1 of the Pinocchio model.
+    """The joint tree of an arm as arrays; row j describes joint j + 1 of the Pinocchio model.
 
     Its value is x_j = factor_j q_leader(j) + zero_j with q the values of the planned joints: factor 1 and zero 0 where
     it is planned, else it follows its leader, as ``<mimic>`` in a URDF says. Its placement in its parent is
@@ -73,21 +72,21 @@ class Chain:
         return self.factor[:, None] * (self.leader[:, None] == np.arange(self.dof))
 
     @staticmethod
-    def of(robot: Robot) -> Chain:
-        """The joint tree of ``robot``, its base placement included."""
-        return Chain._of_arm(robot.arm)
+    def of(arm: Arm) -> Chain:
+        """The joint tree of ``arm``, its base placement included."""
+        return Chain._of_arm(arm.without_payload)
 
     @staticmethod
     @lru_cache(maxsize=16)
-    def _of_arm(robot: Robot) -> Chain:
-        model = robot.model
+    def _of_arm(arm: Arm) -> Chain:
+        model = arm.model
         data = model.createData()
         joints, leader = range(1, model.njoints), np.zeros(model.njoints - 1, dtype=np.int64)
-        prismatic, factor, zero = slides(model), np.ones(model.njoints - 1), np.zeros(model.njoints - 1)
-        leader[robot.rows] = np.arange(robot.dof)
-        for item in robot.followers:
+        prismatic, factor, zero = sliding_joints(model), np.ones(model.njoints - 1), np.zeros(model.njoints - 1)
+        leader[arm.rows] = np.arange(arm.dof)
+        for item in arm.followers:
             row = model.getJointId(item.joint) - 1
-            leader[row], factor[row] = robot.joints.index(item.leader), item.multiplier
+            leader[row], factor[row] = arm.joints.index(item.leader), item.multiplier
             zero[row] = item.offset
         axes = np.array([_axis(model, data, joint, bool(prismatic[joint - 1])) for joint in joints])
         placements = [model.jointPlacements[joint] for joint in joints]
@@ -112,38 +111,38 @@ def joint_placements(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     return chain.native.placements(q)
 
 
-def tool_joint(robot: Robot) -> tuple[int, pin.SE3]:
+def tool_joint(arm: Arm) -> tuple[int, pin.SE3]:
     """The joint that carries the tool frame, 0 for the base, and where the frame is in it."""
-    frame = robot.model.frames[robot.tool_id]
+    frame = arm.model.frames[arm.tool_id]
     return int(frame.parentJoint), frame.placement
 
 
-def tool_positions(robot: Robot, q: Floats) -> Floats:
+def tool_positions(arm: Arm, q: Floats) -> Floats:
     """Positions (n, 3) of the tool frame in the world (m) for configurations (n, dof)."""
-    joint, placement = tool_joint(robot)
-    return Chain.of(robot).native.points(np.atleast_2d(q), joint, placement.translation)
+    joint, placement = tool_joint(arm)
+    return Chain.of(arm).native.points(np.atleast_2d(q), joint, placement.translation)
 
 
-def tool_path_lengths(robot: Robot, start: Floats, delta: Floats) -> Floats:
+def tool_path_lengths(arm: Arm, start: Floats, delta: Floats) -> Floats:
     """Lengths (n,) of the tool's paths (m) along straight joint motions from ``start`` by ``delta``, (n, dof).
 
     They are measured as chords between states that are ``TOOL_ALONG_EDGE`` apart.
     """
     pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
-    joint, placement = tool_joint(robot)
-    return Chain.of(robot).native.path_lengths(start, delta, pieces, joint, placement.translation)
+    joint, placement = tool_joint(arm)
+    return Chain.of(arm).native.path_lengths(start, delta, pieces, joint, placement.translation)
 
 
-def tool_pose(robot: Robot, q: Floats) -> pin.SE3:
+def tool_pose(arm: Arm, q: Floats) -> pin.SE3:
     """The tool frame's placement in the world for one configuration (dof,)."""
-    data = robot.model.createData()
-    pin.framesForwardKinematics(robot.model, data, Chain.of(robot).values(np.asarray(q, dtype=float)))
-    return data.oMf[robot.tool_id].copy()
+    data = arm.model.createData()
+    pin.framesForwardKinematics(arm.model, data, Chain.of(arm).values(np.asarray(q, dtype=float)))
+    return data.oMf[arm.tool_id].copy()
 
 
-def travel(robot: Robot, chain: Chain, row: int) -> float:
+def travel(arm: Arm, chain: Chain, row: int) -> float:
     """How far (m) the joint of ``row`` can shift what it carries: 0 for one that turns."""
-    led = max(abs(robot.lower[chain.leader[row]]), abs(robot.upper[chain.leader[row]]))
+    led = max(abs(arm.lower[chain.leader[row]]), abs(arm.upper[chain.leader[row]]))
     return float(abs(chain.factor[row]) * led + abs(chain.zero[row])) if chain.prismatic[row] else 0.0
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, dot, length
+from planner.kinematics.arm import Arm
 from planner.kinematics.forward import Chain, joint_placements, tool_joint, travel
-from planner.robot.robot import Robot
 
 POSITION_TOLERANCE = 1e-6  # m
 ANGLE_TOLERANCE = 1e-6  # rad: solutions are exact to these
@@ -32,7 +32,7 @@ class Solutions:
 
 
 def solve(
-    robot: Robot,
+    arm: Arm,
     target: pin.SE3 | Floats,
     rng: np.random.Generator,
     starts: int,
@@ -44,21 +44,21 @@ def solve(
     From ``starts`` seeds all over the joint space, and from the configurations ``near`` (k, dof). Where none reaches a
     pose exactly, as with fewer than six axes, those that bring the tool within the ``tolerance``.
     """
-    seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(starts - 1, robot.dof))])
+    seeds = np.vstack([arm.home, rng.uniform(arm.lower, arm.upper, size=(starts - 1, arm.dof))])
     if near is not None:
         seeds = np.vstack([seeds, near])
     to = pin.SE3(np.eye(3), np.asarray(target, dtype=float)) if isinstance(target, np.ndarray) else target
     targets = np.broadcast_to(to.homogeneous, (len(seeds), 4, 4))
-    ends, distance, angle, solved = solve_within(robot, targets, seeds, tolerance if to is target else None)
+    ends, distance, angle, solved = solve_within(arm, targets, seeds, tolerance if to is target else None)
     # a target that is inf metres away is out of reach, as the caller will say
     off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
     nearest = int(np.argmin(off))
-    distinct = distinct_rows(robot, ends[solved])
+    distinct = distinct_rows(arm, ends[solved])
     return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
 def solve_each(
-    robot: Robot, targets: Floats, seeds: Floats, turns_freely: bool = False, weight: float = 1.0, oriented: bool = True
+    arm: Arm, targets: Floats, seeds: Floats, turns_freely: bool = False, weight: float = 1.0, oriented: bool = True
 ) -> tuple[Floats, Floats, Floats]:
     """Where descents from ``seeds`` (n, dof) end that bring the tool each to its own target (n, 4, 4), within limits.
 
@@ -66,42 +66,42 @@ def solve_each(
     tool is off there: a solution where that is no more than the tolerances. Elsewhere a descent ends where ``weight``
     times metres and radians are least in squares.
     """
-    (joint, placement), limits = tool_joint(robot), (robot.lower, robot.upper, robot.continuous)
-    return Chain.of(robot).native.inverse(
+    (joint, placement), limits = tool_joint(arm), (arm.lower, arm.upper, arm.continuous)
+    return Chain.of(arm).native.inverse(
         seeds, joint, placement.homogeneous, targets, oriented, limits, _ITERATIONS, turns_freely, weight
     )
 
 
 def solve_within(
-    robot: Robot, targets: Floats, seeds: Floats, tolerance: Tolerance | None
+    arm: Arm, targets: Floats, seeds: Floats, tolerance: Tolerance | None
 ) -> tuple[Floats, Floats, Floats, Bools]:
     """As :func:`solve_each`, and which ends (n,) are solutions: the exact ones, else those within the ``tolerance``.
 
     Without an exact one the descents go on in units of the tolerance. None asks for positions only, exactly.
     """
-    ends, distance, angle = solve_each(robot, targets, seeds, oriented=tolerance is not None)
+    ends, distance, angle = solve_each(arm, targets, seeds, oriented=tolerance is not None)
     exact = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
     if tolerance is None or exact.any():
         return ends, distance, angle, exact
     metres, radians = tolerance
     # the first descent ends at the least sum of both squares, which is no more than that of a solution
     near = np.flatnonzero(np.hypot(distance, angle) <= 2.0 * np.hypot(metres, radians))  # it may not have ended yet
-    again = solve_each(robot, targets[near], ends[near], weight=radians / metres)
+    again = solve_each(arm, targets[near], ends[near], weight=radians / metres)
     good = (again[1] <= metres) & (again[2] <= radians)
     for former, better in zip((ends, distance, angle), again, strict=True):
         former[near[good]] = better[good]
     return ends, distance, angle, (distance <= metres) & (angle <= radians)
 
 
-def beyond_reach(robot: Robot, position: Floats) -> float:
+def beyond_reach(arm: Arm, position: Floats) -> float:
     """How far (m) ``position`` lies outside a sphere that the tool cannot leave; 0 inside it.
 
     This is a proof, not an estimate: the sphere's centre is a joint whose origin does not move, and its radius is the
     sum of the chain's offsets from there to the tool.
     """
-    chain = Chain.of(robot)
-    _, home = joint_placements(chain, np.zeros((1, robot.dof)))
-    joint, placement = tool_joint(robot)
+    chain = Chain.of(arm)
+    _, home = joint_placements(chain, np.zeros((1, arm.dof)))
+    joint, placement = tool_joint(arm)
     total, best = length(placement.translation), 0.0
     while joint:
         # an offset along the first axis does not turn with it: the sphere around joint 2's origin is often smaller
@@ -110,7 +110,7 @@ def beyond_reach(robot: Robot, position: Floats) -> float:
                 apart = length(np.asarray(position) - home[joint, 0])
             best = max(best, apart - total)
         row = joint - 1
-        total += length(chain.offset[row]) + travel(robot, chain, row)
+        total += length(chain.offset[row]) + travel(arm, chain, row)
         joint = int(chain.parent[row])
     return best
 
@@ -126,12 +126,12 @@ def _origin_is_fixed(chain: Chain, joint: int) -> bool:
     return bool(length(offset - dot(offset, axis) * axis) < 1e-9)
 
 
-def distinct_rows(robot: Robot, solved: Floats, apart: float = _APART, most: float = np.inf) -> Floats:
+def distinct_rows(arm: Arm, solved: Floats, apart: float = _APART, most: float = np.inf) -> Floats:
     """The first of configurations (n, dof) that are ``apart`` (rad, m) from all before them, at most so many."""
-    kept = np.empty((0, robot.dof))
+    kept = np.empty((0, arm.dof))
     for q in solved:
         if len(kept) >= most:
             break
-        if (np.abs(robot.difference(q, kept)).max(axis=1, initial=0.0) > apart).all():
-            kept = np.vstack([kept, robot.normalise(q)])
+        if (np.abs(arm.difference(q, kept)).max(axis=1, initial=0.0) > apart).all():
+            kept = np.vstack([kept, arm.normalise(q)])
     return kept

@@ -1,70 +1,131 @@
-"""Yoshikawa's manipulability, w = product of the singular values of the Jacobian (Yoshikawa 1985), and its proofs.
+"""How well an arm moves its tool: Yoshikawa's manipulability w (Yoshikawa 1985) and measures in its place.
 
-Column i of the tool's Jacobian is (z_i x (p - p_i), z_i) for a joint that turns about z_i. Turning joint k by dq_k
-turns all that it carries, so that for k <= i the linear part changes at the rate z_k x (z_i x (p - p_i)) and z_i at
-the rate z_k x z_i; for k > i only p moves, by z_k x (p - p_k), and z_i stays. With R_j no less than the tool's
-distance from axis j the rate of column i is at most (R_max(i,k), [k < i]) in its linear and its angular part. Where
-joints move by no more than ``spread``, J changes by no more than e in the Frobenius norm, so no singular value falls
-by more than e (Weyl 1912), and w, their product, is at least prod max(0, sigma_i - e).
+w is the product of the singular values of the tool's Jacobian J, 0 at a singular configuration. Which rows of J count
+is ``arm.jacobian_rows``: "pose" (linear and angular), "translation", "rotation" or "planar" (x and y).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Bools, Floats, numbers
-from planner.base.polynomials import bernstein, derivative, evaluate, part
+from planner.base.arrays import Floats, numbers
+from planner.base.errors import OptionError
+from planner.kinematics.arm import Arm
 from planner.kinematics.forward import Chain, tool_joint
-from planner.kinematics.tool_bound import column_rates
-from planner.robot.robot import Robot
+from planner.problem.options import Measure
 
-_FINEST = 2e-5  # rad (m): intervals on which no joint moves further are not halved again
-_SAFE = 1e-9  # relative: rounding of Jacobians and singular values
-_SHORTEST = 1e-9  # m: a tool that reaches less far from every axis counts as reaching as far
+_ALWAYS = 1e-9  # of w: rounding
 
-ROWS = {"pose": slice(0, 6), "translation": slice(0, 3), "planar": slice(0, 2)}
+ROWS = {"pose": (0, 6), "translation": (0, 3), "rotation": (3, 6), "planar": (0, 2)}
+_UNIT = {"pose": "m³", "translation": "m³", "rotation": "", "planar": "m²"}
 
 
-def jacobian(robot: Robot, q: Floats) -> Floats:
-    """The tool's Jacobian (rows, dof) at one configuration, in world axes at the tool's origin.
+def rows_of(arm: Arm) -> tuple[int, int]:
+    """The first row of the tool's Jacobian that counts, and the one behind the last; linear rows come first."""
+    return ROWS[arm.jacobian_rows]
 
-    Linear rows first (m/rad), then angular ones; ``robot.manipulability`` says which are kept. Translation and pose
-    manipulability rank configurations differently (rank correlation 0.6 to 0.75), so the robot file chooses.
+
+def measure_name(measure: Measure) -> str:
+    """The name of a built-in measure, or the qualified name of a function."""
+    return measure if isinstance(measure, str) else f"{measure.__module__}.{measure.__qualname__}"
+
+
+def unit_of(arm: Arm) -> str:
+    """The unit of the arm's measure; empty where it has none, or where only its author knows it."""
+    if arm.measure == "min-singular-value":
+        return "" if arm.jacobian_rows == "rotation" else "m"
+    return _UNIT[arm.jacobian_rows] if arm.measure in ("yoshikawa", "joint-limits") else ""
+
+
+def full_jacobians(arm: Arm, q: Floats, frame: int | None = None) -> Floats:
+    """The Jacobians (n, 6, dof) of a frame (the tool) at configurations (n, dof), in world axes at its origin.
+
+    Linear rows first (m/rad), then angular ones.
     """
-    return jacobians(robot, np.asarray(q, dtype=float)[None])[0]
-
-
-def jacobians(robot: Robot, q: Floats) -> Floats:
-    """The :func:`jacobian` (n, rows, dof) at each of several configurations (n, dof)."""
-    model, aligned, chain = robot.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, Chain.of(robot)
+    model, aligned, chain = arm.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, Chain.of(arm)
     data, matrices = model.createData(), np.zeros((len(q), 6, model.nv))
+    frame = arm.tool_id if frame is None else frame
     for k, row in enumerate(chain.values(q)):
         # Pinocchio drops an axis where there is one joint
-        matrices[k] = pin.computeFrameJacobian(model, data, row, robot.tool_id, aligned).reshape(6, model.nv)
-    rows = matrices[:, ROWS[robot.manipulability]]
-    return rows @ chain.coupling if chain.follows else rows
+        matrices[k] = pin.computeFrameJacobian(model, data, row, frame, aligned).reshape(6, model.nv)
+    return matrices @ chain.coupling if chain.follows else matrices
 
 
-def manipulability(robot: Robot, q: Floats) -> Floats:
-    """w (n,) at configurations (n, dof): 0 at a singular one, larger where the tool moves well in every direction.
+def jacobians(arm: Arm, q: Floats) -> Floats:
+    """The rows (n, rows, dof) of the tool's Jacobians that ``arm.jacobian_rows`` names, at configurations (n, dof).
+
+    Translation and pose manipulability rank configurations differently (rank correlation 0.6 to 0.75), so the robot
+    file or the objective chooses.
+    """
+    return full_jacobians(arm, q)[:, slice(*rows_of(arm))]
+
+
+def manipulability(arm: Arm, q: Floats) -> Floats:
+    """w (n,), or the arm's own measure, at configurations (n, dof): 0 at a singular one, larger far from them.
 
     By orthogonalising the rows of J one after the other, as the lengths that are left multiply to that product; the
     determinant in sqrt(det(J Jᵀ)) comes out negative by rounding in about half of all singular configurations. Modified
     Gram-Schmidt is as good as LAPACK's QR here (Björck 1967). Unit m^3 for six rows, m^3 for three, m^2 for two.
     """
-    return Chain.of(robot).native.manipulability(np.atleast_2d(np.asarray(q, dtype=float)), *measured_tool(robot))
+    q = np.atleast_2d(np.asarray(q, dtype=float))
+    if arm.measure != "yoshikawa":
+        return measured(arm, q)
+    return Chain.of(arm).native.manipulability(q, *measured_tool(arm))
 
 
-def node_manipulability(robot: Robot, q: Floats) -> Floats:
+def node_manipulability(arm: Arm, q: Floats) -> Floats:
     """The same w (n,) by Pinocchio's Jacobians, as every node of a roadmap has it: 10 us a configuration (n, dof).
 
     :func:`manipulability` is our own compiled code, for the many states between nodes; the tests hold the two equal.
     """
-    rows = jacobians(robot, np.atleast_2d(np.asarray(q, dtype=float)))
+    q = np.atleast_2d(np.asarray(q, dtype=float))
+    if arm.measure != "yoshikawa":
+        return measured(arm, q)
+    rows = jacobians(arm, q)
     return _volumes(rows if rows.shape[1] <= rows.shape[2] else rows.swapaxes(1, 2))
+
+
+def manipulability_along(arm: Arm, start: Floats, delta: Floats, shares: Floats) -> Floats:
+    """w (n, k) along straight motions from ``start`` by ``delta`` (n, dof), after each of ``shares`` (k,) of them."""
+    if arm.measure != "yoshikawa":
+        states = start[:, None] + shares[:, None] * delta[:, None]
+        return measured(arm, states.reshape(-1, arm.dof)).reshape(states.shape[:2])
+    return Chain.of(arm).native.manipulability_along(start, delta, shares, *measured_tool(arm))
+
+
+def is_always_singular(arm: Arm) -> bool:
+    """Whether w is 0 in every one of 16 random configurations, as where the tool's origin lies on the last axis."""
+    q = np.random.default_rng(0).uniform(arm.lower, arm.upper, size=(16, arm.dof))
+    return bool(manipulability(arm, q).max() < _ALWAYS)
+
+
+def measured(arm: Arm, q: Floats) -> Floats:
+    """The arm's measure (n,) in place of w at configurations (n, dof); :class:`OptionError` where it is negative."""
+    if callable(arm.measure):
+        values = numbers("manipulability", arm.measure(q), (len(q),))
+        if (values < 0.0).any():
+            raise OptionError(f"manipulability must not be negative, got {values.min():g}: give a measure from 0 up.")
+        return values
+    rows = jacobians(arm, q)
+    if arm.measure == "joint-limits":
+        mobile: Floats = rows * np.sqrt(_mobility(arm, q))[:, None]
+        return np.linalg.svd(mobile, compute_uv=False).prod(axis=1)
+    values = np.asarray(np.linalg.svd(rows, compute_uv=False), dtype=np.float64)
+    if arm.measure == "min-singular-value":
+        return values[:, -1]
+    return np.divide(values[:, -1], values[:, 0], out=np.zeros(len(q)), where=values[:, 0] > 0.0)
+
+
+def _mobility(arm: Arm, q: Floats) -> Floats:
+    """(n, dof) 1 / (1 + |dH/dq|), from 1 in the middle of a joint's range to 0 at its limits (Chan and Dubey 1995).
+
+    H = sum (u - l)² / (4 (u - q)(q - l)) over the limits l and u of the joints; a continuous joint has none.
+    """
+    below, above = np.maximum(q - arm.lower, 0.0), np.maximum(arm.upper - q, 0.0)
+    slope = (arm.upper - arm.lower) ** 2 * np.abs(below - above)
+    room = 4.0 * (below * above) ** 2
+    return np.where(arm.continuous, 1.0, room / (room + slope))
 
 
 def _volumes(rows: Floats) -> Floats:
@@ -78,80 +139,7 @@ def _volumes(rows: Floats) -> Floats:
     return volumes
 
 
-def manipulability_along(robot: Robot, start: Floats, delta: Floats, shares: Floats) -> Floats:
-    """w (n, k) along straight motions from ``start`` by ``delta`` (n, dof), after each of ``shares`` (k,) of them."""
-    return Chain.of(robot).native.manipulability_along(start, delta, shares, *measured_tool(robot))
-
-
-def measured_tool(robot: Robot) -> tuple[int, Floats, int]:
-    """The joint that carries the tool, where the tool is in its frame, and how many rows of its Jacobian count."""
-    joint, placement = tool_joint(robot)
-    return joint, placement.translation, ROWS[robot.manipulability].stop
-
-
-@dataclass(frozen=True, eq=False)
-class FloorProofs:
-    """For each of m curves: ``holds`` where w is proven to stay at or above its floor, ``broken`` where it falls below.
-
-    Where neither is True w comes so close to the floor that nothing is proven. ``lowest`` (m,) is a lower bound on w
-    along the curves whose floor holds, and the smallest w seen along the others.
-    """
-
-    holds: Bools
-    broken: Bools
-    lowest: Floats
-
-
-class ManipulabilityBound:
-    """Lower bounds on a robot's w around configurations.
-
-    bound = ManipulabilityBound(robot)
-    w, least = bound(q, spread)       # w at q (n,), and a bound on w wherever no joint is further off than spread
-    """
-
-    def __init__(self, robot: Robot) -> None:
-        self.robot = robot
-        linear, angular = column_rates(robot)
-        columns, rows = robot.dof, ROWS[robot.manipulability].stop
-        # linear rows in units of a length weigh like angular ones; their product then wants that length back
-        self._unit = max(0.5 * float(linear.max()), _SHORTEST) if 6 == rows <= columns else 1.0
-        self._rate = np.hypot(linear / self._unit, angular if rows == 6 else 0.0)
-
-    def __call__(self, q: Floats, spread: Floats) -> tuple[Floats, Floats]:
-        matrices = jacobians(self.robot, q)
-        scale = 1.0
-        if self._unit != 1.0:
-            matrices[:, :3] /= self._unit
-            scale = self._unit**3
-        values = np.linalg.svd(matrices, compute_uv=False)
-        change = np.sqrt((np.einsum("ik,nk->ni", self._rate, spread) ** 2).sum(axis=1))
-        least = np.maximum(values * (1.0 - _SAFE) - change[:, None], 0.0).prod(axis=1)
-        return scale * values.prod(axis=1), scale * least
-
-
-def prove_floor(robot: Robot, coefficients: Floats, floor: Floats | float) -> FloorProofs:
-    """Whether w stays at or above ``floor`` (m,) on the curves sum_k c_k s^k, s in [0, 1], (m, degree + 1, dof).
-
-    Every interval is looked at in its middle; what the bound there does not cover is halved. :class:`ArrayError` for
-    arrays of other shapes, or with what is no finite number.
-    """
-    coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", robot.dof))
-    m = len(coefficients)
-    bound, slopes = ManipulabilityBound(robot), derivative(coefficients)
-    floor = numbers("floor", np.broadcast_to(floor, (m,)), (m,))
-    proofs = FloorProofs(np.ones(m, dtype=bool), np.zeros(m, dtype=bool), np.full(m, np.inf))
-    curve, low, high = np.arange(m), np.zeros(m), np.ones(m)
-    while len(curve):
-        middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        speed = np.abs(bernstein(part(slopes[curve], low, high))).max(axis=1) * (1.0 + _SAFE)
-        spread = half[:, None] * speed
-        w, least = bound(evaluate(coefficients[curve], middle), spread)
-        covered, below = least >= floor[curve], w < floor[curve]
-        proofs.broken[curve[below]] = True
-        stuck = ~covered & (below | ~(spread.max(axis=1) >= _FINEST))
-        proofs.holds[curve[stuck]] = False
-        np.minimum.at(proofs.lowest, curve, np.where(covered, least, w))
-        again = ~covered & proofs.holds[curve]
-        curve, low, middle, high = curve[again], low[again], middle[again], high[again]
-        curve, low, high = np.tile(curve, 2), np.concatenate([low, middle]), np.concatenate([middle, high])
-    return proofs
+def measured_tool(arm: Arm) -> tuple[int, Floats, tuple[int, int]]:
+    """The joint that carries the tool, where the tool is in its frame, and :func:`rows_of` its Jacobian."""
+    joint, placement = tool_joint(arm)
+    return joint, placement.translation, rows_of(arm)

@@ -1,7 +1,5 @@
 """What follows from cheapest paths in graphs."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints

@@ -1,7 +1,5 @@
 """Paths that become cheaper: the compiled code finds, prices and proves a move in one call."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from planner.base.arrays import Bools, Floats, Ints

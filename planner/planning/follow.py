@@ -18,8 +18,9 @@ from planner.collision.edge_prover import EdgeProver
 from planner.planning.improvement import improve_plan
 from planner.planning.result import Plan
 from planner.planning.solve import looked_at_again, solve_and_heal, timed, why_no_path
+from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import CannotFollow, Outcome
-from planner.problem.request import FollowRequest, TimingRequest
+from planner.problem.request import FollowRequest, Objective, TimingRequest, request_of
 from planner.query.query import Query, open_world, states_of
 from planner.query.resolve import other_turns, resolve
 from planner.roadmap.obtain import obtain_roadmap
@@ -40,27 +41,31 @@ _FAST_STEP = 0.004  # m between stations where the tool's speed matters: between
 
 
 def follow(
-    tool_path: StrPath | Mapping[str, Any] | ToolPath,
+    path: StrPath | Mapping[str, Any] | ToolPath,
+    *,
+    robot: RobotLike = ROBOT,
+    scene: SceneLike = SCENE,
     request: FollowRequest | None = None,
+    timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)
+    objective: Objective | None = None,
     progress: Progress = QUIET,
-    timing: TimingRequest | None = None,
     **options: Any,
 ) -> Plan:
     """The plan of a joint path that follows a tool path within its tube, proven between samples too.
 
         planner.follow("seam.yaml", robot="panda", scene="table", beta=0.2)
 
-    ``tool_path`` is a file, its keys, or what :func:`planner.read_tool_path` makes of them; ``options`` are fields of
-    :class:`FollowRequest`. No joint jumps: each motion between two solutions is proven to stay in the tube. With a
-    ``start`` a free motion leads to the path. Where not all can be followed the plan holds what can be, with
-    ``Outcome.PARTLY_FOLLOWED`` and a reason. ``timing`` as in :func:`planner.plan`. Raises :class:`PlannerError`.
+    ``path`` is a file, its keys, or what :func:`planner.read_tool_path` makes of them; ``options`` are fields of
+    :class:`FollowRequest`, all else is as of :func:`planner.plan`. No joint jumps: each motion between two solutions is
+    proven to stay in the tube. With a ``start`` a free motion leads to the path. Where not all can be followed the plan
+    holds what can be, with ``Outcome.PARTLY_FOLLOWED`` and a reason. Raises :class:`PlannerError`.
     """
-    made = (request or FollowRequest()).with_options(**options)
+    made = request_of(request or FollowRequest(), objective, options, robot, scene)
     if timing is not None and timing.extra_cost != TimingRequest().extra_cost and made.what.start is None:
         raise OptionError("--extra-cost says nothing to a tool path: give a start, or leave it out.")
     if timing is None and made.what.tool_speed is not None:
         raise OptionError("--tool-speed says nothing without a motion in time: leave it out, or --no-timing.")
-    return Follower.of(tool_path, made, progress).plan(made, progress, timing)
+    return Follower.of(path, made, progress).plan(made, progress, timing)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import reached
-from planner.planning.result import Plan
+from planner.planning.result import Curve, Plan
 from planner.problem.request import PlanQuality, SweepQuality
 from planner.roadmap.improve import Improvement, improve, without_last_grown
 from planner.roadmap.roadmap import Roadmap, path_waypoints, segments
@@ -22,28 +22,46 @@ from planner.search.network import build_network, cheapest_steps
 from planner.trajectory.measure import path_manipulability
 
 _ROUNDS_ABOVE_ENDS = 2  # where nothing but the cost decides
-_EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 1  # betas refined too, else the one asked for would be best for all
+IMPROVED_AT = (0.5, 0.0, 1.0)  # betas for which every roadmap is improved, a plan's and a sweep's
+_SEEDS_APART = 1000  # else each stage would try again what the one before it has tried
 _HALVES = 6  # 5 mm: down to 0.16 mm, where proofs end
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
 
 
 def improve_plan(draft: Plan, progress: Progress) -> Plan:
-    """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for."""
-    quality = draft.request.quality
-    if quality.roadmap is not None and quality.rounds < 1:
-        return draft  # on the roadmap as it is kept
-    roadmap, room = roomy_roadmap(draft.roadmap, draft.checker, quality, progress)
-    refined = improved_roadmap(roadmap, draft.checker, quality, quality.beta, progress, room)
-    roadmap = refined.roadmap
-    for beta in _EXTREMES:
-        if beta != quality.beta and quality.rounds > 0:
-            fewer = replace(quality, effort=min(quality.rounds, _ROUNDS_PER_EXTREME))
-            roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress, room).roadmap
+    """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for.
+
+    The roadmap is that of a sweep, improved further at the plan's own beta: its path costs no more than the sweep's.
+    """
+    quality, checker = draft.request.quality, draft.checker
+    roadmap, room, curves = improve_for_all_betas(draft.roadmap, checker, quality, progress, quality.beta)
     if quality.beta == 0.0 and quality.min_manipulability <= 0:
-        roadmap = with_path_above_ends(roadmap, draft.checker, quality, progress, room)
+        roadmap = with_path_above_ends(roadmap, checker, quality, progress, room)
     if quality.roadmap is None:
         roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), quality, room)
-    return replace(draft, roadmap=roadmap, curve=refined.curve, clearance_kept=room)
+    return replace(draft, roadmap=roadmap, curve=curves.get(quality.beta, ()), clearance_kept=room)
+
+
+def improve_for_all_betas(
+    roadmap: Roadmap,
+    checker: CollisionChecker,
+    quality: SweepQuality,
+    progress: Progress = QUIET,
+    own: float = IMPROVED_AT[0],
+) -> tuple[Roadmap, float, dict[float, Curve]]:
+    """The roadmap improved at each of ``IMPROVED_AT``, then at ``own``; the clearance (m) that paths keep, and curves.
+
+    Each beta has half the rounds. A kept roadmap that is not to be refined stays as it is.
+    """
+    if quality.roadmap is not None and quality.rounds < 1:
+        return roadmap, 0.0, {}
+    (roadmap, room), curves = roomy_roadmap(roadmap, checker, quality, progress), dict[float, Curve]()
+    for place, beta in enumerate(IMPROVED_AT if own == IMPROVED_AT[0] else (*IMPROVED_AT, own)):
+        seed = (quality.seed + _SEEDS_APART * place) % 2**31
+        part = replace(quality, effort=-(-quality.rounds // 2), seed=seed)
+        found = improved_roadmap(roadmap, checker, part, beta, progress, room)
+        roadmap, curves[beta] = found.roadmap, found.curve
+    return roadmap, room, curves
 
 
 def roomy_roadmap(

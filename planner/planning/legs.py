@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
-from planner.kinematics.tool_bound import Frame
+from planner.constraints.tool_bound import Frame
 from planner.planning.result import Plan
 from planner.planning.solve import timed
 from planner.problem.outcome import CannotFollow

@@ -10,8 +10,9 @@ from planner.planning.improvement import improve_plan
 from planner.planning.legs import legs_of
 from planner.planning.result import Plan
 from planner.planning.solve import require_earliest, solve
+from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import CannotFollow, Outcome
-from planner.problem.request import Objective, PlanRequest, TimingRequest, with_objective
+from planner.problem.request import Objective, PlanRequest, TimingRequest, request_of
 from planner.query.query import make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.tool_paths.ladder_roadmap import roadmap_of
@@ -19,30 +20,32 @@ from planner.trajectory.limits import MotionLimits
 
 
 def plan(
+    robot: RobotLike = ROBOT,
+    scene: SceneLike = SCENE,
+    *,
     request: PlanRequest | None = None,
-    progress: Progress = QUIET,
-    timing: TimingRequest | None = None,
+    timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)
     objective: Objective | None = None,
+    progress: Progress = QUIET,
     **options: Any,
 ) -> Plan:
     """Plan as the paper does: RRT roadmap, manipulability at nodes, GABF for the cost-to-go, minimising neighbours.
 
-        plan(robot="panda", scene="shelf", beta=0.2)
-        plan(PlanRequest.from_options(seed=3), nodes=200)
-        plan(robot="ur5", objective=Objective(beta=0.2, metric="workspace"))
+        plan("panda", "shelf", beta=0.2).trajectory
+        plan(request=PlanRequest.from_options(seed=3), nodes=200)
+        plan("ur5", objective=Objective(beta=0.2, metric="workspace"), timing=None)
 
-    ``options`` are those of :class:`PlanRequest`, in place of those of ``request``, as are those of an ``objective``.
-    With ``timing`` the path becomes a trajectory too, see :func:`planner.trajectory.timing.time_path`. ``progress`` is
-    called with (stage, done, total); once it is asked to stop, planning stops soon after and returns the partial plan,
-    with ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input, :class:`KeywordError` for other
-    options.
+    ``options`` are those of :class:`PlanRequest`. They, robot, scene and what an ``objective`` says replace those of
+    ``request``. The path becomes a motion in ``timing``, see :func:`planner.trajectory.timing.time_path`; with None it
+    stays a path. ``progress`` is called with (stage, done, total); once it is asked to stop, planning stops soon after
+    and returns the partial plan, with ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input,
+    :class:`KeywordError` for other options.
 
     Where obstacles move along known motions the plan is the earliest motion through the roadmap that keeps clear of
     them, waiting included, and ``beta`` shapes the roadmap only; this needs ``timing``.
     """
-    request, clock = (request or PlanRequest()).with_options(**options), Stopwatch()
-    if objective is not None:
-        request = with_objective(request, objective, options)
+    clock = Stopwatch()
+    request = request_of(request or PlanRequest(), objective, options, robot, scene)
     with clock("setup"):
         query = make_query(request.what, in_time=timing is not None)
         limits = None if timing is None else MotionLimits.of(query.robot, timing)

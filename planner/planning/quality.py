@@ -7,20 +7,19 @@ from typing import Self
 
 import numpy as np
 
-from planner.base.arrays import Floats, lengths_along
-from planner.base.resolutions import W_ALONG_PATH
+from planner.base.arrays import Floats
 from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import manipulability_cost
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability import manipulability, measure_name
 from planner.planning.run import outward
 from planner.problem.outcome import Record, Rows
-from planner.problem.request import Objective, PlanQuality
+from planner.problem.request import DEFAULT_MEASURE, Objective, PlanQuality
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.search.manipulability_floor import first_violation, highest_floor
 from planner.search.network import PathCost, build_network
-from planner.trajectory.measure import dense_path, path_manipulability
+from planner.trajectory.measure import dense_path, path_manipulability, w_along_path
 
 _NOTABLE = 0.02  # share of a cost
 _ROUNDING = 1e-9  # %, of a cost that is a sum
@@ -126,12 +125,14 @@ class FloorRecord(Record):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ManipulabilityRecord(Record):
-    """Yoshikawa's w, sampled densely along the path."""
+    """Yoshikawa's w, or the measure in its place, sampled densely along the path."""
 
     min: float
     mean: float
     rows: str
-    """rows of the Jacobian: pose, translation or planar"""
+    """rows of the Jacobian: pose, translation, rotation or planar"""
+    measure: str
+    """yoshikawa, or the measure in its place"""
     frame: str
     floor: FloorRecord | None = None
 
@@ -143,11 +144,20 @@ class ManipulabilityRecord(Record):
             start, goal = (float(end) for end in manipulability(robot, path[[0, -1]]))
             holds = first_violation(robot, path, floor) is None
             record = FloorRecord(asked=floor, start=start, goal=goal, reached=bool(w.max() >= floor), holds=holds)
-        return cls(min=float(w.min()), mean=float(w.mean()), rows=robot.manipulability, frame=robot.tool, floor=record)
+        return cls(
+            min=float(w.min()),
+            mean=float(w.mean()),
+            rows=robot.jacobian_rows,
+            measure=measure_name(robot.measure),
+            frame=robot.tool,
+            floor=record,
+        )
 
     @property
     def text(self) -> str:
-        text = f"min {self.min:.5f}, mean {self.mean:.5f} along the path"
+        text = f"min {self.min:.5f}, mean {self.mean:.5f} along the path ({self.rows} rows of the Jacobian)"
+        if self.measure != DEFAULT_MEASURE:
+            return f"{text}: {self.measure} in place of w, sampled; no floor is proven for it"
         if self.floor is None:
             return text
         asked, ends = self.floor.asked, min(self.floor.start, self.floor.goal)
@@ -177,8 +187,7 @@ class Conditioning(Record):
 
 def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: PlanQuality) -> Conditioning:
     """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, of a plan of ``quality``."""
-    q = dense_path(path, W_ALONG_PATH)
-    w, along, typical = manipulability(robot, q), lengths_along(q), float(np.median(roadmap.manipulability))
+    (along, w), typical = w_along_path(robot, path), float(np.median(roadmap.manipulability))
     lowest = int(w.argmin())
     w_min, share = float(w[lowest]), float(along[lowest] / along[-1]) if along[-1] > 0 else 0.0
     poor, floor, advice = bool(w_min < _POOR * typical), None, None

@@ -23,8 +23,6 @@ from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 
 CONDITIONING = "conditioning"  # the row that is there only where it is bad
-_NOTABLE = 0.02  # share of a cost
-_ROUNDING = 1e-9  # %, of a cost that is a sum
 _KEPT_APART = 1e-3  # s between two states of a motion at which conditions are measured
 
 
@@ -86,8 +84,7 @@ class KeptRecord(Record):
         on_path = keeps.along(dense_path(path), np.stack([path[:-1], np.diff(path, axis=0)], axis=1))
         in_motion = [None] * len(on_path)
         if made is not None:
-            times = np.linspace(made.times[0], made.times[-1], int(made.duration / _KEPT_APART) + 2)
-            in_motion = keeps.along(made.at(times), made.coefficients)
+            in_motion = keeps.along(made.sample(_KEPT_APART).positions, made.coefficients)
         return [
             cls(
                 condition=kept.condition.text,

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, frozen
+from planner.base.files import StrPath
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
 from planner.planning.quality import ManipulabilityRecord, QualityRecord, judge_conditioning
@@ -22,28 +23,33 @@ from planner.planning.record import (
     LengthRecord,
     PlanRecord,
 )
-from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME, FieldRecord, MotionRecord, Result
-from planner.problem.outcome import NoPath
+from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME, FieldRecord, MotionRecord, Result, read_record
+from planner.problem.options import RobotLike
+from planner.problem.outcome import NoPath, Outcome
 from planner.problem.request import FollowRequest, PlanRequest
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.storage import save_roadmap
+from planner.roadmap.storage import load_roadmap, reopen_plan, save_roadmap
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import PathCost
 from planner.tool_paths.followed import FollowedPath, LegRecord, leg_line
-from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.measure import (
     TOO_CLOSE,
     joint_path_length,
     nearest_in_motion,
     nearest_on_path,
     tool_path_length,
+    w_along_path,
 )
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownPath, clearance_along, path_rows, shown_motion
 from planner.view.page import Page, command_line
+
+Curve: TypeAlias = tuple[tuple[int, float], ...]
+"""(rounds, best cost) of the rounds at a plan's own beta."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,7 +74,7 @@ class Plan(Result[PlanRecord]):
     path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     goal: str | None = None  # the text of the goal that the path reaches
     cost: PathCost | None = None
-    curve: tuple[tuple[int, float], ...] = ()  # (rounds of effort, best cost)
+    curve: Curve = ()
     clearance_kept: float = 0.0  # m beyond the margin, by all edges that the path was chosen from
     edges_removed: int = 0
     trajectory: Trajectory | None = None  # along the path, where one was asked for
@@ -76,6 +82,45 @@ class Plan(Result[PlanRecord]):
     alternatives: tuple[ShownPath, ...] = ()
     tool_path: FollowedPath | None = None
     legs: tuple[LegRecord, ...] = ()  # lines of the tool that the path begins and ends with, where they were asked for
+    saved: PlanRecord | None = None  # of a plan that was loaded
+
+    @classmethod
+    def load(cls, folder: StrPath, *, robot: RobotLike | None = None, scene: RobotLike | None = None) -> Plan:
+        """The plan in a ``folder``, as it was saved: its path, motion, roadmap, costs and record, in its world.
+
+            planner.plan("panda", "shelf").save("out")
+            plan = planner.Plan.load("out")
+            plan.robot, plan.path, plan.trajectory, planner.check(plan).sentence
+
+        Robot and scene are opened by what ``plan.json`` says; of a plan that was made of objects, give these. Not
+        stored, so None or empty: ``cost_to_go``, ``layered``, ``route``, ``alternatives``, the line of a tool path;
+        ``planner.plan(request=plan.request, roadmap="out/roadmap.npz")`` solves again. Raises :class:`PlannerError` for
+        files that are missing or damaged, and where robot or scene are others now.
+        """
+        folder = Path(folder)
+        record = read_record(PlanRecord, folder / JSON_NAME)
+        named = {key: value for key, value in (("robot", robot), ("scene", scene)) if value is not None}
+        checker = reopen_plan(record.config | named, folder / ROADMAP_NAME)
+        known: dict[str, Any] = {name: getattr(record, name) for name in ("reason", "goal", "cost")}
+        if record.clearance and record.quality:
+            known["clearance_kept"] = record.clearance.kept
+            known["curve"] = tuple((point.rounds, point.cost) for point in record.quality.curve)
+        if record.tool_path:
+            known["tool_path"] = FollowedPath(record.tool_path, np.zeros((0, 3)), np.zeros((0, checker.robot.dof)))
+        return Plan(
+            (PlanRequest if record.tool_path is None else FollowRequest).from_config(record.config),
+            Outcome[record.outcome.upper()],
+            checker,
+            load_roadmap(folder / ROADMAP_NAME),
+            path=frozen(np.reshape(record.path, (len(record.path), checker.robot.dof))),
+            path_nodes=frozen(record.path_nodes, np.int64),
+            edges_removed=record.roadmap.edges_removed,
+            trajectory=Trajectory.load(folder) if record.trajectory else None,
+            legs=tuple(record.legs or ()),
+            saved=record,
+            timings={stage: seconds for stage, seconds in record.timings_s.items() if stage != "total"},
+            **known,
+        )
 
     def __repr__(self) -> str:
         size = f"{len(self.path)} waypoints" if len(self.path) else "no path"
@@ -115,6 +160,14 @@ class Plan(Result[PlanRecord]):
         return ClearanceRecord(path=nearest_on_path(self.path, self.checker), motion=motion, kept=self.clearance_kept)
 
     @property
+    def w_along_path(self) -> tuple[Floats, Floats]:
+        """Joint motion (n,) rad from the start and Yoshikawa's w (n,) there, every 0.01 rad; empty without a path.
+
+        s, w = plan.w_along_path
+        """
+        return w_along_path(self.robot, self.path) if len(self.path) else (np.zeros(0), np.zeros(0))
+
+    @property
     def node_costs(self) -> Floats | None:
         """The cost-to-go (n,) of the roadmap's nodes, where it came so far; inf for those that came after the field."""
         if self.layered is None or self.cost_to_go is None:
@@ -125,6 +178,8 @@ class Plan(Result[PlanRecord]):
     @cached_property
     def record(self) -> PlanRecord:
         """What ``plan.json`` holds; units in rad, m and s."""
+        if self.saved is not None:
+            return self.saved
         robot, roadmap, quality, path, cost = self.robot, self.roadmap, self.request.quality, self.path, self.cost
         of_path: dict[str, Any] = dict.fromkeys(("manipulability", "conditioning", "path_length"))
         if len(path):
@@ -164,7 +219,7 @@ class Plan(Result[PlanRecord]):
         """Write ``roadmap.npz``, and ``trajectory.json`` where there is a motion, into an empty ``folder``."""
         save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         if self.trajectory is not None:
-            save_trajectory(self.trajectory, folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
+            self.trajectory.save(folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
 
     def page(self) -> str:
         """The page as HTML text that needs nothing but a browser; without a path the roadmap shows where it stops."""
@@ -176,7 +231,7 @@ class Plan(Result[PlanRecord]):
         for leg in self.legs:
             end = self.path[0 if leg.leg == "retreat" else -1]
             page.add_tool_line(leg_line(self.robot, end, leg.length), leg.tube.position)
-        if self.tool_path is not None:
+        if self.tool_path is not None and len(self.tool_path.wanted):
             page.add_tool_line(self.tool_path.wanted, self.tool_path.record.tube.position)
             page.add_rungs(self.tool_path.rungs)
         page.add_roadmap(self.roadmap, self.node_costs)

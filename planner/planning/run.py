@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,14 +17,16 @@ from planner.base.errors import Reason
 from planner.base.files import StrPath, staged, write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
 from planner.base.resources import versions
+from planner.base.yamlfile import read_text, validate
 from planner.certificate.certificate import PROOF_NAME, Certificate
-from planner.problem.outcome import FORMAT_VERSION, Outcome, Record, Rows, html_table
+from planner.problem.outcome import FORMAT_VERSION, Outcome, Record, Rows, html_table, require_readable_version
 from planner.problem.request import Request, SweepQuality, TaskQuality
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import rounded_down
 from planner.search.network import PathCost
+from planner.trajectory.file import parse_json
 from planner.trajectory.report import floor_text
 from planner.trajectory.trajectory import Trajectory
 
@@ -81,6 +84,15 @@ class RunRecord(Record):
 R = TypeVar("R", bound=RunRecord)
 
 
+def read_record(kind: type[R], file: Path) -> R:
+    """The record in a JSON file; :class:`FileError` where it is missing, damaged or of a later format."""
+    where = f"plan {file}"
+    data = parse_json(read_text(file, "plan"), where)
+    if isinstance(data, dict):
+        require_readable_version(data, where)
+    return validate(kind, data, where)
+
+
 @dataclass(frozen=True, eq=False)
 class Result(ABC, Generic[R]):
     """Base of what a command finds: it shows itself as a table and as a page, and saves itself in a folder.
@@ -110,6 +122,10 @@ class Result(ABC, Generic[R]):
     @abstractmethod
     def _write(self, folder: Path) -> None:
         """Write the files but for page, proof and record into an empty folder."""
+
+    def files(self, folder: Path) -> Sequence[str]:
+        """The files that take their places in ``folder``, in this order; one that is not written is removed."""
+        return self.FILES
 
     def certify(self) -> Certificate | None:
         """The result with its proof, for a checker that trusts no planner; None where there is none."""
@@ -154,7 +170,7 @@ class Result(ABC, Generic[R]):
         """
         clock = clock or Stopwatch(self.timings)
         clock.seconds.update(self.timings)
-        with staged(folder, self.FILES) as inner:
+        with staged(folder, self.files(folder)) as inner:
             with clock("files"):
                 self._write(inner)
             if certificate:
@@ -181,7 +197,7 @@ class Result(ABC, Generic[R]):
 class MotionRecord(Record):
     """The motion along the path, which trajectory.json holds."""
 
-    law: str
+    time_law: str
     duration: float
     """s"""
     limits: str
@@ -199,8 +215,8 @@ class MotionRecord(Record):
             return None
         limits = "" if made.limits is None else made.limits.text(robot)
         known = {key: made.proof[key] for key in _CORNERS if key in made.proof}
-        floor = made.proof.get("floor")
-        return cls(law=made.law, duration=made.duration, limits=limits, **known, proven=made.proven, floor=floor)
+        known |= {"proven": made.proven, "floor": made.proof.get("floor")}
+        return cls(time_law=made.time_law, duration=made.duration, limits=limits, **known)
 
     def text(self, floored: bool) -> str:
         """The motion as a line of a table, with its floor where that was asked for."""

@@ -29,8 +29,19 @@ def _name_or_object(value: object) -> object:
     return os.fspath(value) if isinstance(value, os.PathLike) else value
 
 
+EMPTY, AS_PLANNED = "empty", ""  # the built-in scene that None stands for; that of the plan.json next to a file
+
 RobotLike: TypeAlias = str | HasName
 """The name or the file of a robot or scene, or the object itself."""
+SceneLike: TypeAlias = RobotLike | None
+"""The same of a scene, or None for an empty one."""
+
+
+class LeftOut(str):
+    """The default of a public function's robot or scene: where it was left out, ``request=`` names one."""
+
+
+ROBOT, SCENE = LeftOut("iiwa14"), LeftOut("paper")
 Base: TypeAlias = tuple[float, ...]
 """x, y, z (m) or x, y, z, roll, pitch, yaw (m and rad)."""
 Names: TypeAlias = tuple[str, ...]
@@ -47,7 +58,12 @@ LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"
 Metric = Literal["joint", "workspace"]
 Charge = Literal["nodes", "edges"]
 ManipulabilityCost = Literal["inverse", "log", "linear"]
+Rows = Literal["pose", "translation", "rotation", "planar"]
+MeasureName = Literal["yoshikawa", "inverse-condition", "min-singular-value", "joint-limits"]
 TimeLaw = Literal["shortcuts", "blended", "stop-at-corners"]
+
+Measure: TypeAlias = MeasureName | Callable[..., Any]
+"""The name of a measure, or a function from configurations (n, dof) to values (n,) from 0 up, larger being better."""
 
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 IK_LEAST, IK_LARGEST = 1e-6, (0.1, 0.5)  # m or rad; m, rad: of a tolerance for poses
@@ -104,6 +120,7 @@ Share: TypeAlias = Annotated[Real, Field(gt=0, le=1)]
 Positive: TypeAlias = Annotated[Real, Field(gt=0)]
 _Like = Annotated[RobotLike, BeforeValidator(_name_or_object)]
 _Margin = Annotated[Real, Field(ge=0, le=100)]
+_EMPTY = BeforeValidator(lambda value: EMPTY if value is None else value)
 
 # the world
 _ROBOT = "Built-in robot ('planner robots'), one of robot_descriptions, or a URDF, xacro, MJCF or robot.yaml"
@@ -111,7 +128,7 @@ _SCENE = "Built-in scene ('planner scenes') or the path of a scene file"
 _MARGIN = "Distance in metres to keep from every obstacle, and between links"
 _RECORDED = "left out, that of the plan.json next to the file"
 Robot = Annotated[_Like, Doc(f"{_ROBOT} ('planner robot-yaml' writes one).")]
-Scene = Annotated[_Like, Doc(f"{_SCENE}.")]
+Scene = Annotated[_Like, _EMPTY, Doc(f"{_SCENE}.")]
 Margin = Annotated[_Margin, Doc(f"{_MARGIN}.")]
 RecordedRobot = Annotated[_Like | None, Doc(f"{_ROBOT}; {_RECORDED}, else iiwa14.")]
 RecordedScene = Annotated[_Like | None, Doc(f"{_SCENE}; {_RECORDED}, else paper.")]
@@ -215,13 +232,26 @@ PrescribedTime = Annotated[
 Distance = Annotated[
     Metric, Doc("Distance: joint motion (rad), or the length of the tool's path in the workspace (m).")
 ]
+JacobianRows = Annotated[
+    Rows | None,
+    Doc("Rows of the tool's Jacobian that w is computed from: linear and angular, or fewer; left out, the robot's."),
+]
+Manipulability = Annotated[
+    Measure,
+    Doc(
+        "Measure in place of Yoshikawa's w: inverse condition number, smallest singular value, or w with joint limits "
+        "(Chan and Dubey 1995). No floor is proven for these."
+    ),
+]
 WCost = Annotated[ManipulabilityCost, Doc("Cost of a configuration by manipulability w: 1/w, -ln w or -w, normalised.")]
 WhereCharged = Annotated[
     Charge, Doc("Where that cost is charged: along edges, where singularities hide, or at nodes, as in the paper.")
 ]
 Effort = Annotated[
     Annotated[Integer, Field(ge=0, le=1_000_000)] | None,
-    Doc("Rounds of refinement at most; left out, 12, or 0 with --roadmap: as it is."),
+    Doc(
+        "Rounds of refinement at most, half of them per beta: 0.5, 0, 1 and --beta. Left out, 12, or 0 with --roadmap."
+    ),
 ]
 Room = Annotated[
     Real,

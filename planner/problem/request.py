@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from planner.base.arrays import Cost, traded_off
 from planner.base.errors import KeywordError, OptionError, choices
@@ -27,17 +27,24 @@ DEFAULT_BETA = 0.5
 DEFAULT_COST: of.ManipulabilityCost = "log"
 DEFAULT_METRIC: of.Metric = "joint"
 DEFAULT_CHARGE: of.Charge = "edges"
+DEFAULT_MEASURE: of.Measure = "yoshikawa"
 DEFAULT_EFFORT = 12  # rounds
 DEFAULT_ROOM = 5e-3  # m
 _SPELT = {"motion_plan_request": "request"}  # in files and on the command line
+R = TypeVar("R", bound="Request")
 
 
 @options
 class Objective:
     """Minimise (1 - beta) Omega + beta D of a path, eq. (finew), above a ``floor`` under w.
 
+        planner.Objective(beta=0.2, jacobian_rows="translation")
+        planner.Objective(beta=0.2, manipulability=lambda q: 1.0 / robot.condition_number(q))
+
     D is its length by ``metric``: joint motion, or the tool's path. Omega is its ``manipulability_cost``: with
     ``charge`` "edges" integrated along its length, with "nodes" that of the nodes it leads to, as in the paper.
+    ``jacobian_rows`` are the rows of the tool's Jacobian that w is computed from. ``manipulability`` names another
+    measure, or is a function of configurations (n, dof); it is sampled, and no floor is proven for it.
     """
 
     beta: of.Beta = DEFAULT_BETA
@@ -45,10 +52,16 @@ class Objective:
     metric: of.Distance = DEFAULT_METRIC
     charge: of.WhereCharged = DEFAULT_CHARGE
     floor: of.MinManipulability = 0.0
+    jacobian_rows: of.JacobianRows = None
+    manipulability: of.Manipulability = DEFAULT_MEASURE
 
     def at(self, beta: float) -> Objective:
         """The same at another ``beta``."""
         return replace(self, beta=beta)
+
+    def options(self) -> dict[str, Any]:
+        """Its fields by the names of the options."""
+        return {"min_manipulability" if name == "floor" else name: value for name, value in vars(self).items()}
 
     def total(self, omega: Cost, distance: Cost) -> Cost:
         """The cost of a motion or a path with so much Omega and D, each normalised."""
@@ -66,6 +79,8 @@ class PartialWorld:
     group: of.Group = None
     joints: of.Joints = None
     base: of.Placement = None
+    jacobian_rows: of.JacobianRows = None
+    manipulability: of.Manipulability = DEFAULT_MEASURE
     collision: of.Collision = "fcl"
     margin: of.RecordedMargin = None
     keep: of.Keep = ()
@@ -79,8 +94,8 @@ class PartialWorld:
 class WorldRequest(PartialWorld):
     """A robot in a scene, and the backend that finds contacts."""
 
-    robot: of.Robot = "iiwa14"
-    scene: of.Scene = "paper"
+    robot: of.Robot = str(of.ROBOT)
+    scene: of.Scene = str(of.SCENE)
     margin: of.Margin = 0.0
 
 
@@ -207,6 +222,12 @@ class Request:
         return cls().with_options(**values)
 
     @classmethod
+    def from_config(cls, config: Mapping[str, Any]) -> Self:
+        """The request of a record's ``config``, see :meth:`config`; keys that are no options of it are left out."""
+        known = {name: config[_SPELT.get(name, name)] for name in cls.names() if _SPELT.get(name, name) in config}
+        return cls.from_options(**known)
+
+    @classmethod
     def names(cls) -> tuple[str, ...]:
         """The names of all options."""
         return tuple(cls().values())
@@ -237,12 +258,22 @@ class RoadmapRequest(Request):
     quality: RoadmapQuality = RoadmapQuality()
 
 
+def _require_provable_floor(what: WorldRequest, quality: RoadmapQuality) -> None:
+    if quality.min_manipulability > 0 and what.manipulability != DEFAULT_MEASURE:
+        raise OptionError(
+            "min-manipulability is proven for Yoshikawa's w only: leave it out, or leave out the other manipulability."
+        )
+
+
 @options
 class SweepRequest(Request):
     """The paths of all betas on one roadmap."""
 
     what: ProblemRequest = ProblemRequest()
     quality: SweepQuality = SweepQuality()
+
+    def __post_init__(self) -> None:
+        _require_provable_floor(self.what, self.quality)
 
 
 @options
@@ -251,6 +282,9 @@ class PlanRequest(Request):
 
     what: MotionRequest = MotionRequest()
     quality: PlanQuality = PlanQuality()
+
+    def __post_init__(self) -> None:
+        _require_provable_floor(self.what, self.quality)
 
 
 @options
@@ -261,6 +295,7 @@ class FollowRequest(Request):
     quality: PlanQuality = PlanQuality()
 
     def __post_init__(self) -> None:
+        _require_provable_floor(self.what, self.quality)
         plain = PlanQuality()
         for name in () if self.what.start else ("roadmap", "path_only", "nodes", "effort", "room"):
             if getattr(self.quality, name) != getattr(plain, name):
@@ -337,13 +372,22 @@ def require_known(values: Collection[str], known: Collection[str], what: str = "
         raise KeywordError(f"{what} has no option '{name}'{nearest(name, known)}: {remedy}.")
 
 
-def with_objective(request: PlanRequest, objective: Objective, values: Mapping[str, Any]) -> PlanRequest:
-    """The request with the options of an objective; :class:`KeywordError` where ``values`` has one of them too."""
-    own = {field.name: getattr(objective, field.name) for field in fields(Objective)}  # type: ignore[arg-type]
-    own["min_manipulability"] = own.pop("floor")
-    if twice := [name for name in values if name in own]:
-        raise KeywordError(f"{twice[0]} is a part of the objective: give it there, or leave the objective out.")
-    return request.with_options(**own)
+def request_of(
+    request: R, objective: Objective | None, options: Mapping[str, Any], robot: Any = of.ROBOT, scene: Any = of.SCENE
+) -> R:
+    """The request with robot, scene, ``options`` and an objective, as far as they are given, in place of its own.
+
+    Raises :class:`KeywordError` for an option that it lacks, or that the objective says too.
+    """
+    if isinstance(robot, Request):
+        raise TypeError(f"robot must be a name, a file or a Robot, got a {type(robot).__name__}: give it as request=.")
+    given = {key: value for key, value in (("robot", robot), ("scene", scene)) if not isinstance(value, of.LeftOut)}
+    if objective is not None:
+        known, own, plain = request.names(), objective.options(), Objective().options()
+        if twice := [name for name in options if name in own]:
+            raise KeywordError(f"{twice[0]} is a part of the objective: give it there, or leave the objective out.")
+        given |= {key: value for key, value in own.items() if key in known or value != plain[key]}
+    return request.with_options(**given, **options)
 
 
 def _plain(value: Any) -> Any:
@@ -357,4 +401,4 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple):
         separator = AND if any(isinstance(each, Target | Condition) for each in value) else ","
         return separator.join(str(_plain(each)) for each in value) or None
-    return value.name
+    return value.__qualname__ if callable(value) else value.name

@@ -6,6 +6,9 @@ name, or else the robot's home: what its robot.yaml says, or all joints at zero,
 
 A goal with tolerance is written as conditions with ``&`` between (:mod:`planner.problem.conditions`), of which ``xyz:``
 and ``pose:`` may be one. Alternative goals are written with ``;`` between, names also with commas.
+
+In Python an array (4, 4) or a ``pinocchio.SE3`` is a pose of the tool, one row of numbers is joint values, and a list
+holds alternative goals, of four joints too.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from planner.base.arrays import is_placement, placement
 from planner.base.errors import OptionError, StateError, choices
 from planner.problem.conditions import AND as AND  # between alternative goals too
 from planner.problem.conditions import FORMS as CONDITIONS
@@ -73,14 +77,17 @@ class ToolGoal:
 
     planner.ToolGoal((planner.KeepBox((0.5, 0.3, 0.6), (0.5, 0.3, 0.7)), planner.KeepAxis("z", (0.0, 0.0, -1.0), 0.1)))
 
-    One of a turn without a quaternion means the orientation at the start.
+    A pose, as text, array (4, 4) or ``pinocchio.SE3``, may be one of them. One of a turn without a quaternion means the
+    orientation at the start.
     """
 
     conditions: tuple[Condition, ...]
 
     def __post_init__(self) -> None:
-        if not self.conditions:
+        given = self.conditions if isinstance(self.conditions, tuple | list) else (self.conditions,)
+        if not given:
             raise OptionError("a goal of the tool has no condition: give one or more on its pose.")
+        object.__setattr__(self, "conditions", tuple(each for part in given for each in _conditions(part)))
 
     @property
     def text(self) -> str:
@@ -125,16 +132,18 @@ def parse_target(text: str) -> Target:
     raise OptionError(f"state '{text[:100]}' starts with '{kind[:100]}:': give {FORMS}.")
 
 
-def _conditions(text: str) -> tuple[Condition, ...]:
+def _conditions(part: object) -> tuple[Condition, ...]:
     """A part of a goal with tolerance as conditions."""
-    if is_condition(text):
-        return (parse_condition(text),)
-    match parse_target(text):
-        case Position((x, y, z)):
-            return (KeepBox((x, y, z), (x, y, z)),)
-        case Pose((x, y, z), (a, b, c, d)):
-            return KeepBox((x, y, z), (x, y, z)), KeepTurn(0.0, (a, b, c, d))
-    raise OptionError(f"'{text[:100]}' is no part of a goal with tolerance: give xyz:, pose:, or {CONDITIONS}.")
+    if isinstance(part, Condition):
+        return (part,)
+    if isinstance(part, str) and is_condition(part):
+        return (parse_condition(part),)
+    match target_of(part, "a part of a goal with tolerance"):
+        case Position((x, y, z), frame):
+            return (KeepBox((x, y, z), (x, y, z), frame=frame),)
+        case Pose((x, y, z), (a, b, c, d), frame):
+            return KeepBox((x, y, z), (x, y, z), frame=frame), KeepTurn(0.0, (a, b, c, d), frame=frame)
+    raise OptionError(f"'{part!s:.100}' is no part of a goal with tolerance: give xyz:, pose:, or {CONDITIONS}.")
 
 
 def _condition_text(condition: Condition) -> str:
@@ -143,17 +152,33 @@ def _condition_text(condition: Condition) -> str:
     return Position(at).text if at and condition == KeepBox(at, at) else condition.text
 
 
+def _numbers_of(matrix: object, role: str) -> tuple[list[float], list[float], list[float]]:
+    """Position (m), quaternion x, y, z, w, and roll, pitch, yaw (rad) of a (4, 4) placement."""
+    import pinocchio as pin  # no text needs it
+
+    rigid = placement(f"the (4, 4) pose given as {role}", matrix, OptionError, FARTHEST_BASE)
+    turn = np.array(rigid[:3, :3])
+    quaternion = pin.Quaternion(turn).normalized().coeffs()
+    return rigid[:3, 3].tolist(), quaternion.tolist(), pin.rpy.matrixToRpy(turn).tolist()
+
+
 def joints_text(values: Iterable[float]) -> str:
     """The text of joint values (dof,) rad."""
     return Joints(tuple(map(float, values))).text
 
 
 def target_of(state: object, role: str = "state") -> Target:
-    """A target itself, out of its text, or out of joint values (dof,) rad; :class:`OptionError` for anything else."""
+    """A target itself, or out of its text, joint values (dof,) rad, or a pose of the tool, (4, 4) or ``pinocchio.SE3``.
+
+    :class:`OptionError` for anything else, and for a pose that is not rigid.
+    """
     if isinstance(state, Target):
         return state
     if isinstance(state, str):
         return parse_target(state)
+    if is_placement(state):
+        (x, y, z), (a, b, c, d), _ = _numbers_of(state, role)
+        return Pose((x, y, z), (a, b, c, d))
     try:
         row: list[Any] = [] if isinstance(state, bytes | Set | Mapping) else list(state)  # type: ignore[call-overload]
         if not row or any(isinstance(value, str | bool | np.bool_) for value in row):
@@ -165,7 +190,7 @@ def target_of(state: object, role: str = "state") -> Target:
 
 
 def goals_of(goal: object) -> tuple[Target, ...]:
-    """Alternative goals out of text, a target, joint values (dof,), or several of these."""
+    """Alternative goals out of text, a target, joint values (dof,), a pose (4, 4), or a list of several of these."""
     if isinstance(goal, str):
         return parse_targets(goal)
     if isinstance(goal, tuple | list) and goal and not any(isinstance(each, Real) for each in goal):
@@ -194,8 +219,11 @@ def follow(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) 
     return [states.get(name, name)]
 
 
-def parse_base(base: str | Iterable[float]) -> tuple[float, ...]:
-    """Position (m), and roll, pitch, yaw (rad) where given, of a base; OptionError unless 3 or 6 numbers."""
+def parse_base(base: Any) -> tuple[float, ...]:
+    """Position (m), and roll, pitch, yaw (rad) where given, of a base; OptionError unless 3 or 6 numbers, or a pose."""
+    if is_placement(base):
+        position, _, turns = _numbers_of(base, "base")
+        return (*position, *turns)
     try:
         values = tuple(float(part) for part in (base.split(",") if isinstance(base, str) else base))
     except (TypeError, ValueError):

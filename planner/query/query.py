@@ -95,8 +95,7 @@ def make_query(request: ProblemRequest, near_start: bool = True, in_time: bool =
     if scene.moving and not in_time:
         raise SceneError(
             f"in scene '{scene.name}' obstacles move ({choices(item.name for item in scene.moving)}), and a path "
-            "without times cannot keep clear of them: plan in time, by 'planner plan' without --no-timing, or by "
-            "Session.plan_in_time."
+            "without times cannot keep clear of them: plan in time, without --no-timing or timing=None."
         )
     start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
@@ -164,8 +163,7 @@ def _constrained(
 
 def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:
     """The scene, and the robot in it, as a MoveIt request changes them: every command loads its robot here."""
-    scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
-    scene = in_request(scene, message)
+    scene = in_request(Scene.load(request.scene), message)
     return scene, robot_of(request, scene, message)
 
 

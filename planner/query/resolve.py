@@ -205,8 +205,10 @@ def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, ro
 
 
 def _check_finite(values: Floats, role: str) -> None:
-    if not (np.abs(values) <= FARTHEST).all():
-        raise StateError(f"{role} must hold finite numbers of at most {FARTHEST:g} (rad and metres).")
+    if len(wrong := values[~(np.abs(values) <= FARTHEST)]):
+        raise StateError(
+            f"{role} must hold finite numbers of at most {FARTHEST:g}, got {wrong[0]:g}: give them in rad and metres."
+        )
 
 
 def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:

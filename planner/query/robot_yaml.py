@@ -67,7 +67,7 @@ def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset
         "joints": robot.joints,
         "tool": robot.tool,
         "home": robot.home.tolist(),
-        "manipulability": robot.manipulability,
+        "manipulability": robot.jacobian_rows,
         "fixed_joints": dict(robot.fixed_joints),
         "motion": robot.motion and robot.motion.model_dump(exclude_none=True),
     }

@@ -14,15 +14,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.base.errors import Note, OptionError, PlannerError
+from planner.base.errors import Note, OptionError, PlannerError, RobotError
 from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.kinematics.forward import tool_pose
+from planner.kinematics.manipulability import is_always_singular
+from planner.problem.options import Measure, MeasureName, Rows
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
 from planner.problem.targets import Joints, Target
 from planner.query.resolve import looks_like_degrees
@@ -48,8 +51,12 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
             if getattr(request, option) is not None:
                 text = f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
                 raise OptionError(text)
-        return _set_up(with_tool(request.robot, request.tool), scene, message, JointChoice())
-    files = files_of(str(request.robot), request.srdf)
+        robot = with_tool(request.robot, request.tool)
+        return _set_up(measured_by(robot, request.jacobian_rows, request.manipulability), scene, message, JointChoice())
+    if not isinstance(request.robot, str):
+        kind = f"{type(request.robot).__name__}: see planner.Robot.from_pinocchio."
+        raise TypeError(f"robot must be a name, a file or a planner.Robot, got {kind}")
+    files = files_of(request.robot, request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
     choice = JointChoice(request.group, request.joints)
@@ -62,7 +69,24 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
         fixed |= held
     base = placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or None)
     robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
+    robot = measured_by(robot, request.jacobian_rows, request.manipulability)
     return _set_up(robot, scene, message, choice)
+
+
+@lru_cache(maxsize=16)
+def measured_by(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
+    """The robot with the rows of its Jacobian and the measure that an objective asks for.
+
+    All six rows where w of its own is 0 everywhere; :class:`RobotError` where w of the rows asked for is.
+    """
+    made = replace(robot, jacobian_rows=rows or robot.jacobian_rows, measure=measure)
+    if measure not in get_args(MeasureName) or not is_always_singular(made):
+        return robot if measure == robot.measure and rows in (None, robot.jacobian_rows) else made
+    text = f"w of the {made.jacobian_rows} rows is 0 in every configuration with tool frame '{robot.tool}'"
+    if rows is not None:
+        raise RobotError(f"{text}: choose other --jacobian-rows, or another --tool.")
+    note = Note(f"{text}: w is computed from all six rows; choose with --jacobian-rows, or another --tool.")
+    return replace(made, jacobian_rows="pose", notes=(*robot.notes, note))
 
 
 def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choice: JointChoice) -> Robot:

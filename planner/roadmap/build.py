@@ -1,7 +1,5 @@
 """A new roadmap: grow a tree, link neighbours, refine the best paths, measure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """New starts and goals on an existing roadmap, linked by proven edges; it grows only where they need a bridge."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Iterator
 
@@ -108,7 +106,7 @@ class _Builder:
             edges = np.concatenate(pairs)
             a, b = self.nodes[edges[:, 1]], self.nodes[edges[:, 0]]
             delta = self.robot.difference(a, b)
-            edges = edges[self.prover.free(a, delta) & self.robot.told_by_ends(delta)]
+            edges = edges[self.prover.free(a, delta) & self.robot.is_below_half_turn(delta)]
             self._add(edges)
             near = {node: rows for node, rows in near.items() if node not in edges[:, 1]}
 

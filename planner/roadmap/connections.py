@@ -1,7 +1,5 @@
 """Links between near neighbours: what turns a tree, with one path between two nodes, into a graph with a choice."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -9,8 +7,9 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.arm import in_one_turn
 from planner.native.compiled import detours, threads
-from planner.robot.robot import Robot, in_one_turn
+from planner.robot.robot import Robot
 
 NEIGHBOURS = 20
 _BATCH = 256  # candidates proven at a time
@@ -98,7 +97,7 @@ def connect(
         pairs = candidates[batch]
         a, b = nodes[pairs[:, 0]], nodes[pairs[:, 1]]
         delta = robot.difference(a, b)
-        free = pairs[prover.free(a, delta) & robot.told_by_ends(delta)][: target - len(accepted)]
+        free = pairs[prover.free(a, delta) & robot.is_below_half_turn(delta)][: target - len(accepted)]
         accepted = np.concatenate([accepted, free])
         keep = np.ones(len(candidates), dtype=bool)
         keep[batch] = False

@@ -1,7 +1,5 @@
 """Edges of a growing roadmap: checks of straight motions, results of proofs, and nodes and edges that are added."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -106,7 +104,7 @@ class Motions:
         """
         states = self.robot.unwound(path)
         by = states - states[:, None]
-        allowed = np.triu(self.robot.told_by_ends(by), 1) | np.eye(len(path), k=1, dtype=bool)
+        allowed = np.triu(self.robot.is_below_half_turn(by), 1) | np.eye(len(path), k=1, dtype=bool)
         price = np.where(allowed, np.sqrt((by**2).sum(axis=2)), np.inf)
         allows = self._all_well_conditioned if self.floor > 0 else None
         return path[cheapest_chain(self.prover, states, price, self.room, allows)]

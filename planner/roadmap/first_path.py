@@ -4,8 +4,6 @@ States are a tenth of the price of a proof and most motions that planners try ar
 only. What it finds is not believed: every motion of the path is then proven or replaced by proven ones.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Nodes and the motions between them while they are being collected."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -7,8 +7,6 @@ them or else one unlike those that were found before, and refines that. So paths
 refined, and as the effort grows the cheapest one converges to the optimum.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +23,7 @@ from planner.roadmap.grow import GrowthSettings, join_settings
 from planner.roadmap.informed import LazyRoadmap, informed_samples
 from planner.roadmap.refine import PathRefiner, simplified
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.shortcuts import parts_told_by_ends
+from planner.roadmap.shortcuts import parts_is_below_half_turn
 from planner.robot.robot import Robot
 
 IMPROVING = "improve"  # a stage of progress
@@ -161,7 +159,7 @@ class _Search:
         """The path without motions that have no cost: those that are too long, or that their ends do not tell."""
         cost = self.refiner.cost
         longest = cost.longest if cost.objective.beta < 1.0 else np.inf
-        return cut(path, parts_told_by_ends(cost.robot, np.diff(path, axis=0), longest))
+        return cut(path, parts_is_below_half_turn(cost.robot, np.diff(path, axis=0), longest))
 
 
 def improve(

@@ -1,7 +1,5 @@
 """Informed sampling and lazily proven links: how a roadmap fills up where cheaper paths may still pass."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

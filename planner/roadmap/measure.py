@@ -1,7 +1,5 @@
 """Measures of nodes and edges: manipulability and lengths for the costs, and checks of nodes by the library."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The roadmap that a request names: grown around its ends, or loaded, proven again and linked to them."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator
 from dataclasses import replace

@@ -19,9 +19,10 @@ from planner.base.arrays import Bools, Floats, Ints, length
 from planner.base.progress import QUIET, Progress
 from planner.base.silenced import PROCESS
 from planner.constraints.keeps import Keeps
+from planner.kinematics.arm import shorter_way
 from planner.roadmap.edges import MotionCheck
 from planner.roadmap.forest import Forest
-from planner.robot.robot import Robot, shorter_way
+from planner.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,6 @@ they are (Geraerts and Overmars, Creating high-quality paths for motion planning
 moves downhill in cost, or at random near that, so that it slides along what it touches.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.cache import content_hash
-from planner.base.errors import StateError
+from planner.base.errors import StateError, require_extra
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.resources import versions
 from planner.collision.checker import CollisionChecker
@@ -206,6 +206,24 @@ class Roadmap:
         if not len(rows):
             raise KeyError((i, j))
         return int(rows[0])
+
+    def to_networkx(self) -> Any:
+        """A ``networkx.Graph``: nodes by number with ``q`` (dof,) rad and ``manipulability``; edges with their lengths.
+
+            networkx.shortest_path(roadmap.to_networkx(), start, goal, weight="joint_length")
+
+        Edges have ``joint_length`` (rad), ``tool_length`` (m), ``w_min``, the smallest w seen along them, and
+        ``certified``, whether they are proven free. :class:`InstallationError` without the extra ``interop``.
+        """
+        graph, least = require_extra("networkx", "interop").Graph(), self.edge_manipulability.min(axis=1)
+        least = np.minimum(least, self.manipulability[self.edges].min(axis=1))
+        for k, (q, w) in enumerate(zip(self.nodes, self.manipulability.tolist(), strict=True)):
+            graph.add_node(k, q=q, manipulability=w)
+        names = ("joint_length", "tool_length", "w_min", "certified")
+        columns = self.joint_length, self.tool_length, least, self.proven
+        for (i, j), *row in zip(self.edges.tolist(), *(column.tolist() for column in columns), strict=True):
+            graph.add_edge(i, j, **dict(zip(names, row, strict=True)))
+        return graph
 
     def without_edge(self, row: int) -> Roadmap:
         """The roadmap lacking one edge; what else it knows stays."""

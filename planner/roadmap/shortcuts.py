@@ -1,7 +1,5 @@
 """What is added to a grown roadmap: its best paths refined, straight motions between ends and past waypoints."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -120,16 +118,16 @@ def in_pieces(prover: EdgeProver, path: Floats, longest: float) -> Floats:
 def subdivided(robot: Robot, path: Floats, longest: float) -> tuple[Floats, Ints]:
     """The path (k, dof) with no motion longer than ``longest`` (rad), and into how many parts (m,) each was cut."""
     delta = robot.difference(path[:-1], path[1:])
-    parts = parts_told_by_ends(robot, delta, longest)
+    parts = parts_is_below_half_turn(robot, delta, longest)
     rows = robot.normalise(cut(path, parts, delta))
     rows[so_far(parts)] = path
     return rows, parts
 
 
-def parts_told_by_ends(robot: Robot, delta: Floats, longest: float) -> Ints:
+def parts_is_below_half_turn(robot: Robot, delta: Floats, longest: float) -> Ints:
     """Into how many parts (m,) motions (m, dof) are cut so that their ends tell each, and none is over ``longest``."""
     parts = parts_of(np.array([length(motion) for motion in delta]), longest)
-    return np.where(robot.told_by_ends(delta), parts, np.maximum(parts, 2))
+    return np.where(robot.is_below_half_turn(delta), parts, np.maximum(parts, 2))
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,8 +4,6 @@ A file is believed when its arrays have the right shapes and its content matches
 another world all edges are proven again, see :func:`planner.roadmap.obtain.reprove`.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import math

@@ -13,7 +13,7 @@ import pinocchio as pin
 from planner.base.arrays import Floats, frozen, numbers, placement
 from planner.base.errors import SceneError
 from planner.base.yamlfile import FARTHEST
-from planner.robot.shapes import Obstacle, Shape, farthest
+from planner.robot.shapes import Obstacle, Shape, as_shape, farthest
 
 LONGEST = 1e5  # s: a motion that takes more than a day is none that an arm waits for
 SHORTEST = 1e-6  # s: nothing that is planned for changes its place sooner
@@ -94,6 +94,9 @@ class MovingObstacle:
     name: str
     shape: Shape
     motion: KnownMotion
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "shape", as_shape(f"obstacle '{self.name}'", self.shape))
 
     def standing(self, t: float = 0.0) -> Obstacle:
         """The obstacle where it is at ``t`` s."""

@@ -7,20 +7,25 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats, frozen, length, numbers
+from planner.base.arrays import Floats, frozen, is_placement, length, numbers, placement
 from planner.base.errors import ArrayError
 
 
 def pose(
-    position: Sequence[float] = (0.0, 0.0, 0.0),
+    position: Sequence[float] | Floats | pin.SE3 = (0.0, 0.0, 0.0),
     rpy: Sequence[float] | None = None,
     quaternion: Sequence[float] | None = None,
 ) -> Floats:
     """The (4, 4) placement at ``position`` (m), turned by ``rpy`` (rad, fixed axes) or ``quaternion`` [x, y, z, w].
 
-    The quaternion is normalised. :class:`ArrayError`, which is a ValueError, for a zero one and for what is no finite
-    numbers.
+    A ``pinocchio.SE3`` or an array (4, 4) in place of the position is checked and returned as an array. The quaternion
+    is normalised. :class:`ArrayError`, which is a ValueError, for a zero one, for what is no finite numbers, and for a
+    matrix that is not rigid.
     """
+    if is_placement(position):
+        if rpy is not None or quaternion is not None:
+            raise ArrayError("a pose given as a matrix has its rotation: leave rpy and quaternion out.")
+        return frozen(placement("the pose", position))
     matrix = np.eye(4)
     matrix[:3, 3] = numbers("position", position, (3,))
     if rpy is not None:

@@ -10,16 +10,27 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
-from planner.base.arrays import Bools, Floats, Ints, frozen, placement
+from planner.base.arrays import Floats, frozen, numbers, placement
 from planner.base.cache import content_hash
-from planner.base.errors import FileError, Note, RobotError, choices
+from planner.base.errors import ArrayError, FileError, Note, RobotError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import FARTHEST
+from planner.kinematics.arm import Arm, frame_id, sliding_joints
+from planner.kinematics.forward import Chain, joint_placements
+from planner.kinematics.inverse import TOLERANCE, Tolerance, solve
+from planner.kinematics.manipulability import (
+    full_jacobians,
+    jacobians,
+    manipulability,
+    measure_name,
+)
 from planner.problem.targets import TURN
 from planner.robot.files import urdf
 from planner.robot.files.meshes import collada_notes
-from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, Rows, read_robot
+from planner.robot.files.pinocchio_models import files_of_model
+from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, read_robot
 from planner.robot.files.srdf import states_of_joints
 from planner.robot.files.urdf_geometry import mesh_files, read_bodies
 from planner.robot.poses import pose
@@ -30,29 +41,20 @@ _log = logging.getLogger(__name__)
 _MOST_TURNS = 4  # in either direction: limits of more are taken for degrees
 
 
-@dataclass(frozen=True, eq=False)
-class Robot:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Robot(Arm):
     """A robot arm with its planned joints; configurations are (n, dof) arrays of joint values, rad (m where prismatic).
 
     A continuous joint is one angle like any other; ``continuous`` says which may wrap. Load with :meth:`load`:
 
         robot = Robot.load("iiwa14")
         robot.joints, robot.lower, robot.upper
-
-    It holds no state: where a configuration puts the links is asked of :mod:`planner.kinematics`.
+        robot.fk(robot.home), robot.jacobian(robot.home), robot.manipulability(robot.home)
     """
 
     name: str
     description: str
-    model: pin.Model
-    joints: tuple[str, ...]
-    lower: Floats  # (dof,)
-    upper: Floats  # (dof,)
     velocity: Floats  # (dof,) rad/s, m/s where it slides, 0 where the URDF says nothing
-    continuous: Bools  # (dof,)
-    tool: str
-    home: Floats  # (dof,)
-    manipulability: Rows  # rows of the tool's Jacobian that w is taken of
     bodies: tuple[Body, ...]
     disabled_pairs: frozenset[frozenset[str]] | None  # None: nobody has said
     fixed_joints: Mapping[str, float]
@@ -63,7 +65,6 @@ class Robot:
     states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # named by its SRDF, of the planned joints
     motion: MotionFile | None = None  # of the planned joints, in their order; None: nobody has said
     shares: Mapping[str, float] = field(default_factory=dict)  # of its velocities and accelerations, as a request asks
-    followers: tuple[urdf.Mimic, ...] = ()  # the joints that follow planned ones, which ``model`` has too
     world_frame: str = ""  # how its SRDF calls the frame that its base stands in
     notes: tuple[Note, ...] = ()  # of what was passed over in its files, or in a request to it
 
@@ -79,7 +80,7 @@ class Robot:
         choice: JointChoice = ALL_JOINTS,
         srdf: StrPath | None = None,
     ) -> Robot:
-        """A built-in robot by name, or any robot by the path of its robot.yaml or URDF.
+        """A built-in robot by name, or any robot by the path of its robot.yaml or URDF, or the text of that.
 
         ``tool`` is a frame of the URDF (for a URDF by path, needed unless it has one single tip), ``fixed_joints``
         holds joints at values (rad, m), ``base`` places the robot in the world (4, 4), ``choice`` says which joints are
@@ -87,36 +88,119 @@ class Robot:
         """
         return assemble(read_robot(name, srdf), tool, choice, fixed_joints, base)
 
-    @property
-    def dof(self) -> int:
-        return len(self.joints)
+    @staticmethod
+    def from_pinocchio(
+        model: pin.Model,
+        collision: pin.GeometryModel,
+        visual: pin.GeometryModel | None = None,
+        tool: str | None = None,
+        fixed_joints: Mapping[str, float] | None = None,
+        base: Floats | pin.SE3 | None = None,
+        choice: JointChoice = ALL_JOINTS,
+    ) -> Robot:
+        """The robot of Pinocchio's model, the geometry that collides, and that which pictures show.
 
-    @property
-    def prismatic(self) -> Bools:
-        """(dof,) which joints slide (their values are metres)."""
-        return urdf.slides(self.model)[self.rows]
+            Robot.from_pinocchio(*pinocchio.buildModelsFromUrdf("arm.urdf"), tool="tool0")
 
-    @cached_property
-    def rows(self) -> Ints:
-        """(dof,) the numbers of the planned joints among those of ``model``, which followers belong to as well."""
-        return frozen([self.model.getJointId(joint) - 1 for joint in self.joints], np.int64)
+        Joints that mimic follow. Collision pairs say which links are checked against each other; without any they are
+        worked out. The rest is as in :meth:`load`. Raises :class:`RobotError` for other joints and other shapes.
+        """
+        return assemble(files_of_model(model, collision, visual), tool, choice, fixed_joints, base)
 
-    @cached_property
-    def tool_id(self) -> int:
-        return urdf.frame_id(self.model, self.tool)
+    def fk(self, q: ArrayLike, frame: str | None = None) -> Floats:
+        """The pose (..., 4, 4) in the world of a frame, the tool where left out, at configurations (..., dof).
 
-    @cached_property
-    def arm(self) -> Robot:
-        """The robot before it carried anything: what joints and their limits decide is worked out of it but once."""
-        return self
+            robot = planner.Robot.load("panda")
+            robot.fk(robot.home)[:3, 3]                  # the tool's position, m
+            robot.fk([robot.home, robot.home], "panda_link4").shape
+
+        Raises :class:`RobotError` for a frame that the robot lacks, :class:`ArrayError` for other shapes.
+        """
+        rows, shape = self._configurations(q)
+        at = self.model.frames[self._frame(frame)]
+        rotation, position = (each[int(at.parentJoint)] for each in joint_placements(Chain.of(self), rows))
+        poses = np.tile(np.eye(4), (len(rows), 1, 1))
+        poses[:, :3, :3] = rotation @ at.placement.rotation
+        poses[:, :3, 3] = position + rotation @ at.placement.translation
+        return poses.reshape(*shape, 4, 4)
+
+    def jacobian(self, q: ArrayLike, frame: str | None = None) -> Floats:
+        """The Jacobian (..., 6, dof) of a frame, the tool where left out, at configurations (..., dof).
+
+            robot.jacobian(q) @ qd                       # linear (m/s), then angular velocity (rad/s), world axes
+
+        The linear rows are of the frame's origin. Raises as :meth:`fk` does.
+        """
+        rows, shape = self._configurations(q)
+        return full_jacobians(self, rows, self._frame(frame)).reshape(*shape, 6, self.dof)
+
+    def ik(
+        self,
+        pose: ArrayLike | pin.SE3,
+        near: ArrayLike | None = None,
+        *,
+        tolerance: Tolerance = TOLERANCE,
+        starts: int = 50,
+        seed: int = 0,
+    ) -> Floats:
+        """Configurations (k, dof) within limits that bring the tool to a pose (4, 4), or to a position (3,) in m.
+
+            robot.ik(robot.fk(q), near=q)[0]             # q again
+            robot.ik([0.5, 0.1, 0.4])                    # any orientation
+
+        Damped least squares from ``starts`` seeds. The solution of the highest manipulability comes first, or the one
+        that is nearest to the configuration ``near`` (dof,). None of the rows may be free of collision; (0, dof) where
+        no solution was found. A pose that the arm cannot reach exactly is reached within ``tolerance`` (m, rad).
+        """
+        target = pose if isinstance(pose, pin.SE3) else _pose_or_position(pose)
+        rng = np.random.default_rng(seed)
+        begin = None if near is None else numbers("near", near, (self.dof,))[None]
+        found = solve(self, target, rng, starts, begin, tolerance).configurations
+        if begin is None:
+            return found[np.argsort(-manipulability(self, found), kind="stable")]
+        return found[np.argsort(np.linalg.norm(self.difference(begin, found), axis=1), kind="stable")]
+
+    def manipulability(self, q: ArrayLike) -> Floats:
+        """Yoshikawa's w (...), or the robot's own measure, at configurations (..., dof); 0 where singular.
+
+            robot.manipulability(robot.home)
+
+        w is the product of the singular values of the rows ``robot.jacobian_rows`` of the tool's Jacobian: m³ for
+        "pose" and "translation", no unit for "rotation", m² for "planar".
+        """
+        rows, shape = self._configurations(q)
+        return manipulability(self, rows).reshape(shape)
+
+    def condition_number(self, q: ArrayLike) -> Floats:
+        """The condition number (...) of the rows ``robot.jacobian_rows`` at (..., dof); inf where singular.
+
+        "pose" mixes metres and radians, so its value depends on the unit of length.
+        """
+        rows, shape = self._configurations(q)
+        values = np.linalg.svd(jacobians(self, rows), compute_uv=False)
+        largest, least = values[:, 0], values[:, -1]
+        return np.divide(largest, least, out=np.full(len(rows), np.inf), where=least > 0.0).reshape(shape)
+
+    def _frame(self, name: str | None) -> int:
+        return self.tool_id if name is None else frame_id(self.model, name)
+
+    def _configurations(self, q: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
+        """Configurations (..., dof) as rows (n, dof), and the shape of ``...``."""
+        given = np.asarray(q, dtype=float)
+        if given.ndim < 1 or given.shape[-1] != self.dof:
+            text = f"q must be an array of shape (..., {self.dof}), got {given.shape}: give a value for each joint."
+            raise ArrayError(text)
+        return np.ascontiguousarray(given.reshape(-1, self.dof)), given.shape[:-1]
 
     @cached_property
     def identity(self) -> str:
         """A hash of everything that decides where a configuration puts which geometry, and what is checked."""
         model, tool = self.model, self.model.frames[self.tool_id]
         disabled = None if self.disabled_pairs is None else sorted(sorted(pair) for pair in self.disabled_pairs)
-        values: list[Any] = [self.joints, self.lower, self.upper, self.continuous, self.manipulability, disabled]
+        values: list[Any] = [self.joints, self.lower, self.upper, self.continuous, self.jacobian_rows, disabled]
         values += [sorted(sorted(pair) for pair in self.touching)]
+        if self.measure != "yoshikawa":
+            values.append(measure_name(self.measure))
         values += [int(tool.parentJoint), np.array(tool.placement.homogeneous)]
         for joint in range(1, model.njoints):
             values += [int(model.parents[joint]), model.joints[joint].shortname()]
@@ -129,50 +213,6 @@ class Robot:
         for body in self.bodies:
             values += [body.link, body.joint, body.placement, *body.shape.content()]
         return content_hash(values)
-
-    def difference(self, a: Floats, b: Floats) -> Floats:
-        """The joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
-        return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
-
-    def told_by_ends(self, delta: Floats) -> Bools:
-        """(...,) which joint motions (..., dof) are those that angles of their ends tell: below half a turn."""
-        return np.all(np.abs(delta[..., self.continuous]) < HALF_TURN, axis=-1)
-
-    def unwound(self, path: Floats) -> Floats:
-        """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump.
-
-        What takes no whole turns stays the same to the last bit.
-        """
-        path = np.asarray(path)
-        if not self.continuous.any():
-            return np.array(path)
-        turns = np.rint((self.difference(path[:-1], path[1:]) - np.diff(path, axis=0)) / (2 * np.pi))
-        return path + 2 * np.pi * np.vstack([np.zeros(path.shape[1]), np.cumsum(turns, axis=0)])
-
-    def normalise(self, q: Floats) -> Floats:
-        """Continuous joints brought into [-pi, pi)."""
-        return np.where(self.continuous, in_one_turn(np.asarray(q) + np.pi) - np.pi, q)
-
-
-HALF_TURN = np.pi - 1e-9
-"""The farthest (rad) that a joint without limits may turn on a motion told by its ends: rounding comes to less."""
-
-
-def shorter_way(delta: Floats, turns: Bools) -> Floats:
-    """Joint motions (..., dof) in the shorter direction for joints that turn freely; back is the exact opposite.
-
-    What is half a turn but for rounding goes the way that ``delta`` does: so does a path of it however it is unwound.
-    """
-    if not turns.any():
-        return delta
-    turned = np.mod(np.abs(delta) + np.pi, 2 * np.pi) - np.pi
-    turned = np.where(turned < -HALF_TURN, turned + 2 * np.pi, turned)
-    return np.where(turns, np.copysign(1.0, delta) * turned, delta)
-
-
-def in_one_turn(angles: Floats) -> Floats:
-    """Angles brought into [0, 2 pi); twice, as what is below 0 by less than rounding comes to 2 pi."""
-    return np.mod(np.mod(angles, 2 * np.pi), 2 * np.pi)
 
 
 def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
@@ -194,7 +234,7 @@ def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
         carried=(*robot.carried, *bodies),
         touching=frozenset(touching),
     )
-    vars(made)["arm"] = robot.arm
+    vars(made)["without_payload"] = robot.without_payload
     return made
 
 
@@ -212,7 +252,7 @@ def without_carried(robot: Robot, name: str) -> Robot:
 
 def held_in(robot: Robot, item: Carried) -> pin.Frame:
     """The frame that a carried shape is placed in; :class:`RobotError` where it does not move with its link."""
-    holder = robot.model.frames[urdf.frame_id(robot.model, item.link)]
+    holder = robot.model.frames[frame_id(robot.model, item.link)]
     if item.frame in ("", item.link):
         return holder
     found = [each for each in robot.model.frames if each.name == item.frame and each.parentJoint == holder.parentJoint]
@@ -224,11 +264,19 @@ def held_in(robot: Robot, item: Carried) -> pin.Frame:
     return found[0]
 
 
+def _pose_or_position(given: ArrayLike) -> pin.SE3 | Floats:
+    """A pose out of (4, 4), a position as it is."""
+    array = np.asarray(given, dtype=float)
+    if array.shape == (3,):
+        return numbers("pose", array, (3,))
+    return pin.SE3(placement("pose", array))
+
+
 def with_tool(robot: Robot, tool: str | None) -> Robot:
     """The robot with another tool frame, where one is named; :class:`RobotError` names the choices."""
     if tool is None or tool == robot.tool:
         return robot
-    urdf.frame_id(robot.model, tool)
+    frame_id(robot.model, tool)
     return replace(robot, tool=tool)
 
 
@@ -287,7 +335,7 @@ def assemble(
         continuous=frozen([joint in endless for joint in planned], np.bool_),
         tool=tool,
         home=frozen(home),
-        manipulability=file.manipulability or ("pose" if len(planned) >= 6 else "translation"),
+        jacobian_rows=file.manipulability or ("pose" if len(planned) >= 6 else "translation"),
         disabled_pairs=files.disabled_pairs,
         base=frozen(base),
         source=description,
@@ -316,7 +364,7 @@ def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:
 
 
 def _check_limits(model: pin.Model) -> None:
-    limits = model.names[1:], model.lowerPositionLimit, model.upperPositionLimit, urdf.slides(model)
+    limits = model.names[1:], model.lowerPositionLimit, model.upperPositionLimit, sliding_joints(model)
     for name, low, high, slides in zip(*limits, strict=True):
         if not (np.isfinite(low) and np.isfinite(high) and low < high):
             text = "give it finite limits, lower below upper, in the URDF."

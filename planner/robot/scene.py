@@ -32,6 +32,7 @@ from planner.base.yamlfile import (
     yaml_text,
 )
 from planner.problem.conditions import AND, conditions_of
+from planner.problem.options import EMPTY, SceneLike
 from planner.problem.targets import TURN
 from planner.robot.files.meshes import collada_notes, read_mesh
 from planner.robot.moving import LONGEST, KnownMotion, MovingObstacle, require_times
@@ -160,11 +161,15 @@ class SceneFile(Strict):
 class Scene:
     """Obstacles in the world frame and the named states and set-up of each robot. Load with :meth:`load`.
 
-    ``moving`` are obstacles with a known motion. They are no part of the world that stands still, of its roadmaps and
-    paths: only what has times can keep clear of them, see :meth:`planner.Session.plan_in_time`.
+        Scene("cell", [{"type": "box", "size": [1, 1, 0.1], "position": [0, 0, -0.06]}])
+
+    Dicts with the keys of a scene file are obstacles, ``box_0`` where they have no name; their mesh files are relative
+    to the working directory. Those with a known motion become ``moving``. They are no part of the world that stands
+    still, of its roadmaps and paths: only a plan in time keeps
+    clear of them. Raises :class:`SceneError` for wrong keys and a name that stands twice.
     """
 
-    name: str
+    name: str = "scene"
     obstacles: tuple[Obstacle, ...] = ()
     description: str = ""
     states: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
@@ -177,8 +182,11 @@ class Scene:
     keep: str = ""  # what motions keep all along, as ``--keep`` takes it; no part of what stands there
 
     def __post_init__(self) -> None:
-        for name in ("obstacles", "moving", "carried", "notes"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
+        given, notes = obstacles_of(self.obstacles, f"scene '{self.name}'")
+        moving = [item for item in given if isinstance(item, MovingObstacle)]
+        object.__setattr__(self, "obstacles", tuple(item for item in given if isinstance(item, Obstacle)))
+        for name, more in (("moving", moving), ("carried", ()), ("notes", notes)):
+            object.__setattr__(self, name, (*getattr(self, name), *more))
         if twice := repeated(item.name for item in (*self.obstacles, *self.moving, *self.carried)):
             raise SceneError(f"scene '{self.name}' has {shown(twice[0])} twice: name each once.")
 
@@ -187,12 +195,14 @@ class Scene:
         return f"<Scene: {self.name}, {', '.join(f'{len(items)} {kind}' for items, kind in kinds if items) or 'empty'}>"
 
     @staticmethod
-    def load(name: StrPath) -> Scene:
+    def load(name: StrPath | SceneLike) -> Scene:
         """A built-in scene by name, or by path: our own YAML, MoveIt's PlanningScene as YAML or its ``.scene`` text.
 
-        Raises :class:`SceneError` or ``FileError``.
+        A scene is itself, None the empty one. Raises :class:`SceneError` or ``FileError``.
         """
-        name = os.fspath(name)
+        if isinstance(name, Scene):
+            return name
+        name = EMPTY if name is None else os.fspath(name)  # type: ignore[arg-type]
         path = scene_file(name) or Path(name)
         known = path.suffix.lower() in (".yaml", ".yml", ".scene")
         if not known and "/" not in name and not os.path.isfile(path):
@@ -240,11 +250,34 @@ def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
     return shape(*(getattr(item, key) for key in get_type_hints(shape)))
 
 
-def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle:
-    """An obstacle that stands, as a file in that ``folder`` has it; :class:`SceneError` for one with a motion."""
-    if item.motion:
-        raise SceneError(f"obstacle '{item.name}' has a motion: here give one that stands, or a speed_limit.")
-    return Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
+def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle | MovingObstacle:
+    """An obstacle as a file in that ``folder`` has it."""
+    if not item.motion:
+        return Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
+    motion = KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion])
+    return MovingObstacle(item.name, _shape(item, folder), motion)
+
+
+def obstacles_of(
+    items: Iterable[Obstacle | MovingObstacle | Mapping[str, Any]], where: str
+) -> tuple[list[Obstacle | MovingObstacle], tuple[Note, ...]]:
+    """Obstacles, dicts among ``items`` read as :class:`Scene` says, and what was passed over in their mesh files."""
+    given = list(items)
+    if wrong := [item for item in given if not isinstance(item, Mapping | Obstacle | MovingObstacle)]:
+        raise TypeError(f"obstacles must be planner.Obstacle, MovingObstacle or dicts, got {type(wrong[0]).__name__}.")
+    dicts = [
+        {"name": f"{item.get('type')}_{k}"} | {key: _plain(value) for key, value in item.items()}
+        for k, item in enumerate(given)
+        if isinstance(item, Mapping)
+    ]
+    files = validate(SceneFile, {"obstacles": dicts}, where, SceneError).obstacles
+    read = (obstacle_of(item) for item in files)
+    return [next(read) if isinstance(item, Mapping) else item for item in given], mesh_notes(files)
+
+
+def _plain(value: Any) -> Any:
+    """An array as a list, a path as text; else the value."""
+    return value.tolist() if hasattr(value, "tolist") else os.fspath(value) if hasattr(value, "__fspath__") else value
 
 
 def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path()) -> tuple[Note, ...]:
@@ -254,23 +287,18 @@ def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path(
 
 def _build(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
-    moving = [
-        (item, KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion]))
-        for item in file.obstacles
-        if item.motion
-    ]
+    obstacles: Any = [obstacle_of(item, folder) for item in file.obstacles]
     return Scene(
         file.name or path.stem,
-        tuple(obstacle_of(item, folder) for item in file.obstacles if not item.motion),
+        obstacles,
         file.description,
         file.states,
         file.robots,
-        tuple(MovingObstacle(item.name, _shape(item, folder), motion) for item, motion in moving),
-        tuple(
+        carried=tuple(
             Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links)
             for item in file.carried
         ),
-        frozenset(frozenset(pair) for pair in file.allowed),
+        allowed=frozenset(frozenset(pair) for pair in file.allowed),
         notes=mesh_notes((*file.obstacles, *file.carried), folder),
         keep=AND.join(each.text for each in conditions_of(file.keep)),
     )

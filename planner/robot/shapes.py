@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen, indices, numbers, placement, product
+from planner.base.arrays import Floats, Ints, distinct_rows, frozen, indices, numbers, placement, product
 from planner.base.errors import SceneError
 from planner.base.yamlfile import FARTHEST, Size
 
@@ -88,8 +88,27 @@ class Mesh:
         """What a hash of the shape is taken over."""
         return [type(self).__name__, self.vertices, self.triangles, *([self.radius] if self.radius else [])]
 
+    def joined(self) -> Mesh:
+        """The same triangles with equal vertices as one, in the order in which triangles have them."""
+        corners = self.vertices[self.triangles].reshape(-1, 3)
+        first, which = distinct_rows(corners)
+        order = np.argsort(first)
+        rank = np.empty(len(order), dtype=np.int64)
+        rank[order] = np.arange(len(order))
+        return Mesh(corners[first[order]], rank[which].reshape(-1, 3), self.radius)
+
 
 Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh
+
+
+def as_shape(what: str, given: Any) -> Shape:
+    """A shape itself, or the mesh of a ``trimesh.Trimesh``, its numbers in metres; TypeError for anything else."""
+    if isinstance(given, Shape):
+        return given
+    if hasattr(given, "vertices") and hasattr(given, "faces"):
+        return Mesh(given.vertices, given.faces).joined()
+    kinds = "planner.Box, Sphere, Cylinder, Capsule, Mesh or a trimesh.Trimesh"
+    raise TypeError(f"{what}: shape must be a {kinds}, got {type(given).__name__}.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +136,7 @@ class _Placed:
         what = f"{type(self).__name__.lower()} '{self.name}'"
         rigid = placement(f"{what}: placement", self.placement, SceneError, FARTHEST)
         object.__setattr__(self, "placement", frozen(rigid))
+        object.__setattr__(self, "shape", as_shape(what, self.shape))
         if not numbers(f"{what}: speed_limit", self.speed_limit, (), SceneError, FARTHEST) >= 0:
             raise SceneError(f"{what}: speed_limit must be at least 0 m/s, got {self.speed_limit:g}.")
 
@@ -128,7 +148,7 @@ class _Placed:
 
 @dataclass(frozen=True, eq=False)
 class Obstacle(_Placed):
-    """A shape that stands still in the world.
+    """A shape, also a ``trimesh.Trimesh``, that stands still in the world at a placement, also a ``pinocchio.SE3``.
 
     With a ``speed_limit`` (m/s) it may leave its place at time 0, no point of it quicker than that: what is proven of
     such an obstacle holds for its place, and a trajectory's proof says until when whatever it does. ``frame`` is that

@@ -1,7 +1,5 @@
 """From a roadmap to the network of eq. (finew): manipulability and distance, normalised, traded off by beta."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

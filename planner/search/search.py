@@ -4,8 +4,6 @@ Plans, sweeps, sessions and tasks all search so. They differ in what a proof of 
 (Lazy PRM, Bohlin and Kavraki 2000, with a field that heals in the place of a search from scratch.)
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -19,7 +17,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.looks import second_look, straight
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.robot import Robot
-from planner.search.manipulability_floor import first_violation, layered_network
+from planner.search.manipulability_floor import LayeredNetwork, first_violation, layered_network
 from planner.search.network import edge_rows
 
 
@@ -106,10 +104,15 @@ class RoadmapPaths:
     """
 
     def __init__(
-        self, roadmap: Roadmap, robot: Robot, network: gabf.Network, floor: float, prove: Callable[[Ints], Ints]
+        self,
+        roadmap: Roadmap,
+        robot: Robot,
+        network: gabf.Network | LayeredNetwork,
+        floor: float,
+        prove: Callable[[Ints], Ints],
     ) -> None:
         self._roadmap, self._robot, self._floor, self._prove = roadmap, robot, floor, prove
-        self.layered = layered_network(roadmap, network, floor)
+        self.layered = network if isinstance(network, LayeredNetwork) else layered_network(roadmap, network, floor)
         self.kept = np.ones(len(roadmap.edges), dtype=bool)
 
     @property

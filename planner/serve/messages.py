@@ -4,8 +4,6 @@ A request ends with one answer, ``{"id", "result"}`` or ``{"id", "error": {"kind
 ``{"id", "event": "progress", ...}`` may come before it. Units are m, rad and s.
 """
 
-from __future__ import annotations
-
 import functools
 import operator
 from typing import Annotated, Any, Literal, TypeAlias

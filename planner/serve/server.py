@@ -3,8 +3,6 @@
 Quick requests are answered in order; loading and planning happen in a second thread.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import os
@@ -30,7 +28,7 @@ from websockets.sync.connection import Connection as Socket
 from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as websocket_server
 
-from planner.base.errors import FileError, Note, OptionError, PlannerError
+from planner.base.errors import FileError, Note, OptionError, PlannerError, SceneError
 from planner.base.interrupts import until_signal
 from planner.base.progress import QUIET, Progress
 from planner.base.yamlfile import read_text
@@ -44,7 +42,6 @@ from planner.serve import messages as ask
 from planner.session.gate import Gate
 from planner.session.live_world import LiveWorld
 from planner.session.session import Session
-from planner.trajectory.file import trajectory_record
 from planner.trajectory.trajectory import Trajectory
 
 _log = logging.getLogger(__name__)
@@ -224,8 +221,10 @@ class Connection:
         if isinstance(asked, ask.Change):
             return _change(gate, asked)
         _go_on(progress.stopped)
-        again = isinstance(asked, ask.Replan)
-        plan = session.replan(progress) if again else session.plan(asked.start, asked.goal, asked.beta, progress)
+        if isinstance(asked, ask.Replan):
+            plan = session.replan(progress=progress)
+        else:
+            plan = session.plan(asked.start, asked.goal, beta=asked.beta, timing=None, progress=progress)
         has_motion = asked.motion and plan.solved and len(plan.path) > 1
         motion = timed(plan, TimingRequest(), gate.limits) if has_motion else None
         _go_on(progress.stopped)
@@ -292,6 +291,8 @@ def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
         elif isinstance(each, ask.Add):
             if each.obstacle.type == "mesh":
                 _require_models([Path(each.obstacle.file)])
+            if each.obstacle.motion:
+                raise SceneError(f"'{each.obstacle.name}' has a motion: give one that stands, or a speed_limit.")
             world.add(obstacle_of(each.obstacle))
             found += mesh_notes([each.obstacle])
         elif isinstance(each, ask.Attach):
@@ -323,7 +324,7 @@ def _texts(said: Iterable[Note]) -> list[str]:
 
 
 def _record(trajectory: Trajectory | None, gate: Gate) -> dict[str, Any] | None:
-    return None if trajectory is None else trajectory_record(trajectory, gate.robot.name, gate.scene.name)
+    return None if trajectory is None else trajectory.to_dict(gate.robot.name, gate.scene.name)
 
 
 def _decoded(frame: str | bytes) -> Any:

@@ -20,9 +20,9 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.looks import second_look, straight
 from planner.planning.improvement import improved_roadmap
 from planner.planning.result import Plan
-from planner.planning.solve import find_earliest
+from planner.planning.solve import find_earliest, require_earliest, timed, why_no_path
 from planner.problem.outcome import Outcome
-from planner.problem.request import PlanRequest
+from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
@@ -54,7 +54,7 @@ class SessionPlan(Plan):
 
 @dataclass(frozen=True)
 class Planning:
-    """How a session plans: what it is asked for but start, goal and beta, the law of its field, its growth.
+    """How a session plans: what it is asked for, the law of its field, its growth, and how a path becomes a motion.
 
     Once ``progress`` is asked to stop, whatever is under way raises :class:`PlannerError`.
     """
@@ -63,12 +63,30 @@ class Planning:
     law: gabf.Law
     growth: GrowthSettings
     progress: Progress = QUIET
+    timing: TimingRequest | None = None
 
 
 def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveRoadmap, SessionPlan]:
-    """The roadmap after a query, and the query's plan."""
+    """The roadmap after a query, and the query's plan, with its motion or the reason why there is no path."""
+    begin, timing = time.perf_counter(), planning.timing
+    limits = None if timing is None else MotionLimits.of(live.checker.robot, timing)
+    if limits is not None and live.world.scene.moving:
+        require_earliest(planning.request, timing)
+        live, made = _in_time(live, query, planning, limits)
+    else:
+        live, made = _found(live, query, planning)
+        if not made.solved:
+            failed = replace(made, roadmap=live.held(live.proofs.free))
+            made = replace(made, reason=why_no_path(failed, planning.progress))
+            go_on(planning.progress)
+        elif timing is not None:
+            made = replace(made, trajectory=timed(made, timing, limits))
+    return live, replace(made, timings={"plan": time.perf_counter() - begin})
+
+
+def _found(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveRoadmap, SessionPlan]:
     go_on(planning.progress)
-    begin, may_grow = time.perf_counter(), live.kept is not None
+    may_grow = live.kept is not None
     live = _without_old_guests(live if may_grow else _with_first_roadmap(live, query, planning))
     live, linked = _attached(live, query, planning, join=False)
     nodes, searches = len(live.roadmap.nodes), [_search(live, planning)]
@@ -89,8 +107,7 @@ def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveR
     last, rounds = searches[-1], sum(each.rounds for each in searches)
     live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else _after(last)
     of_session = {"edges": sum(edges, Edges()), "nodes_grown": nodes_grown, "rounds": rounds, "curve": curve}
-    made = replace(_plan(live, last, query, planning.request), **of_session)
-    return live, replace(made, timings={"plan": time.perf_counter() - begin})
+    return live, replace(_plan(live, last, query, planning.request), **of_session)
 
 
 def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest) -> SessionPlan:
@@ -163,19 +180,19 @@ def _after(found: LiveFound) -> LiveRoadmap:
     return replace(found.live, x=found.x)
 
 
-def answered_in_time(
+def _in_time(
     live: LiveRoadmap, query: Query, planning: Planning, limits: MotionLimits
-) -> tuple[LiveRoadmap, Plan]:
+) -> tuple[LiveRoadmap, SessionPlan]:
     """The roadmap after all its edges are decided, and the plan with the earliest motion among what moves."""
-    live, alone = answered(live, query, planning)
-    begin = time.perf_counter()
+    live, alone = _found(live, query, planning)
     live = live.proven(np.flatnonzero(live.proofs.open))
     alone = replace(alone, roadmap=live.held(live.proofs.free))
-    if alone.solved:
-        timed = find_earliest(alone, limits, QUIET)
-    else:
-        timed = replace(alone, outcome=Outcome.NO_PATH, reason=why_apart(alone.roadmap, live.checker))
-    return live, replace(timed, timings=alone.timings | {"timing": time.perf_counter() - begin})
+    if not alone.solved:
+        return live, replace(alone, outcome=Outcome.NO_PATH, reason=why_apart(alone.roadmap, live.checker))
+    found = find_earliest(alone, limits, planning.progress)
+    go_on(planning.progress)
+    assert isinstance(found, SessionPlan)  # it is the same plan with another path
+    return live, found
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,5 @@
 """The gate between a program that decides what a robot does next and the robot."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
@@ -11,11 +9,12 @@ from planner.base.arrays import Floats, numbers
 from planner.base.errors import ArrayError, StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
+from planner.kinematics.arm import HALF_TURN
 from planner.problem.conditions import conditions_of
-from planner.problem.options import Backend, RobotLike
+from planner.problem.options import EMPTY, ROBOT, SCENE, Backend, RobotLike, SceneLike
 from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
-from planner.robot.robot import HALF_TURN, Robot
+from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.session.live_world import LiveWorld
 from planner.session.verdict import JUDGED, Guard, Rules, Verdict, judge
@@ -47,10 +46,10 @@ class Gate:
 
     def __init__(
         self,
-        robot: RobotLike | LiveWorld = "iiwa14",
-        scene: RobotLike = "paper",
-        limits: MotionLimits | LimitsRequest | None = None,
+        robot: RobotLike | LiveWorld = ROBOT,
+        scene: SceneLike = SCENE,
         *,
+        limits: MotionLimits | LimitsRequest | None = None,
         judged: Sequence[str] = JUDGED,
         min_manipulability: float = 0.0,
         margin: float = 0.0,
@@ -63,7 +62,8 @@ class Gate:
             self.world = robot
         else:
             kept = conditions_of(keep)
-            self.world = LiveWorld(WorldRequest(robot, scene, tool, collision=collision, margin=margin, keep=kept))
+            there = EMPTY if scene is None else scene
+            self.world = LiveWorld(WorldRequest(robot, there, tool, collision=collision, margin=margin, keep=kept))
         asked = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.world.robot, limits)
         self.limits: MotionLimits = own_limits(asked, self.world.robot)
         """The limits that are kept, as far as they are judged."""

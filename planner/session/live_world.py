@@ -1,15 +1,14 @@
 """A robot in a scene that changes: the one world that a session and a gate look at."""
 
-from __future__ import annotations
-
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
+from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, numbers
+from planner.base.arrays import Floats, is_placement, numbers
 from planner.base.errors import SceneError, StateError, choices
 from planner.base.yamlfile import FARTHEST, validate
 from planner.collision.checker import CollisionChecker
@@ -18,9 +17,10 @@ from planner.query.query import open_world
 from planner.query.resolve import touching
 from planner.query.robots import let_go, take
 from planner.robot.moving import MovingObstacle
+from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
 from planner.robot.robot_in_scene import in_world
-from planner.robot.scene import PoseFile, Scene
+from planner.robot.scene import PoseFile, Scene, obstacles_of
 from planner.robot.shapes import Carried, Obstacle
 
 _REVISIONS = count()
@@ -35,7 +35,7 @@ class LiveWorld:
 
     def __init__(self, request: WorldRequest) -> None:
         """The world that ``request`` names; :class:`PlannerError` for what cannot be loaded."""
-        scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
+        scene = Scene.load(request.scene)
         checker = open_world(replace(request, scene=replace(scene, carried=())))
         self._changing = threading.Lock()
         self.bare: Robot = checker.robot
@@ -58,18 +58,17 @@ class LiveWorld:
         """The scene, with what the robot carries."""
         return self.checker.world.scene
 
-    def add(self, obstacle: Obstacle | MovingObstacle) -> None:
-        """Put an obstacle into the world."""
+    def add(self, obstacle: Obstacle | MovingObstacle | Mapping[str, Any]) -> None:
+        """Put an obstacle into the world, or a dict with its keys, as in :class:`planner.Scene`."""
+        (item,), notes = obstacles_of([obstacle], "the obstacle")
 
         def added(scene: Scene) -> Scene:
             names = {item.name for item in (*scene.obstacles, *scene.carried, *scene.moving)} | self._links()
-            if not obstacle.name or obstacle.name in names:
+            if not item.name or item.name in names:
                 raise SceneError(
-                    f"obstacle name '{obstacle.name}' is empty or taken: give one that no obstacle and no link has."
+                    f"obstacle name '{item.name}' is empty or taken: give one that no obstacle and no link has."
                 )
-            if isinstance(obstacle, MovingObstacle):
-                return replace(scene, moving=(*scene.moving, obstacle))
-            return replace(scene, obstacles=(*scene.obstacles, obstacle))
+            return replace(scene, obstacles=(*scene.obstacles, item), notes=(*scene.notes, *notes))
 
         self._change(added)
 
@@ -80,11 +79,16 @@ class LiveWorld:
         rpy: Iterable[float] | None = None,
         quaternion: Iterable[float] | None = None,
     ) -> None:
-        """Put an obstacle to another pose, as scene files write it; what is left out stays as it is."""
+        """Put an obstacle to another pose, as scene files write it; what is left out stays as it is.
+
+        A ``position`` that is a pose, (4, 4) or ``pinocchio.SE3``, gives all of it.
+        """
+        if is_placement(position):
+            return self.put(name, pose(position, rpy, quaternion))  # type: ignore[arg-type]
         given = {"position": position, "rpy": rpy, "quaternion": quaternion}
         data = {key: np.asarray(value).tolist() for key, value in given.items() if value is not None}
-        pose = validate(PoseFile, data, f"the move of '{name}'", SceneError)
-        placement, old = np.array(pose.matrix()), _obstacle(self.scene, name).placement
+        file = validate(PoseFile, data, f"the move of '{name}'", SceneError)
+        placement, old = np.array(file.matrix()), _obstacle(self.scene, name).placement
         if position is None:
             placement[:3, 3] = old[:3, 3]
         if rpy is None and quaternion is None:

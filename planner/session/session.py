@@ -1,9 +1,7 @@
 """A robot, a scene and a roadmap that live together: the world changes, and paths are found again."""
 
-from __future__ import annotations
-
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from os import PathLike
@@ -17,11 +15,9 @@ from planner.base.errors import OptionError, PlannerError, SceneError, StateErro
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
-from planner.planning.result import Plan
-from planner.planning.solve import require_earliest, why_no_path
 from planner.problem.conditions import AND
-from planner.problem.options import RobotLike
-from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingRequest, require_known, with_objective
+from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
+from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingRequest, request_of, require_known
 from planner.problem.targets import joints_text, target_of
 from planner.query.query import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is
@@ -32,13 +28,12 @@ from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle
-from planner.session.answer import Planning, SessionPlan, answered, answered_in_time, go_on, prove_path
+from planner.session.answer import Planning, SessionPlan, answered, go_on, prove_path
 from planner.session.live_roadmap import Edges, LiveRoadmap
 from planner.session.live_world import LiveWorld
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.result import TaskPlan
 from planner.tasks.task import Step, Task
-from planner.trajectory.limits import MotionLimits, own_limits
 
 _OF_A_PLAN = (
     *("robot", "scene", "start", "goal", "motion_plan_request", "widen_limits"),
@@ -64,12 +59,12 @@ class Session:
 
     def __init__(
         self,
-        robot: RobotLike | LiveWorld,
-        scene: RobotLike = "paper",
-        roadmap: Roadmap | StrPath | None = None,
+        robot: RobotLike | LiveWorld = ROBOT,
+        scene: SceneLike = SCENE,
         *,
-        join_motions: int | None = None,
         objective: Objective | None = None,
+        roadmap: Roadmap | StrPath | None = None,
+        join_motions: int | None = None,
         **options: Any,
     ) -> None:
         """``roadmap``, or its file, of the same joints in any scene; without one the first plan builds it.
@@ -86,9 +81,7 @@ class Session:
             world, now = robot, robot.checker.world
             options |= {"collision": robot.checker.name, "margin": now.margin, "keep": now.conditions}
             robot, scene = robot.bare, robot.scene
-        request = PlanRequest.from_options(robot=robot, scene=scene, effort=0, room=0.0).with_options(**options)
-        if objective is not None:
-            request = with_objective(request, objective, options)
+        request = request_of(PlanRequest.from_options(effort=0, room=0.0), objective, options, robot, scene)
         dynamics = gabf.named_law(request.quality.law, request.quality.prescribed_time)
         if dynamics.needs_overestimate:
             raise OptionError(
@@ -145,8 +138,8 @@ class Session:
         nodes[live.roadmap.edges[edges]] = True
         return live.held(edges).part(nodes, np.ones(int(edges.sum()), dtype=bool))
 
-    def add(self, obstacle: Obstacle | MovingObstacle) -> Edges:
-        """Put an obstacle into the world; one that moves matters to :meth:`plan_in_time` only."""
+    def add(self, obstacle: Obstacle | MovingObstacle | Mapping[str, Any]) -> Edges:
+        """Put an obstacle into the world, a dict too; one that moves matters to plans in time only."""
         return self._change(lambda world: world.add(obstacle))
 
     def move(
@@ -158,7 +151,7 @@ class Session:
     ) -> Edges:
         """Put the obstacle ``name`` to a ``position`` (m), turned by ``rpy`` (rad) or ``quaternion`` [x, y, z, w].
 
-        What is left out stays as it is.
+        What is left out stays as it is. A pose, (4, 4) or ``pinocchio.SE3``, in place of the position gives all of it.
         """
         return self._change(lambda world: world.move(name, position, rpy, quaternion))
 
@@ -181,19 +174,30 @@ class Session:
         return self._change(lambda world: world.detach(name, self._held_at(at)))
 
     def plan(
-        self, start: object = "start", goal: object = "goal", beta: float | None = None, progress: Progress = QUIET
+        self,
+        start: object = "start",
+        goal: object = "goal",
+        *,
+        beta: float | None = None,
+        timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)
+        progress: Progress = QUIET,
     ) -> SessionPlan:
-        """A path from ``start`` to ``goal``, written as everywhere, or joint values.
+        """A path from ``start`` to ``goal``, written as everywhere, or joint values, and its motion in ``timing``.
 
-        ``beta`` takes the place of the session's own. Raises :class:`StateError` where one of them cannot be used,
-        :class:`OptionError` for a beta out of range, and :class:`PlannerError` once ``progress`` is asked to stop.
+        ``timing`` None gives the path only, in milliseconds. ``beta`` takes the place of the session's own. Raises
+        :class:`StateError` where one of them cannot be used, :class:`OptionError` for a beta out of range, and
+        :class:`PlannerError` once ``progress`` is asked to stop.
+
+        Where obstacles move along known motions the plan is the earliest motion among them, waiting included: from rest
+        at the scene's time 0, along edges from rest to rest, to where the arm can stay. Without ``timing`` they do not
+        matter. Raises :class:`SceneError` then where the session has a floor, which no such motion keeps to.
         """
         with self._alone():
-            planning = self._asking(start, goal, beta, progress)
+            planning = self._asking(start, goal, beta, timing, progress)
             return self._answer(planning, _resolved(self.checker, planning.request))
 
-    def replan(self, progress: Progress = QUIET) -> SessionPlan:
-        """The last question once more, in the world as it is now; :class:`PlannerError` where none was asked.
+    def replan(self, *, progress: Progress = QUIET) -> SessionPlan:
+        """The last question again, in the world as it is now; :class:`PlannerError` where none was asked.
 
         Of a start or goal that is a tool position, the configurations stay that are still free. ``progress`` as of
         :meth:`plan`.
@@ -209,10 +213,11 @@ class Session:
 
     def task(
         self,
-        what: Task | StrPath | Sequence[Step],
+        file: Task | StrPath | Sequence[Step],
+        *,
         start: object = None,
+        timing: TimingRequest | None = TimingRequest(),  # noqa: B008
         progress: Progress = QUIET,
-        timing: TimingRequest | None = None,
         **options: Any,
     ) -> TaskPlan:
         """Plan a task, or steps, in the world as it is now: from where the arm is, holding what it holds.
@@ -233,12 +238,12 @@ class Session:
             beta = options.pop("beta", plain.quality.beta)
             request, progress = own.with_options(**options), self._watched(self._planning, progress).progress
             q = self._end if start is None else self._held_at(start, "start")
-            asked = Task.load(what) if isinstance(what, str | PathLike) else what
+            asked = Task.load(file) if isinstance(file, str | PathLike) else file
             key = self.scene, asked if isinstance(asked, Task) else tuple(asked), request, q is None
             if self._task is None or self._task[0] != key:
                 self._task = key, TaskPlanner.of(_task_in(self.world, asked, q), request, progress)
                 q = None
-            return self._task[1].plan(beta, q, progress, timing)
+            return self._task[1].plan(beta, q, timing=timing, progress=progress)
 
     def holds(self) -> bool:
         """Whether the last answer's path is free in the world as it is now, proven as it was then; quicker than a plan.
@@ -251,40 +256,20 @@ class Session:
             self._known, holds = prove_path(self.live, self._steps, around_too=False)
             return holds
 
-    def plan_in_time(self, start: object = "start", goal: object = "goal", limits: MotionLimits | None = None) -> Plan:
-        """The earliest motion from ``start`` to ``goal`` among obstacles along known motions, waiting included.
-
-        It begins at rest at the scene's time 0, runs the roadmap's edges from rest to rest within ``limits`` (the
-        robot's own where left out), waits at nodes, and ends where it can stay. Its proof says until when obstacles
-        with a speed limit cannot touch it. Raises as :meth:`plan`, and :class:`SceneError` where the session has a
-        floor, which no motion in time keeps to.
-        """
-        with self._alone():
-            planning = self._asking(start, goal, 1.0)
-            require_earliest(planning.request)
-            query = _resolved(self.checker, planning.request)
-            live = self._known.in_world(query.checker)
-            self._known, timed = answered_in_time(live, query, planning, own_limits(limits, self.robot))
-            self._end, self._steps = timed.path[-1] if timed.solved else None, timed.path_nodes
-            return timed
-
     def _answer(self, planning: Planning, query: Query) -> SessionPlan:
         live, answer = answered(self._known.in_world(query.checker), query, planning)
-        if not answer.solved:
-            failed = replace(answer, roadmap=live.held(live.proofs.free))
-            answer = replace(answer, reason=why_no_path(failed, planning.progress))
-            go_on(planning.progress)
         self._known, self._asked = live, (self._watched(planning, QUIET), query)
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
-    def _asking(self, start: object, goal: object, beta: float | None, progress: Progress = QUIET) -> Planning:
+    def _asking(
+        self, start: object, goal: object, beta: float | None, timing: TimingRequest | None, progress: Progress
+    ) -> Planning:
         """How the session plans this question."""
         plain = self._planning.request
         beta = plain.quality.beta if beta is None else beta
-        return self._watched(
-            replace(self._planning, request=plain.with_options(start=start, goal=goal, beta=beta)), progress
-        )
+        request = plain.with_options(start=start, goal=goal, beta=beta)
+        return self._watched(replace(self._planning, request=request, timing=timing), progress)
 
     def _watched(self, planning: Planning, progress: Progress) -> Planning:
         """The same, until the session is closed or ``progress`` asks for a stop."""

@@ -19,8 +19,8 @@ from planner.base.resolutions import PROOF
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
+from planner.constraints.floor import prove_floor
 from planner.constraints.keeps import Keeps
-from planner.kinematics.manipulability import prove_floor
 from planner.native.compiled import Judgement, NativeBounds, NativeGate, chunk_curves, stops_quickest
 from planner.native.gate import Chunk
 from planner.query.resolve import position_bounds
@@ -273,7 +273,7 @@ class Verdict:
         columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
         columns[1, 1] = stops[1, 1] / seconds[1]
         rows = [0, 1, 2] if used[0] else [0, 2]
-        made = Trajectory.through(robot.joints, ends[rows], *columns[:, rows], law="stop")
+        made = Trajectory.through(robot.joints, ends[rows], *columns[:, rows], time_law="stop")
         pieces_free = {"pieces": len(spans), "pieces_free": len(spans), "collision": guard.checker.name}
         return replace(made, proven=True, proof=pieces_free | guard.to_dict() | {"assumes": ASSUMES})
 

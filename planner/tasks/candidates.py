@@ -1,7 +1,5 @@
 """The candidates of each step: grasps and placements with arm configurations that reach them, and the tool's lines."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field

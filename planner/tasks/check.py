@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pydantic
 
 from planner.base.arrays import Floats, numbers
 from planner.base.errors import FileError, OptionError, choices
@@ -21,13 +20,13 @@ from planner.base.files import StrPath
 from planner.base.polynomials import evaluate
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import RECHECK
-from planner.base.yamlfile import Number, read_text, validate
+from planner.base.yamlfile import read_text, validate
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.looks import looks_along, straight
 from planner.kinematics.forward import tool_joint
 from planner.planning.result import JSON_NAME, Plan
-from planner.problem.options import RobotLike
+from planner.problem.options import AS_PLANNED, EMPTY, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import open_world
@@ -38,12 +37,13 @@ from planner.robot.robot import Robot, with_carried, with_tool, without_carried
 from planner.robot.shapes import Carried, Obstacle, extremes
 from planner.tasks.candidates import RELEASE
 from planner.tasks.modes import Pairs
-from planner.tasks.result import TaskPlan
+from planner.tasks.result import TaskPlan, TaskPlanRecord
 from planner.tasks.sampling import gripper_of, place_at, standing
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Gripper, TaskError
+from planner.tradeoff.record import SWEEP_NAME
 from planner.trajectory.check import check_path, check_trajectory, require_step
-from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory, parse_json
+from planner.trajectory.file import TRAJECTORY_NAME, parse_json
 from planner.trajectory.limits import MotionLimits, require_of_robot
 from planner.trajectory.recorded import FAR, read_motion, require_of_an_arm
 from planner.trajectory.report import Finding, Report
@@ -56,13 +56,14 @@ _ORDERS = [], ["gripper", "attach"], ["detach", "gripper"]  # of events at the e
 
 def check(
     motion: Floats | Sequence[Sequence[float]] | Trajectory | StrPath | Plan | TaskPlan,
-    robot: RobotLike | None = None,
-    scene: RobotLike | None = None,
-    limits: MotionLimits | LimitsRequest | None = None,
     *,
+    robot: RobotLike | None = None,
+    scene: SceneLike = AS_PLANNED,
+    limits: MotionLimits | LimitsRequest | None = None,
     checker: CollisionChecker | None = None,
     step: float = RECHECK,
     progress: Progress = QUIET,
+    **options: Any,
 ) -> Report:
     """The report on a motion: a path (k, dof) in rad, a trajectory, a file or folder, a plan or a planned task.
 
@@ -71,15 +72,16 @@ def check(
         for finding in report.findings: print(finding.sentence)
 
     Samples are ``step`` metres of motion apart, proofs of whole pieces come on top. ``robot`` and ``scene`` are names,
-    files or objects; of a file they are those of the plan.json next to it where they are left out. ``checker`` stands
-    for both. ``limits`` are in place of those that a trajectory was made for. Raises :class:`PlannerError` for a motion
-    that cannot be read, and :class:`ArrayError` for an array of another shape.
+    files or objects, ``options`` all else of a world (``margin``, ``keep``, ``tool`` ...); of a file they are those of
+    the plan.json next to it where they are left out. ``checker`` stands for all of them. ``limits`` are in place of
+    those that a trajectory was made for. Raises :class:`PlannerError` for a motion that cannot be read, and
+    :class:`ArrayError` for an array of another shape.
     """
     require_step(step)
-    given = PartialWorld(robot=robot, scene=scene)
+    given = PartialWorld(robot=robot, scene=EMPTY if scene is None else scene or None, **options)
     if isinstance(motion, str | os.PathLike):
         return check_file(Path(motion), given, limits, step, progress, checker)
-    if isinstance(motion, Plan | TaskPlan) and (robot or scene):
+    if isinstance(motion, Plan | TaskPlan) and given != PartialWorld():
         raise OptionError("robot and scene must be those of the plan: leave them out, or check its trajectory.")
     if isinstance(motion, TaskPlan):
         return check_task(motion, checker or motion.judge, motion.trajectory, step)
@@ -112,6 +114,8 @@ def check_file(
         _require_without(limits, f"{path} is of a task, which is judged by the limits that it was made for")
         return _check_task_in(folder, record, checker or open_world(world), step)
     if os.path.isdir(path) and not os.path.isfile(path / TRAJECTORY_NAME) and record:
+        if "intervals" in record:
+            raise FileError(f"{path} holds the motions of a sweep: name one of its files, such as trajectory-1.json.")
         path = path / JSON_NAME
     read = cache(lambda robot: read_motion(path, robot, record if path.name == JSON_NAME and record else None))
     message = None if given.robot is not None and given.robot != config.get("robot") else config.get("request")
@@ -126,9 +130,9 @@ def check_file(
 
 
 def _read_record(folder: Path) -> dict[str, Any]:
-    """The content of the plan.json in a folder; empty where there is none, or it is not a plan's."""
-    place = folder / JSON_NAME
-    if not os.path.isfile(place):
+    """The content of the plan.json, or sweep.json, in a folder; empty where there is none, or it is not a plan's."""
+    place = next((folder / name for name in (JSON_NAME, SWEEP_NAME) if os.path.isfile(folder / name)), None)
+    if place is None:
         return {}
     record = parse_json(read_text(place, "plan"), f"plan {place}")
     return record if isinstance(record, dict) and isinstance(record.get("config", {}), dict) else {}
@@ -151,9 +155,9 @@ def _with_config(given: PartialWorld, config: Mapping[str, Any]) -> WorldRequest
 
 def _check_task_in(folder: Path, data: dict[str, Any], checker: CollisionChecker, step: float) -> Report:
     """The report on the task whose plan.json holds ``data``, with the motion next to it."""
-    record, joints = validate(TaskRecord, data, f"plan {folder / JSON_NAME}"), checker.robot.joints
+    record, joints = validate(TaskPlanRecord, data, f"plan {folder / JSON_NAME}"), checker.robot.joints
     timed = any(segment.trajectory for segment in record.segments) or os.path.isfile(folder / TRAJECTORY_NAME)
-    whole = load_trajectory(folder / TRAJECTORY_NAME) if timed else None
+    whole = Trajectory.load(folder / TRAJECTORY_NAME) if timed else None
     solved, count = record.outcome == Outcome.SOLVED.key, len(record.segments)
     _require(solved and count, f"a task must be solved, got '{record.outcome}', {count} segments", "plan again")
     same = tuple(record.joints) == joints and (whole is None or whole.joints == joints)
@@ -177,18 +181,8 @@ def _require_without(limits: MotionLimits | LimitsRequest | None, why: str) -> N
         raise OptionError(f"{why}: leave --limits, --velocity-scale, --acceleration, --jerk and their like out.")
 
 
-class TaskRecord(pydantic.BaseModel):
-    """The part of a task's ``plan.json`` that a check needs."""
-
-    outcome: str
-    joints: list[str]
-    path: list[list[Number]]
-    segments: list[Segment]
-    events: list[Event]
-
-
 def check_task(
-    plan: TaskPlan | TaskRecord, checker: CollisionChecker, whole: Trajectory | None, step: float = RECHECK
+    plan: TaskPlan | TaskPlanRecord, checker: CollisionChecker, whole: Trajectory | None, step: float = RECHECK
 ) -> Report:
     """The report on a task, with one part for each segment: its path and motion, its gripper, its releases.
 
@@ -247,7 +241,7 @@ def _require_path(
     _require(said == truth, f"{head} says that {said} is held, by the events it is {truth}")
 
 
-def _motions_of(plan: TaskPlan | TaskRecord, whole: Trajectory | None) -> Sequence[Trajectory | None]:
+def _motions_of(plan: TaskPlan | TaskPlanRecord, whole: Trajectory | None) -> Sequence[Trajectory | None]:
     """The part of the whole motion that each segment is; :class:`FileError` where it moves, or events come, outside."""
     last = max((event.segment for event in plan.events), default=0)
     _require(last < len(plan.segments), "an event of the task comes after a segment that is not there")
@@ -264,7 +258,7 @@ def _motions_of(plan: TaskPlan | TaskRecord, whole: Trajectory | None) -> Sequen
         rows = np.flatnonzero((clock >= edges[-2]) & (clock <= edges[-1]))
         _require(len(rows) > 1, "the segments of the task have other times than its trajectory")
         columns = tuple(column[rows] for column in whole.columns)
-        motions.append(Trajectory(whole.joints, clock[rows], columns, whole.law, whole.limits))
+        motions.append(Trajectory(whole.joints, clock[rows], columns, whole.time_law, whole.limits))
     for number, (end, begin) in enumerate(zip(edges[::2], [*edges[1::2], int(clock[-1])], strict=True)):
         rows, h = (clock >= end) & (clock <= begin), 1e-9 * (begin - end)
         where = f"after segment {number}" if number else "before its first segment"

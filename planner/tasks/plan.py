@@ -14,8 +14,9 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
 from planner.kinematics.inverse import beyond_reach
+from planner.problem.options import RobotLike
 from planner.problem.outcome import Outcome
-from planner.problem.request import TaskRequest, TimingRequest, WorldRequest
+from planner.problem.request import Objective, TaskRequest, TimingRequest, WorldRequest, request_of
 from planner.problem.targets import parse_target
 from planner.query.query import open_world, states_of
 from planner.query.resolve import free_configuration, other_turns, resolve
@@ -38,10 +39,14 @@ _LEAST_BEYOND = 5e-3  # m beyond reach that a reason names
 
 
 def task(
-    what: Task | StrPath,
-    progress: Progress = QUIET,
-    timing: TimingRequest | None = None,
+    file: Task | StrPath,
+    *,
+    robot: RobotLike | None = None,
+    scene: RobotLike | None = None,
     request: TaskRequest | None = None,
+    timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)
+    objective: Objective | None = None,
+    progress: Progress = QUIET,
     **options: Any,
 ) -> TaskPlan:
     """Plan a task, given or by its file: grasps, configurations, paths and placements chosen together.
@@ -50,11 +55,14 @@ def task(
         found.segments, found.events
         found.save("out")
 
-    ``options`` are fields of :class:`TaskRequest`, in place of those of ``request``. With ``timing`` each segment
-    becomes a motion too. Raises :class:`PlannerError` for what is unusable; where a step cannot be done the plan says
-    which one, and why.
+    ``robot`` and ``scene`` are those of the file where they are left out; ``options`` are fields of
+    :class:`TaskRequest`, all else is as of :func:`planner.plan`, each segment a motion in ``timing``. Raises
+    :class:`PlannerError` for unusable input; where a step cannot be done the plan says which one, and why.
     """
-    return TaskPlanner.of(what, request, progress, **options).plan(progress=progress, timing=timing)
+    what = file if isinstance(file, Task) else Task.load(file)
+    named = {key: value for key, value in (("robot", robot), ("scene", scene)) if value is not None}
+    made = request_of(request or TaskRequest(), objective, options)
+    return TaskPlanner.of(replace(what, **named), made, progress).plan(progress=progress, timing=timing)
 
 
 @dataclass(eq=False)
@@ -81,8 +89,7 @@ class TaskPlanner:
         clock, request = Stopwatch(), (request or TaskRequest()).with_options(**options)
         what, quality = what if isinstance(what, Task) else Task.load(what), request.quality
         with clock("setup"):
-            scene = what.scene if isinstance(what.scene, Scene) else Scene.load(str(what.scene))
-            scene, modes = _modes(what, scene, request)
+            scene, modes = _modes(what, Scene.load(what.scene), request)
             states = states_of(modes.robot, modes.checker.world.scene)
             target, within = parse_target(what.start), request.what.ik_tolerance
             start = resolve(target, modes.checker, states, "start", tolerance=within)[0]
@@ -109,8 +116,9 @@ class TaskPlanner:
         self,
         beta: float | None = None,
         start: Floats | None = None,
+        *,
+        timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)
         progress: Progress = QUIET,
-        timing: TimingRequest | None = None,
     ) -> TaskPlan:
         """The plan at another ``beta``, from another ``start`` (dof,): what was proven before is known."""
         clock, self.clock, robot = self.clock, Stopwatch(), self.candidates.modes.robot

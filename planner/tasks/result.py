@@ -12,26 +12,33 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.errors import Reason, choices, metric
-from planner.base.yamlfile import Whole
+from planner.base.errors import FileError, Reason, choices, metric
+from planner.base.files import StrPath
+from planner.base.yamlfile import Whole, read_text
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_pose
 from planner.planning.result import Plan
-from planner.planning.run import ROADMAP_NAME, FieldRecord, MotionRecord, Result, RunRecord, cost_text
-from planner.problem.outcome import Record, Rows
+from planner.planning.run import ROADMAP_NAME, FieldRecord, MotionRecord, Result, RunRecord, cost_text, read_record
+from planner.problem.conditions import parse_keeps
+from planner.problem.options import RobotLike
+from planner.problem.outcome import Outcome, Record, Rows
 from planner.problem.request import TaskRequest
+from planner.query.query import open_world
+from planner.query.robots import placement_of
 from planner.roadmap.roadmap import Roadmap, RoadmapRecord
-from planner.roadmap.storage import save_roadmap
+from planner.roadmap.storage import load_roadmap, save_roadmap, world_in
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
+from planner.robot.shapes import Carried, Obstacle
 from planner.search.network import PathCost
 from planner.tasks.candidates import Candidates
 from planner.tasks.network import TaskNetwork
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Task
-from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.tradeoff.result import Tradeoff
+from planner.trajectory.file import TRAJECTORY_NAME, parse_json
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownMotion, ShownPath, path_rows
 from planner.view.page import Page, command_line
@@ -143,7 +150,7 @@ class TaskPlan(Result[TaskPlanRecord]):
 
     ``cost`` is that of the path over the roadmaps, as eq. (finew) sums it; ``cost_to_go`` the field over all modes,
     which knows it of every node of ``network``. ``trajectory`` is one motion of all segments, at rest while a gripper
-    moves; None without times.
+    moves; None without times. ``candidates`` are those of its steps; None of a plan that was loaded.
     """
 
     FILES: ClassVar = Plan.FILES
@@ -152,7 +159,7 @@ class TaskPlan(Result[TaskPlanRecord]):
     task: Task
     robot: Robot
     scene: Scene
-    candidates: Candidates
+    candidates: Candidates | None
     roadmap: Roadmap | None = None
     network: TaskNetwork | None = None
     cost_to_go: gabf.CostToGo | None = None
@@ -162,6 +169,30 @@ class TaskPlan(Result[TaskPlanRecord]):
     trajectory: Trajectory | None = None
     reason: StepFails | None = field(default=None, kw_only=True)
     modes: ModesRecord | None = None
+    saved: TaskPlanRecord | None = None  # of a plan that was loaded
+
+    @classmethod
+    def load(cls, folder: StrPath, *, robot: RobotLike | None = None, scene: RobotLike | None = None) -> TaskPlan:
+        """The plan of a task in a ``folder``, as it was saved, in its world.
+
+        As of :meth:`planner.Plan.load`. Steps, candidates, network and field are not stored: ``task.steps`` is empty,
+        the others are None.
+        """
+        folder = Path(folder)
+        record = read_record(TaskPlanRecord, folder / cls.JSON)
+        task = Task(robot or record.config["robot"], scene or record.config["scene"], (), name=record.task)
+        world = world_in(record.config | {"robot": task.robot, "scene": task.scene}, f"in {folder}")
+        checker, how = open_world(world), (TaskRequest.from_config(record.config), Outcome[record.outcome.upper()])
+        made = TaskPlan(*how, task, checker.robot, checker.world.scene, None, saved=record, reason=record.reason)
+        return replace(
+            made,
+            roadmap=load_roadmap(folder / ROADMAP_NAME) if record.roadmap else None,
+            cost=record.cost,
+            segments=tuple(record.segments),
+            events=tuple(record.events),
+            trajectory=Trajectory.load(folder) if record.trajectory else None,
+            modes=record.modes,
+        )
 
     def __repr__(self) -> str:
         size = f"{len(self.segments)} segments" if self.segments else "no plan"
@@ -177,12 +208,14 @@ class TaskPlan(Result[TaskPlanRecord]):
     @cached_property
     def judge(self) -> CollisionChecker:
         """A checker of the scene before the task."""
-        world = self.candidates.modes.checker.world
-        return make_checker(world.robot, self.scene, self.request.what.collision, world.margin, world.conditions)
+        what, keep = self.request.what, parse_keeps(self.scene.keep)
+        return make_checker(self.robot, self.scene, what.collision, what.margin, keep)
 
     @cached_property
     def record(self) -> TaskPlanRecord:
         """What ``plan.json`` holds; units in rad, m and s."""
+        if self.saved is not None:
+            return self.saved
         record = TaskPlanRecord.of(
             self,
             self.robot,
@@ -206,7 +239,11 @@ class TaskPlan(Result[TaskPlanRecord]):
 
     def page(self) -> str:
         """The page as HTML text: the whole motion, the objects that are picked going along with the hand."""
-        scene, start, paths = self.scene, self.candidates.start[0], []
+        scene, start, paths = self.scene, self.robot.home, []
+        if self.roadmap is not None:
+            start = self.roadmap.nodes[self.roadmap.starts[0]]
+        elif self.candidates is not None:
+            start = self.candidates.start[0]
         if self.cost is not None:
             motion = self.trajectory
             if motion is not None:
@@ -228,7 +265,7 @@ class TaskPlan(Result[TaskPlanRecord]):
         if self.roadmap is not None:
             save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         if self.trajectory is not None:
-            save_trajectory(self.trajectory, folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
+            self.trajectory.save(folder / TRAJECTORY_NAME, self.robot.name, self.scene.name)
 
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
@@ -237,13 +274,17 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     events = [(event.t, event) for event in plan.events if event.kind != "gripper" and event.t is not None]
     at = np.unique(np.concatenate([times, [t for t, _ in events]]))
     at = at[np.append(True, np.diff(at) > 1e-5)]
-    modes, first = plan.candidates.modes, plan.candidates.first.held
-    poses = {name: [item.placement] for name, item in modes.objects.items()}
-    held = None if first is None else (modes.grasps[first].object, np.linalg.inv(modes.grasps[first].tool))
+    names, held = {event.object for _, event in events}, None
+    things: dict[str, Obstacle | Carried] = {item.name: item for item in plan.scene.obstacles if item.name in names}
+    poses = {name: [item.placement] for name, item in things.items()}
 
     def hand(t: float) -> Floats:
         return tool_pose(plan.robot, motion.at(t)[0]).homogeneous
 
+    for item in plan.scene.carried:  # what is held from the beginning
+        if item.name in names - set(things):
+            things[item.name], first = item, placement_of(item, plan.robot, motion.at(0.0)[0])
+            poses[item.name], held = [first], (item.name, np.linalg.inv(hand(0.0)) @ first)
     for now in at.tolist():
         while events and events[0][0] <= now:
             t, event = events.pop(0)
@@ -256,13 +297,28 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
         for listed in poses.values():
             listed.append(listed[-1])
     moving = tuple(
-        MovingObstacle(name, item.shape, KnownMotion(at, np.array(poses[name][:-1])))
-        for name, item in modes.objects.items()
+        MovingObstacle(name, item.shape, KnownMotion(at, np.array(poses[name][:-1]))) for name, item in things.items()
     )
-    carried = tuple(item for item in plan.scene.carried if item.name not in modes.objects)
-    return replace(scene_without(plan.scene, set(modes.objects)), moving=moving, carried=carried)
+    carried = tuple(item for item in plan.scene.carried if item.name not in things)
+    return replace(scene_without(plan.scene, set(things)), moving=moving, carried=carried)
 
 
 def scene_without(scene: Scene, names: set[str]) -> Scene:
     """The scene without some obstacles."""
     return replace(scene, obstacles=tuple(item for item in scene.obstacles if item.name not in names))
+
+
+def load(folder: StrPath) -> Plan | Tradeoff | TaskPlan:
+    """The plan, the trade-off or the planned task in a ``folder``, whichever it holds.
+
+        planner.load("out").record.rows
+
+    As of :meth:`planner.Plan.load`; :class:`FileError` where there is none, or a trade-off and a plan.
+    """
+    found = [name for name in (Plan.JSON, Tradeoff.JSON) if os.path.isfile(Path(folder) / name)]
+    if len(found) != 1:
+        raise FileError(f"{folder} must be a folder with {Plan.JSON} or {Tradeoff.JSON}, got {choices(found)}.")
+    if found == [Tradeoff.JSON]:
+        return Tradeoff.load(folder)
+    data = parse_json(read_text(Path(folder) / Plan.JSON, "plan"), f"plan {folder}")
+    return (TaskPlan if isinstance(data, dict) and "segments" in data else Plan).load(folder)

@@ -1,7 +1,6 @@
 """Grasps from an object's shape and placements on a box, the same ones each time; and the gripper that a robot has."""
 
-from __future__ import annotations
-
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -33,7 +32,9 @@ GAP = 1e-3  # m beyond the margin, between a sampled placement and the surface: 
 REST = 5e-3  # m: what is no farther beneath an object carries it
 _LEVEL = 1e-6  # of a direction's components
 _TRIES = 50  # points per sample
-_STEPS = 1 / 1.2207440846057596 ** np.arange(1, 4)  # of the additive sequence in (x, y, turn) that covers most evenly
+_STEPS = np.array(
+    [1.2207440846057596**-k for k in (1, 2, 3)]
+)  # of the additive sequence in (x, y, turn) that covers most evenly
 
 
 def tool_at(position: Floats, approach: Floats, closing: Floats) -> Floats:
@@ -52,8 +53,8 @@ def _turned_about(position: Floats, direction: Floats, turns: int) -> Iterator[F
 def _across(direction: Floats, angle: float) -> Floats:
     """The unit vector at an ``angle`` (rad) around a unit ``direction``."""
     across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
-    side = across / np.linalg.norm(across)
-    return np.cos(angle) * side + np.sin(angle) * np.cross(direction, side)
+    side: Floats = np.asarray(across / np.linalg.norm(across), dtype=float)
+    return math.cos(angle) * side + math.sin(angle) * np.cross(direction, side)
 
 
 def tool_poses(grasp: Grasp) -> Iterator[Floats]:
@@ -65,7 +66,7 @@ def tool_poses(grasp: Grasp) -> Iterator[Floats]:
     directions = [axis]
     if grasp.cone:
         edge = [_across(axis, angle) for angle in np.arange(_CONE_EDGE) * 2 * np.pi / _CONE_EDGE]
-        directions += list(np.cos(grasp.cone) * axis + np.sin(grasp.cone) * np.array(edge))
+        directions += list(math.cos(grasp.cone) * axis + math.sin(grasp.cone) * np.array(edge))
     for direction in directions:
         yield from _turned_about(np.array(grasp.position), direction, _FREE_TURNS)
 
@@ -122,7 +123,7 @@ def _on_box(size: Sequence[float], deep: float) -> Iterator[tuple[Floats, float]
 
 def _on_side(radius: float, length: float, deep: float) -> Iterator[Floats]:
     for angle in np.arange(_ABOUT) * 2 * np.pi / _ABOUT:
-        out = np.array([np.cos(angle), np.sin(angle), 0.0])
+        out = np.array([math.cos(angle), math.sin(angle), 0.0])
         for share in _ALONG:
             at = (radius - min(radius, deep)) * out + np.array([0.0, 0.0, share * length])
             yield from _tilted(at, -out, np.array([-out[1], out[0], 0.0]))
@@ -131,7 +132,7 @@ def _on_side(radius: float, length: float, deep: float) -> Iterator[Floats]:
 def _tilted(at: Floats, approach: Floats, closing: Floats) -> Iterator[Floats]:
     """The tool and those tilted about the axis along which the fingers close, each with either finger first."""
     for tilt in _TILTS:
-        tilted = np.cos(tilt) * approach + np.sin(tilt) * np.cross(closing, approach)
+        tilted = math.cos(tilt) * approach + math.sin(tilt) * np.cross(closing, approach)
         for sign in (1.0, -1.0):
             yield tool_at(at, tilted, sign * closing)
 

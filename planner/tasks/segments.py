@@ -1,7 +1,5 @@
 """From the path through all modes to segments between rests, a motion for each, the events, and one motion of all."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -43,7 +41,7 @@ class SegmentTimes(Record):
     """s"""
     duration: Number
     """s"""
-    law: str
+    time_law: str
     proven: bool
 
 
@@ -151,8 +149,8 @@ def time_segments(
     for segment, mode in zip(segments, modes, strict=True):
         checker = candidates.modes.checker_of(mode)
         line = segment.part != PARTS[0] and timing.time_law == "shortcuts"
-        law = "blended" if line else timing.time_law
-        made, _ = timed_curve(segment.path, checker, limits, law, 0.0, cost, timing.extra_cost)
+        time_law = "blended" if line else timing.time_law
+        made, _ = timed_curve(segment.path, checker, limits, time_law, 0.0, cost, timing.extra_cost)
         if segment.at_rest:
             strict = candidates.modes.checker_of(replace(mode, allowed=frozenset(map(frozenset, segment.may_touch))))
             away = off_rest(made, segment.path, segment.part)  # one point where the line ends so near its rest
@@ -183,7 +181,7 @@ def join(
         return list(segments), list(itertools.chain(*events)), None
     begin, timed, happened, clock, columns = 0, list[Segment](), list[Event](), list[Ints](), []
     for segment, part, rest in zip(segments, motions, events, strict=True):
-        times = SegmentTimes(begin=begin / 1e9, duration=part.duration, law=part.law, proven=part.proven)
+        times = SegmentTimes(begin=begin / 1e9, duration=part.duration, time_law=part.time_law, proven=part.proven)
         timed.append(replace(segment, trajectory=times))
         rows = slice(1 if clock and clock[-1][-1] == begin else 0, None)
         clock.append(part.nanoseconds[rows] - part.nanoseconds[0] + begin)
@@ -196,7 +194,7 @@ def join(
     proof = {"segments": len(motions), "segments_proven": sum(part.proven for part in motions)}
     first, listed = motions[0], tuple(event.to_dict() for event in happened)
     proven = all(part.proven for part in motions)
-    made = Trajectory(first.joints, np.concatenate(clock), whole, first.law, first.limits, proven, proof, listed)
+    made = Trajectory(first.joints, np.concatenate(clock), whole, first.time_law, first.limits, proven, proof, listed)
     return timed, happened, made
 
 

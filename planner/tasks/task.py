@@ -18,6 +18,7 @@ from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size, Whole, parse_yaml, read_text, validate
 from planner.problem.options import RobotLike
+from planner.problem.targets import target_of
 from planner.robot.poses import quaternion_of
 from planner.robot.scene import PoseFile, Triple
 
@@ -79,6 +80,7 @@ class Grasp(PoseFile):
     @staticmethod
     def from_matrix(tool: Floats, opening: float | None = None) -> Grasp:
         """The grasp with the tool at ``tool`` (4, 4) in the object's frame."""
+        tool = placement("tool", tool, TaskError)
         x, y, z, *turn = [*tool[:3, 3].tolist(), *quaternion_of(tool[:3, :3])]
         return Grasp(position=(x, y, z), quaternion=(turn[0], turn[1], turn[2], turn[3]), opening=opening)
 
@@ -140,10 +142,13 @@ class Place:
 
 @dataclass(frozen=True)
 class Move:
-    """Go to a state: a name, ``q:...``, ``xyz:...`` or ``pose:...``, as ``planner plan`` reads it."""
+    """Go to a state, which is written as the start of :func:`planner.plan`."""
 
     to: Annotated[Name, Field(alias="move")]
     __pydantic_config__: ClassVar = _STRICT
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "to", self.to if isinstance(self.to, str) else target_of(self.to, "move").text)
 
 
 Step = Pick | Place | Move

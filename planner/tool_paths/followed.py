@@ -13,7 +13,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, ranges, so_far
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.kinematics.tool_bound import Frame, ToolBound
+from planner.constraints.tool_bound import Frame, ToolBound
 from planner.problem.options import TimeLaw
 from planner.problem.outcome import Record, Rows
 from planner.robot.robot import Robot
@@ -175,17 +175,17 @@ def time_tool_path(
     limits: MotionLimits,
     speed: float | None = None,
     floor: float = 0.0,
-    law: TimeLaw = "blended",
+    time_law: TimeLaw = "blended",
 ) -> tuple[Trajectory, ToolSpeedRecord | None]:
     """The motion along a joint path (k, dof) that is ``along`` (k,) m on a tool path, and the tool's speed if asked.
 
     From rest to rest. Corners are rounded as far as the motion is proven to stay in the tube and free, and ``proven``
-    says that all of it does; no shortcuts are taken under any ``law``.
+    says that all of it does; no shortcuts are taken under any ``time_law``.
     """
     guide = ToolGuide.of(path, along, checker.robot, tube, speed)
 
     def timed(guide: ToolGuide) -> Trajectory:
-        return timed_curve(path, checker, limits, law, floor, guide=guide)[0]
+        return timed_curve(path, checker, limits, time_law, floor, guide=guide)[0]
 
     def throughout(fast: Floats) -> ToolGuide:
         return replace(guide, fastest=guide.fastest * (speed or 0.0) / fast.max() * _BELOW)
@@ -231,7 +231,7 @@ def joined_motion(
     shift = first.nanoseconds[-1] - second.nanoseconds[0]
     clock = np.concatenate([first.nanoseconds, second.nanoseconds[1:] + shift])
     columns = tuple(np.concatenate([a, b[1:]]) for a, b in zip(first.columns, second.columns, strict=True))
-    made = Trajectory(first.joints, clock, columns, first.law, limits)
+    made = Trajectory(first.joints, clock, columns, first.time_law, limits)
     proof = prove_motion(made, EdgeProver(checker), limits, floor)
     record = proof.to_dict(checker.world.margin, checker.name)
     for key in ("corners", "corners_blended", "shortcuts", "pieces_inside"):

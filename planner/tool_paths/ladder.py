@@ -14,9 +14,9 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows
+from planner.constraints.tool_bound import Frame, ToolBound
 from planner.kinematics.inverse import solve_each
 from planner.kinematics.manipulability import manipulability
-from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.robot.robot import Robot
 from planner.tool_paths.tool_path import about, turned_to
 from planner.tool_paths.tube import Tube

@@ -1,7 +1,5 @@
 """The ladder of a tool path as a roadmap, alone or behind a free one, and why it leads no farther."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,9 +10,10 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.collision.edge_prover import EdgeProver
+from planner.constraints.floor import prove_floor
 from planner.cost.scale import CostScale, measure_scale
 from planner.kinematics.inverse import POSITION_TOLERANCE
-from planner.kinematics.manipulability import node_manipulability, prove_floor
+from planner.kinematics.manipulability import node_manipulability
 from planner.native.graphs import reached
 from planner.problem.outcome import CannotFollow
 from planner.roadmap.measure import measure_edges, nobody

@@ -3,7 +3,7 @@
 A pose is in the tube where some point of the path is within ``position`` of it and its orientation there within
 ``angle``: of the whole orientation, or of the tool's z axis where it may turn. Beside one line of the path that point
 is the pose's own projection u on the line, which is affine in the position; so all conditions are concave in position
-and rotation, and :func:`planner.kinematics.tool_bound.prove_along` applies.
+and rotation, and :func:`planner.constraints.tool_bound.prove_along` applies.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, so_far
+from planner.constraints.tool_bound import Frame, ToolBound, prove_along
 from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
-from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
 from planner.problem.outcome import Record
 from planner.robot.robot import Robot
 from planner.tool_paths.tool_path import ToolPath, rotation_angles

@@ -164,6 +164,24 @@ def pieces(supports: Sequence[Support]) -> list[Piece]:
     return [Piece(a, b, support) for (a, b), support in zip(itertools.pairwise(ends), kept, strict=True)]
 
 
+def front_shares(costs: Floats) -> Floats:
+    """(k, 2) of each path of a front, by its Omega and D (k, 2) from beta 0 to 1: its shares of the gain and the price.
+
+    The gain is how much less Omega is than at beta 1, the price how much more D is; at beta 0 both shares are 1.
+    """
+    return np.abs(costs - costs[-1]) / np.maximum(np.abs(costs[0] - costs[-1]), 1e-300)
+
+
+def knee_of(shares: Sequence[tuple[float | None, float | None]]) -> int | None:
+    """The path at the knee of a front, by :func:`front_shares`; None for fewer than three paths, or unknown shares.
+
+    It is the path farthest from the chord between the ends, with both axes scaled to [0, 1]: I. Das, On characterizing
+    the "knee" of the Pareto curve based on normal-boundary intersection, Structural Optimization 18, 1999.
+    """
+    apart = [gain - added for gain, added in shares if gain is not None and added is not None]
+    return int(np.argmax(apart)) if len(apart) > 2 else None
+
+
 def crossing(left: Support, right: Support) -> float:
     """The beta at which the lines of two different supports meet, between those that they are optimal at."""
     more, less = right.manipulability - left.manipulability, left.distance - right.distance

@@ -1,135 +1,73 @@
-"""The result of a sweep: its paths with their intervals of beta, and what is written of them."""
+"""The result of a sweep: its paths with their intervals of beta, a plan at any beta, and what is written of them."""
 
 from __future__ import annotations
 
-import csv
-import io
-from dataclasses import dataclass, fields
+import re
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints
-from planner.base.files import write_whole
+from planner.base.arrays import Floats, Ints, frozen
+from planner.base.errors import FileError
+from planner.base.files import StrPath, write_whole
+from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
-from planner.planning.run import ROADMAP_NAME, Result, RunRecord
-from planner.problem.outcome import Nodes, Outcome, Record, html_table
+from planner.planning.result import Plan
+from planner.planning.run import ROADMAP_NAME, Result
+from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, SweepRequest
-from planner.roadmap.roadmap import Roadmap, RoadmapRecord
-from planner.roadmap.storage import save_roadmap
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import load_roadmap, reopen_plan, save_roadmap
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
-from planner.view.motion import ShownPath, path_rows
+from planner.search.network import PathCost, at_beta, build_network
+from planner.search.search import RoadmapPaths, second_looks
+from planner.tradeoff.envelope import EnvelopeSearch, Piece, front_shares, knee_of, pieces
+from planner.tradeoff.record import (
+    NUMBERS,
+    SWEEP_NAME,
+    IntervalNumbers,
+    IntervalRecord,
+    SweepRecord,
+    interval_at,
+    range_text,
+    read_sweep,
+)
+from planner.trajectory.measure import measure_path
+from planner.trajectory.trajectory import Trajectory
+from planner.view.motion import ShownPath, path_rows, shown_motion
 from planner.view.page import Page, command_line
-
-Beta = Annotated[float, Field(ge=0, le=1)]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class IntervalNumbers(Record):
-    """What an interval of beta and its path measure; at beta the path costs (1 - beta) Omega + beta D."""
-
-    beta_min: Beta
-    beta_max: Beta
-    manipulability_cost: Annotated[float, Field(description="Omega")]
-    distance_cost: Annotated[float, Field(description="D")]
-    w_min: float
-    w_mean: float
-    joint_length: Annotated[float, Field(description="rad")]
-    workspace_length: Annotated[float, Field(description="m")]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class IntervalRecord(IntervalNumbers):
-    """A path and the betas that it is optimal for."""
-
-    path_nodes: Nodes
-    path: list[list[float]]
-    """joint waypoints, rad (m where a joint slides), start first"""
-
-
-_NUMBERS = [each.name for each in fields(IntervalNumbers)]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SweepRecord(RunRecord):
-    """What ``planner sweep`` writes as sweep.json; units rad, m and s."""
-
-    complete: bool
-    intervals: list[IntervalRecord]
-    """sorted; they cover [0, 1] where complete, else they are those that are proven"""
-    roadmap: RoadmapRecord
-    solves: int
-    max_error_vs_oracle: float | None
-
-    @property
-    def csv(self) -> str:
-        """One line per interval: its numbers to the last bit, and the nodes of its path with spaces between."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow([*_NUMBERS, "path_nodes"])
-        for item in self.intervals:
-            writer.writerow([*(repr(getattr(item, name)) for name in _NUMBERS), " ".join(map(str, item.path_nodes))])
-        return text.getvalue()
-
-    @property
-    def table(self) -> list[dict[str, Any]]:
-        """A row per interval, narrow enough for 80 columns."""
-        return [
-            {
-                "beta": range_text(item.beta_min, item.beta_max, " - "),
-                "Omega": f"{item.manipulability_cost:.4f}",
-                "D": f"{item.distance_cost:.4f}",
-                "w min": f"{item.w_min:.2g}",
-                "w mean": f"{item.w_mean:.3g}",
-                "rad": f"{item.joint_length:.2f}",
-                "m": f"{item.workspace_length:.2f}",
-                "nodes": len(item.path_nodes),
-            }
-            for item in self.intervals
-        ]
-
-    @property
-    def lines(self) -> list[str]:
-        """The sentences below the table."""
-        lines = ["A path costs (1 - beta) Omega + beta D: manipulability and distance."] if self.intervals else []
-        lines.append(f"Roadmap: {self.roadmap.text}.")
-        if self.solves:
-            error = f"{self.max_error_vs_oracle:.1e}"
-            lines.append(f"{self.solves} fields solved, largest error against the oracle {error} relative.")
-        if not self.complete and self.intervals:
-            lines.append(f"Proven up to beta = {self.intervals[-1].beta_max:.5g} so far.")
-        return lines
-
-    def html(self) -> str:
-        """The table in a notebook cell."""
-        table = self.table
-        caption = f"{self.robot} in {self.scene}. {self.message} {' '.join(self.lines)}"
-        cells = [[str(value) for value in row.values()] for row in table]
-        return html_table(caption, cells, list(table[0]) if table else [])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Interval(IntervalNumbers):
-    """One path and the betas [``beta_min``, ``beta_max``] that it is optimal for.
+    """One path and the betas [``beta_min``, ``beta_max``] that it is optimal for, of all paths in the roadmap.
 
     ``path_nodes`` (k,) start first, ``path`` (k, dof) rad with continuous joints unwound. ``cost_to_go`` is the settled
-    field at a beta of the interval (``cost_to_go.network.kernel.beta``).
+    field at a beta of the interval (``cost_to_go.network.kernel.beta``), ``trajectory`` the motion along the path.
     """
 
     path_nodes: Ints
     path: Floats
     cost_to_go: gabf.CostToGo
+    goal: str | None = None  # the text of the goal that the path reaches
+    trajectory: Trajectory | None = None
 
-    def record(self) -> IntervalRecord:
-        """What ``sweep.json`` holds of it."""
-        numbers = {name: getattr(self, name) for name in _NUMBERS}
-        return IntervalRecord(**numbers, path_nodes=self.path_nodes.tolist(), path=self.path.tolist())
+    def record(self, name: str) -> IntervalRecord:
+        """What ``sweep.json`` holds of it, its motion being in the file ``name``."""
+        return IntervalRecord(
+            **{number: getattr(self, number) for number in NUMBERS},
+            path_nodes=self.path_nodes.tolist(),
+            path=self.path.tolist(),
+            goal=self.goal,
+            trajectory=None if self.trajectory is None else name,
+        )
 
     @property
     def betas(self) -> str:
@@ -137,23 +75,16 @@ class Interval(IntervalNumbers):
         return range_text(self.beta_min, self.beta_max)
 
 
-def range_text(low: float, high: float, between: str = " to ") -> str:
-    """Two numbers in [0, 1] with three digits behind the point, or as many as tell them apart."""
-    apart = high - low
-    digits = min(12, max(3, 1 - int(np.floor(np.log10(apart))))) if apart > 0.0 else 3
-    return between.join(f"{value:.{digits}f}".rstrip("0").rstrip(".") for value in (low, high))
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Tradeoff(Result[SweepRecord]):
-    """The trade-off with everything it was made from.
+    """The trade-off of one roadmap's paths, with everything it was made from; :meth:`at` is the plan at a beta.
 
     ``intervals`` are sorted and cover [0, 1] where ``complete``; where the sweep was interrupted those that are
     proven, from 0 up; none where there is no path. ``solves`` counts runs of the dynamics, ``max_error_vs_oracle`` is
     the largest relative error of all of them.
     """
 
-    JSON: ClassVar = "sweep.json"
+    JSON: ClassVar = SWEEP_NAME
     PAGE: ClassVar = "sweep.html"
     CSV: ClassVar = "sweep.csv"
     FILES: ClassVar = (ROADMAP_NAME, CSV, PAGE, JSON)
@@ -192,31 +123,107 @@ class Tradeoff(Result[SweepRecord]):
             self.robot,
             self.scene,
             complete=self.complete,
-            intervals=[interval.record() for interval in self.intervals],
+            intervals=[item.record(name) for name, item in zip(self._motions, self.intervals, strict=True)],
+            knee=self._knee,
+            clearance_kept=self.clearance,
             roadmap=self.roadmap.record(self.edges_removed),
             solves=self.solves,
             max_error_vs_oracle=self.max_error_vs_oracle,
         )
 
+    @classmethod
+    def load(cls, folder: StrPath) -> Tradeoff:
+        """The trade-off that ``planner sweep`` or :meth:`save` wrote into ``folder``.
+
+            Tradeoff.load("sweep").at(0.2)
+
+        Its roadmap is searched again, so fields and proofs are there too; motions come from their files. Raises
+        :class:`FileError` where a file is missing, or robot, scene or paths are not those of the sweep any more.
+        """
+        folder = Path(folder)
+        record = read_sweep(folder)
+        checker, roadmap = reopen_plan(record.config, folder / ROADMAP_NAME), load_roadmap(folder / ROADMAP_NAME)
+        request = SweepRequest.from_config(record.config)
+        kept = {"clearance": record.clearance_kept, "edges_removed": record.roadmap.edges_removed}
+        found = with_intervals(cls(request, Outcome.INTERRUPTED, checker, roadmap, **kept))
+        intervals = list(found.intervals)
+        for k, known in enumerate(record.intervals):
+            if k >= len(intervals) or intervals[k].path_nodes.tolist() != known.path_nodes:
+                raise FileError(f"{folder / cls.JSON} has other paths than its roadmap gives now: sweep again.")
+            motion = None if known.trajectory is None else Trajectory.load(folder / known.trajectory)
+            own = {"goal": known.goal, "duration": known.duration, "clearance": known.clearance}
+            intervals[k] = replace(intervals[k], trajectory=motion, **own)
+        return replace(found, intervals=tuple(intervals))
+
+    def at(self, beta: float) -> Plan:
+        """The plan at ``beta``: the path of its interval with its motion, and the field of this beta.
+
+            tradeoff.at(0.2).save("out")
+
+        Where two intervals meet their paths cost the same: the plan takes the shorter one, and a note says so. An
+        interrupted sweep has no path for a beta that it did not reach. Raises :class:`OptionError` for a beta outside
+        [0, 1].
+        """
+        item, note = interval_at(self.intervals, beta)
+        if item is None:
+            return self._without_path(beta)
+        plan, clock = self.plan_along(item, beta), Stopwatch()
+        with clock("gabf"):
+            network = at_beta(item.cost_to_go.network, beta)
+            law = gabf.named_law(plan.request.quality.law, plan.request.quality.prescribed_time)
+            field = gabf.solve(network, law=law, x0=None if law.needs_overestimate else item.cost_to_go.x)
+        shown = self._shown if self.complete else ()
+        notes = (*plan.end_notes, note) if note else plan.end_notes
+        return replace(plan, cost_to_go=field, alternatives=shown, end_notes=notes, timings=clock.seconds)
+
+    def plan_along(self, item: Interval, beta: float) -> Plan:
+        """The plan at ``beta`` along an interval's path, without a field."""
+        cost = PathCost(item.at(beta), item.manipulability_cost, item.distance_cost, beta)
+        own = {"path": item.path, "path_nodes": item.path_nodes, "goal": item.goal, "trajectory": item.trajectory}
+        return replace(self._without_path(beta), outcome=Outcome.SOLVED, cost=cost, **own)
+
+    def _without_path(self, beta: float) -> Plan:
+        request = PlanRequest.from_options(**self.request.values() | {"beta": beta})
+        known = {"layered": self.layered, "clearance_kept": self.clearance, "edges_removed": self.edges_removed}
+        return Plan(request, self.outcome, self.checker, self.roadmap, **known, end_notes=self.end_notes)
+
+    @property
+    def knee(self) -> Interval | None:
+        """The interval farthest from the chord between the front's ends, see :func:`planner.tradeoff.envelope.knee_of`.
+
+        None for fewer than three intervals, and where the sweep is not complete.
+        """
+        return None if self._knee is None else self.intervals[self._knee]
+
+    @property
+    def _knee(self) -> int | None:
+        return knee_of([(item.gain, item.added_length) for item in self.intervals])
+
     def shown_paths(self) -> list[ShownPath]:
         """The paths for a page; those that are proven so far where it was interrupted."""
-        return [
+        return list(self._shown)
+
+    @cached_property
+    def _shown(self) -> tuple[ShownPath, ...]:
+        return tuple(
             ShownPath(
                 item.path,
                 path_rows(self.robot, item.path, item.manipulability_cost, item.distance_cost),
                 (item.beta_min, item.beta_max),
                 None if self.layered is None else self.layered.on_roadmap(item.cost_to_go.x),
                 (item.manipulability_cost, item.distance_cost),
+                None if item.trajectory is None else shown_motion(item.trajectory, self.checker),
+                item.choice(k == self._knee),
             )
-            for item in self.intervals
-        ]
+            for k, item in enumerate(self.intervals)
+        )
 
     def page(self) -> str:
         """The page as HTML text that needs nothing but a browser, whatever part of the trade-off is there."""
         paths, beta, message = self.shown_paths(), 0.5 if self.complete else 0.0, self.outcome.value
         if self.outcome is Outcome.SOLVED:
-            message = f"{len(paths)} paths, each optimal in its interval of β."
-            message = message if len(paths) > 1 else "One path is optimal for every β."
+            message = f"{len(paths)} paths of this roadmap, each optimal in its interval of β."
+            message = message if len(paths) > 1 else "One path of this roadmap is optimal for every β."
         details = [("roadmap", self.record.roadmap.text)]
         if self.solves:
             details.append(("fields solved", str(self.solves)))
@@ -230,7 +237,84 @@ class Tradeoff(Result[SweepRecord]):
             page.add_paths(paths, current, beta=beta, floor=self.request.quality.min_manipulability)
         return page.html()
 
+    def files(self, folder: Path) -> Sequence[str]:
+        """All files that are written, and the motions of an earlier sweep in ``folder``, which go."""
+        there = sorted(path.name for path in folder.glob("trajectory-*.json"))
+        old = [name for name in there if re.fullmatch(r"trajectory-\d+\.json", name)]
+        return [*dict.fromkeys([*old, *self._motions]), *self.FILES]
+
+    @property
+    def _motions(self) -> list[str]:
+        """The names of the files of the intervals' motions."""
+        return [f"trajectory-{k}.json" for k in range(1, len(self.intervals) + 1)]
+
     def _write(self, folder: Path) -> None:
-        """Write ``roadmap.npz`` and ``sweep.csv`` into an empty ``folder``."""
+        """Write ``roadmap.npz``, ``sweep.csv`` and the motions into an empty ``folder``."""
         save_roadmap(self.roadmap, folder / ROADMAP_NAME)
         write_whole(folder / self.CSV, self.record.csv.encode())
+        for name, item in zip(self._motions, self.intervals, strict=True):
+            if item.trajectory is not None:
+                item.trajectory.save(folder / name, self.robot.name, self.scene.name)
+
+
+def with_intervals(draft: Tradeoff, clock: Stopwatch | None = None, progress: Progress = QUIET) -> Tradeoff:
+    """The trade-off with the intervals of its roadmap's paths, as far as they are proven until a stop is asked for.
+
+    A path that fails its second look is removed, and the search starts over.
+    """
+    quality, clock = draft.request.quality, clock or Stopwatch()
+    with clock("costs"):
+        network = build_network(draft.roadmap, quality.objective_at(0.5), draft.clearance)
+        look, floor = second_looks(draft.checker, draft.roadmap), quality.min_manipulability
+        paths = RoadmapPaths(draft.roadmap, draft.robot, network, floor, look)
+    search = EnvelopeSearch(paths, gabf.named_law(quality.law, quality.prescribed_time), clock)
+    while not search.done and not progress.stopped:
+        search.step()
+        progress("beta", int(100 * search.reach), 100)
+    draft = replace(
+        draft,
+        roadmap=paths.roadmap,
+        layered=paths.layered,
+        edges_removed=draft.edges_removed + int((~paths.kept).sum()),
+        solves=search.solves,
+        max_error_vs_oracle=search.max_error if search.solves else None,
+    )
+    if not search.connected:
+        return replace(draft, outcome=Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH)
+    with clock("measures"):
+        known = pieces(search.supports[: search.settled + 1])
+        known = known if search.done else known[:-1]
+        steps, on_roadmap = [piece.support.nodes for piece in known], paths.layered.roadmap_node
+        rows = [paths.waypoints(nodes) for nodes in steps]
+        numbers = interval_numbers(known, rows, draft.robot, search.done)
+        intervals = tuple(
+            Interval(**vars(item), path_nodes=frozen(on_roadmap[nodes], np.int64), path=path, cost_to_go=_run(piece))
+            for item, nodes, path, piece in zip(numbers, steps, rows, known, strict=True)
+        )
+    outcome = Outcome.SOLVED if search.done else Outcome.INTERRUPTED
+    return replace(draft, intervals=intervals, complete=search.done, outcome=outcome)
+
+
+def _run(piece: Piece) -> gabf.CostToGo:
+    assert piece.support.cost_to_go is not None  # a sweep runs the dynamics
+    return piece.support.cost_to_go
+
+
+def interval_numbers(
+    known: Sequence[Piece], paths: Sequence[Floats], robot: Robot, whole: bool
+) -> list[IntervalNumbers]:
+    """What intervals measure, by the path (k, dof) of each; with shares where they are the ``whole`` front."""
+    costs = np.array([(piece.support.manipulability, piece.support.distance) for piece in known]).reshape(-1, 2)
+    shares = front_shares(costs).tolist() if whole else [(None, None)] * len(known)
+    return [
+        IntervalNumbers(
+            beta_min=piece.beta_min,
+            beta_max=piece.beta_max,
+            manipulability_cost=piece.support.manipulability,
+            distance_cost=piece.support.distance,
+            **asdict(measure_path(robot, path)),
+            gain=gain,
+            added_length=added,
+        )
+        for piece, path, (gain, added) in zip(known, paths, shares, strict=True)
+    ]

@@ -2,108 +2,91 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import replace
+from typing import Any
 
-import numpy as np
-
-from planner import gabf
-from planner.base.arrays import frozen
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.planning.improvement import improved_roadmap, roomy_roadmap
+from planner.planning.improvement import improve_for_all_betas
 from planner.planning.result import Plan
+from planner.planning.solve import timed
+from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
-from planner.problem.request import PlanRequest, SweepQuality, SweepRequest
-from planner.query.query import Query, make_query
+from planner.problem.request import Objective, PlanRequest, SweepRequest, TimingRequest, request_of
+from planner.query.query import make_query
 from planner.roadmap.obtain import obtain_roadmap
-from planner.roadmap.roadmap import Roadmap, path_waypoints
-from planner.robot.robot import Robot
+from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
-from planner.search.network import build_network
-from planner.search.search import ProvenNetwork, RoadmapPaths, second_looks
-from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
-from planner.tradeoff.result import Interval, Tradeoff
-from planner.trajectory.measure import measure_path
+from planner.search.search import RoadmapPaths
+from planner.tradeoff.envelope import EnvelopeSearch, knee_of, pieces
+from planner.tradeoff.result import Interval, Tradeoff, interval_numbers, with_intervals
+from planner.trajectory.limits import MotionLimits
 from planner.view.motion import ShownPath, path_rows
 
-IMPROVED_AT = (0.0, 0.25, 0.5, 0.75, 1.0)  # betas at which the roadmap is improved before the sweep
 
-
-def sweep(request: SweepRequest | PlanRequest, progress: Progress = QUIET) -> Tradeoff:
+def sweep(
+    robot: RobotLike = ROBOT,
+    scene: SceneLike = SCENE,
+    *,
+    request: SweepRequest | PlanRequest | None = None,
+    timing: TimingRequest | None = TimingRequest(),  # noqa: B008 (frozen)
+    objective: Objective | None = None,
+    progress: Progress = QUIET,
+    **options: Any,
+) -> Tradeoff:
     """The whole trade-off between manipulability and distance, on a roadmap that is obtained once.
 
+        sweep("panda", "shelf", seed=3).at(0.2)
+
+    ``options`` are those of :class:`SweepRequest`, all else is as of :func:`planner.plan`; an objective's beta stays
+    its default.
     Every path is checked again at every 1 mm of motion, as a plan's is; a path that fails is removed and the sweep
-    restarts. ``progress`` is called with (stage, done, total), for stage "beta" with the per cent of [0, 1] that are
+    restarts. Each becomes a motion in ``timing``, for the beta in the middle of its interval; with None it stays a
+    path. ``progress`` is called with (stage, done, total), for stage "beta" with the per cent of [0, 1] that are
     settled; once it is asked to stop the sweep ends soon after and returns the intervals that are proven, with
     ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
     """
-    clock, quality = Stopwatch(), request.quality
+    request = request_of(request or SweepRequest(), objective, options, robot, scene)
+    clock = Stopwatch()
     with clock("setup"):
         query = make_query(request.what)
+        limits = None if timing is None else MotionLimits.of(query.robot, timing)
     with clock("roadmap"):
-        roadmap, clearance = _improved_roadmap(quality, query, progress)
-    robot, checker = query.robot, query.checker
-    draft = Tradeoff(request, Outcome.INTERRUPTED, checker, roadmap, clearance=clearance, timings=clock.seconds)
-    if progress.stopped:
-        return draft
-    with clock("costs"):
-        network, floor = build_network(roadmap, quality.objective_at(0.5), clearance), quality.min_manipulability
-        paths = RoadmapPaths(roadmap, robot, network, floor, second_looks(checker, roadmap))
-    search = EnvelopeSearch(paths, gabf.named_law(quality.law, quality.prescribed_time), clock)
-    while not search.done and not progress.stopped:
-        search.step()
-        progress("beta", int(100 * search.reach), 100)
-    draft = replace(
-        draft,
-        roadmap=paths.roadmap,
-        layered=paths.layered,
-        edges_removed=int((~paths.kept).sum()),
-        solves=search.solves,
-        max_error_vs_oracle=search.max_error if search.solves else None,
-    )
-    if not search.connected:
-        return replace(draft, outcome=Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH)
-    with clock("measures"):
-        known = pieces(search.supports[: search.settled + 1])
-        intervals = tuple(_interval(piece, paths, robot) for piece in (known if search.done else known[:-1]))
-    outcome = Outcome.SOLVED if search.done else Outcome.INTERRUPTED
-    return replace(draft, intervals=intervals, complete=search.done, outcome=outcome)
+        roadmap = obtain_roadmap(request.quality, query, progress)
+    with clock("improve"):
+        roadmap, clearance, _ = improve_for_all_betas(roadmap, query.checker, request.quality, progress)
+    begun = {"clearance": clearance, "end_notes": query.end_notes}
+    found = Tradeoff(request, Outcome.INTERRUPTED, query.checker, roadmap, **begun)
+    if not progress.stopped:
+        found = with_intervals(found, clock, progress)
+    intervals = [replace(item, goal=query.goal_at(item.path[-1])) for item in found.intervals]
+    for k, item in enumerate(intervals):
+        if progress.stopped:
+            found = replace(found, outcome=Outcome.INTERRUPTED)
+            break
+        plan = found.plan_along(item, item.beta)
+        if timing is not None:
+            with clock("timing"):
+                plan = replace(plan, trajectory=timed(plan, timing, limits))
+        with clock("measures"):
+            intervals[k] = _in_motion(item, plan)
+        progress("timing", k + 1, len(intervals))
+    return replace(found, intervals=tuple(intervals), timings=clock.seconds)
 
 
-def _improved_roadmap(quality: SweepQuality, query: Query, progress: Progress) -> tuple[Roadmap, float]:
-    """The roadmap that ``quality`` names or grows, improved at several betas, and the clearance (m) that paths keep.
-
-    A kept roadmap that is not refined stays as it is.
-    """
-    roadmap, clearance = obtain_roadmap(quality, query, progress), 0.0
-    if quality.rounds < 1:
-        return roadmap, clearance
-    roadmap, clearance = roomy_roadmap(roadmap, query.checker, quality, progress)
-    for beta in IMPROVED_AT:
-        roadmap = improved_roadmap(roadmap, query.checker, quality, beta, progress, clearance).roadmap
-    return roomy_roadmap(roadmap, query.checker, quality, progress)  # now with the edges of the improvements
-
-
-def _interval(piece: Piece, paths: RoadmapPaths, robot: Robot) -> Interval:
-    support, path = piece.support, paths.waypoints(piece.support.nodes)
-    assert support.cost_to_go is not None  # a sweep runs the dynamics
-    return Interval(
-        beta_min=piece.beta_min,
-        beta_max=piece.beta_max,
-        path_nodes=frozen(paths.layered.roadmap_node[support.nodes], np.int64),
-        path=path,
-        manipulability_cost=support.manipulability,
-        distance_cost=support.distance,
-        cost_to_go=support.cost_to_go,
-        **asdict(measure_path(robot, path)),
-    )
+def _in_motion(item: Interval, plan: Plan) -> Interval:
+    """The interval with the motion of a plan along its path, its duration and the smallest clearance of both."""
+    motion, near = plan.trajectory, plan.clearance
+    assert near is not None  # there is a path
+    least = min((each.min for each in (near.path, near.motion) if each is not None), default=None)
+    return replace(item, trajectory=motion, duration=None if motion is None else motion.duration, clearance=least)
 
 
 def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
     """The plan with the paths that every other beta would choose on its network, for its page; a search of its own.
 
-    One path for every interval of beta, sorted; none where the search was stopped. They consist of proven edges, and
-    are not checked a second time. Their fields are the oracle's, which the dynamics would settle at. Where obstacles
-    move there are none: no beta chooses among motions in time.
+    One path for every interval of beta, sorted; none where the search was stopped. They consist of proven edges and
+    keep to the plan's floor, and are not checked a second time. Their fields are the oracle's, which the dynamics would
+    settle at. Where obstacles move there are none: no beta chooses among motions in time.
     """
     if plan.layered is None or plan.cost is None or plan.scene.moving:
         return plan
@@ -114,17 +97,21 @@ def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
 
 
 def _paths_for_every_beta(plan: Plan, layered: LayeredNetwork, progress: Progress) -> tuple[ShownPath, ...]:
-    search = EnvelopeSearch(ProvenNetwork(layered.network, layered.starts))
+    floor = plan.request.quality.min_manipulability
+    search = EnvelopeSearch(RoadmapPaths(plan.roadmap, plan.robot, layered, floor, lambda nodes: nodes[:0]))
     while not search.done:
         if progress.stopped:
             return ()
         search.step()
         progress("other betas", int(100 * search.reach), 100)
+    known = pieces(search.supports)
+    paths = [path_waypoints(plan.roadmap, plan.robot, layered.roadmap_node[piece.support.nodes]) for piece in known]
+    numbers = interval_numbers(known, paths, plan.robot, whole=True)
+    knee = knee_of([(item.gain, item.added_length) for item in numbers])
     shown = []
-    for piece in pieces(search.supports):
-        support = piece.support
-        path = path_waypoints(plan.roadmap, plan.robot, layered.roadmap_node[support.nodes])
-        costs = support.manipulability, support.distance
-        rows, field = path_rows(plan.robot, path, *costs), layered.on_roadmap(support.x)
-        shown.append(ShownPath(path, rows, (piece.beta_min, piece.beta_max), field, costs))
+    for k, (item, piece, path) in enumerate(zip(numbers, known, paths, strict=True)):
+        costs = item.manipulability_cost, item.distance_cost
+        rows, field = path_rows(plan.robot, path, *costs), layered.on_roadmap(piece.support.x)
+        betas = item.beta_min, item.beta_max
+        shown.append(ShownPath(path, rows, betas, field, costs, choice=item.choice(k == knee)))
     return tuple(shown)

@@ -1,7 +1,5 @@
 """A check of a path or a trajectory from any source, as a controller runs it: samples, proofs, limits, clearance."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

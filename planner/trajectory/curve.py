@@ -38,7 +38,7 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.polynomials import part
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.path_moves import Ramp, next_ramp
-from planner.kinematics.manipulability import prove_floor
+from planner.constraints.floor import prove_floor
 from planner.native.compiled import curve_chords, curve_knots, curve_phases, motion_mean
 from planner.query.resolve import position_bounds
 from planner.trajectory.limits import KINDS, LEAST_JERK, MotionLimits

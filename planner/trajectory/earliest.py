@@ -1,7 +1,5 @@
 """The earliest motion over a roadmap among obstacles that move, proven and looked at; or what is in its way."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

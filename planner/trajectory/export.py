@@ -15,7 +15,6 @@ off the curve by a sixth of the acceleration times the period squared at most (q
 
 from __future__ import annotations
 
-import importlib
 import io
 import json
 from dataclasses import replace
@@ -27,7 +26,7 @@ from typing import Any, Literal
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import FileError, InstallationError, OptionError, choices
+from planner.base.errors import FileError, OptionError, choices, require_extra
 from planner.base.yamlfile import shown
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
@@ -90,20 +89,20 @@ print(done.result().result)
 """
 
 
-def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False) -> bytes:
-    """The content of a file of this ``kind``, point by point; times count from the first one.
+def export(trajectory: Trajectory, format: Format, skip_first_point: bool = False) -> bytes:
+    """The content of a file in this ``format``, point by point; times count from the first one.
 
     ``skip_first_point`` leaves out the first one, which is where the robot stands: some controllers refuse a point at
-    time 0. The others keep their times. Raises :class:`OptionError` for another ``kind``.
+    time 0. The others keep their times. Raises :class:`OptionError` for another ``format``.
     """
-    if kind not in SUFFIX:
-        raise OptionError(f"format '{kind}' not found; formats are {choices(SUFFIX)}.")
+    if format not in SUFFIX:
+        raise OptionError(f"format '{format}' not found; formats are {choices(SUFFIX)}.")
     first = int(skip_first_point)
     nanoseconds, columns = _clock(trajectory)[first:], [rows[first:] for rows in trajectory.columns]
-    if kind == "csv":
+    if format == "csv":
         return _csv(trajectory.joints, nanoseconds, columns).encode()
     message = _message(trajectory.joints, nanoseconds, columns)
-    return write_bag(message) if kind == "mcap" else (_flow(message) + "\n").encode()
+    return write_bag(message) if format == "mcap" else (_flow(message) + "\n").encode()
 
 
 def _clock(trajectory: Trajectory) -> Ints:
@@ -185,7 +184,8 @@ def on_grid(trajectory: Trajectory, rate: float, checker: CollisionChecker | Non
     clock, late = _clock_of_rows(period, cycles + degree)
     points = _control_points(trajectory, period, late if degree == 1 else np.zeros(cycles + 1))
     columns = _rows(points, degree, float(period) * NANOSECOND, late)
-    made = Trajectory(trajectory.joints, trajectory.nanoseconds[0] + clock, columns, trajectory.law, trajectory.limits)
+    times, how = trajectory.nanoseconds[0] + clock, (trajectory.time_law, trajectory.limits)
+    made = Trajectory(trajectory.joints, times, columns, *how)
     return made if checker is None else _proven(made, trajectory, checker)
 
 
@@ -193,23 +193,16 @@ def off_the_curve(made: Trajectory, trajectory: Trajectory) -> float:
     """How far (rad, m) a motion of :func:`on_grid` leaves ``trajectory``, at its rows and halfway between them."""
     clock = np.sort(np.concatenate([made.nanoseconds, made.nanoseconds[:-1] + np.diff(made.nanoseconds) // 2]))
     behind = 0.5 * (len(made.columns) - 1) * float(np.diff(made.nanoseconds).mean())
-    return float(np.abs(made.at_nanoseconds(clock) - _sampled(trajectory, clock.astype(np.float64) - behind)).max())
+    return float(np.abs(made.at_nanoseconds(clock) - trajectory.at_nanoseconds(clock - behind)).max())
 
 
 def _control_points(trajectory: Trajectory, period: Fraction, late: Floats) -> Floats:
     """The curve at every period, each ``late`` (n,) s, its ends as often as the spline needs to rest there (m, dof)."""
     begin, more = int(trajectory.nanoseconds[0]), len(trajectory.columns) - 1
     times = np.array([k * period.numerator / period.denominator for k in range(len(late))])
-    points = _sampled(trajectory, begin + times + late / NANOSECOND)
+    points = trajectory.at_nanoseconds(begin + times + late / NANOSECOND)
     points[0], points[-1] = trajectory.columns[0][0], trajectory.columns[0][-1]
     return np.concatenate([np.repeat(points[:1], more, axis=0), points, np.repeat(points[-1:], more, axis=0)])
-
-
-def _sampled(trajectory: Trajectory, clock: Floats) -> Floats:
-    """Positions (n, dof) at moments (n,) ns, which need not be whole; where it stands before and after."""
-    clock = np.clip(clock, trajectory.nanoseconds[0], trajectory.nanoseconds[-1])
-    piece = trajectory.piece_at(clock.astype(np.int64))
-    return trajectory.on(piece, (clock - trajectory.nanoseconds[piece]) * NANOSECOND)
 
 
 def _clock_of_rows(period: Fraction, count: int) -> tuple[Ints, Floats]:
@@ -275,8 +268,8 @@ def _require_few(trajectory: Trajectory, rate: float) -> None:
 
 def write_bag(message: dict[str, Any]) -> bytes:
     """An MCAP file with a JointTrajectory, given as plain data with ``joint_names`` and ``points``."""
-    library, file = _require("mcap_ros2.writer"), io.BytesIO()
-    writer = library.Writer(file, compression=_require("mcap.writer").CompressionType.NONE)
+    library, file = require_extra("mcap_ros2.writer", "mcap"), io.BytesIO()
+    writer = library.Writer(file, compression=require_extra("mcap.writer", "mcap").CompressionType.NONE)
     schema = writer.register_msgdef(TYPE, _DEFINITION)
     writer.write_message(TOPIC, schema, message, log_time=0, publish_time=0)
     writer.finish()
@@ -285,10 +278,10 @@ def write_bag(message: dict[str, Any]) -> bytes:
 
 def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
     """The first JointTrajectory of an MCAP file as plain data, and how many it has; :class:`FileError` for none."""
-    factory, first, count = _require("mcap_ros2.decoder").DecoderFactory(), None, 0
+    factory, first, count = require_extra("mcap_ros2.decoder", "mcap").DecoderFactory(), None, 0
     try:
         with path.open("rb") as file:
-            for schema, channel, message in _require("mcap.reader").make_reader(file).iter_messages():
+            for schema, channel, message in require_extra("mcap.reader", "mcap").make_reader(file).iter_messages():
                 if schema is not None and schema.name == TYPE:
                     _require_readable(channel.message_encoding, message.data, where)
                     first = first or _plain(factory.decoder_for("cdr", schema)(message.data))
@@ -302,17 +295,6 @@ def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
     except Exception as error:  # the library raises errors of many kinds
         raise FileError(f"{where} is no readable MCAP file: {type(error).__name__}; write it again.") from None
     raise FileError(f"{where} holds no message of the type {TYPE}: record one.")
-
-
-def _require(module: str) -> Any:
-    """A module of the library; :class:`InstallationError` where the library is missing."""
-    try:
-        return importlib.import_module(module)
-    except ImportError:
-        raise InstallationError(
-            "MCAP files need the Python package mcap-ros2-support: run pip install 'gabf-planner[mcap]', or choose "
-            "another format."
-        ) from None
 
 
 def _require_readable(encoding: str, data: bytes, where: str) -> None:

@@ -61,7 +61,13 @@ def measure_path(robot: Robot, path: Floats) -> PathMeasures:
 
 def path_manipulability(robot: Robot, path: Floats) -> Floats:
     """w (n,) sampled densely along a joint path."""
-    return manipulability(robot, dense_path(path))
+    return w_along_path(robot, path)[1]
+
+
+def w_along_path(robot: Robot, path: Floats) -> tuple[Floats, Floats]:
+    """Joint motion (n,) rad from the start, and w (n,) there, sampled densely along a joint path."""
+    q = dense_path(path)
+    return lengths_along(q), manipulability(robot, q)
 
 
 def tool_path_length(robot: Robot, path: Floats) -> float:

@@ -1,7 +1,5 @@
 """What is proven of a trajectory among obstacles that move: clear of known motions, and a horizon for unknown ones."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """What is proven of a trajectory: no contact on any of its curves, limits by exact extrema, the floor under w."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,11 +8,12 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError
-from planner.base.polynomials import bernstein
+from planner.base.polynomials import bernstein, powers
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.kinematics.manipulability import manipulability, prove_floor
+from planner.constraints.floor import prove_floor
+from planner.kinematics.manipulability import manipulability
 from planner.query.resolve import beyond_limits
 from planner.robot.robot import Robot
 from planner.trajectory.limits import KINDS, UNITS, MotionLimits
@@ -255,5 +254,5 @@ def _noise(trajectory: Trajectory, order: int) -> Floats:
     if order < len(trajectory.columns):
         return np.zeros(len(trajectory.times))
     of_pieces = (2.0, 24.0)[order - 1] * _ROUNDED * np.spacing(np.abs(trajectory.columns[0]).max())
-    padded = np.pad(of_pieces / trajectory.seconds**order, 1)
+    padded = np.pad(of_pieces / powers(trajectory.seconds, order)[:, -1], 1)
     return padded[:-1] + padded[1:]

@@ -1,7 +1,5 @@
 """Motions out of files of any origin: our own, rows, ROS messages, CSV, bags; each field is honoured or refused."""
 
-from __future__ import annotations
-
 import csv
 import logging
 import os
@@ -17,18 +15,12 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import Number, Strict, nearest, number, parse_yaml, read_text, repeated, shown, validate
+from planner.kinematics.arm import HALF_TURN
 from planner.problem.outcome import require_readable_version
-from planner.robot.robot import HALF_TURN, Robot
+from planner.robot.robot import Robot
 from planner.trajectory.export import read_bag
-from planner.trajectory.file import (
-    TRAJECTORY_NAME,
-    TrajectoryFile,
-    parse_json,
-    require_columns,
-    through_points,
-    trajectory_in,
-)
-from planner.trajectory.trajectory import Trajectory
+from planner.trajectory.file import TRAJECTORY_NAME, TrajectoryFile, parse_json, require_columns
+from planner.trajectory.trajectory import Trajectory, through_points, trajectory_in
 
 _log = logging.getLogger(__name__)
 

@@ -125,7 +125,7 @@ class TimedRoute:
         if len(path) == 1:
             rows, times = np.zeros(2, dtype=np.int64), np.array([0.0, _SHORTEST])
         rest = np.zeros((len(rows), path.shape[1]))
-        return Trajectory.through(prover.robot.joints, times, path[rows], rest, rest, law=LAW)
+        return Trajectory.through(prover.robot.joints, times, path[rows], rest, rest, time_law=LAW)
 
 
 class RoadmapInTime:

@@ -1,7 +1,5 @@
 """Braking at any moment of a trajectory, along the same curve."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import ceil, sqrt
 from typing import Any

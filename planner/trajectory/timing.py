@@ -12,7 +12,8 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError, StateError
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.edge_prover import EdgeProver
-from planner.kinematics.manipulability import manipulability, prove_floor
+from planner.constraints.floor import prove_floor
+from planner.kinematics.manipulability import manipulability
 from planner.native.compiled import motion_shares
 from planner.problem.options import TimeLaw
 from planner.problem.request import RoadmapQuality, TimingRequest
@@ -126,7 +127,7 @@ def time_path(
     checker: CollisionChecker,
     limits: MotionLimits | None = None,
     *,
-    law: TimeLaw = "blended",
+    time_law: TimeLaw = "blended",
     deviation: float = DEVIATION,
     floor: float = 0.0,
     cost: Cost = joint_motion,
@@ -146,15 +147,15 @@ def time_path(
     """
     if not deviation >= _LEAST:
         raise OptionError(f"deviation must be {_LEAST} rad (m) or more, got {deviation:g}: stop-at-corners has none.")
-    near = np.inf if law == "shortcuts" else deviation
-    return timed_curve(path, checker, limits, law, floor, cost, extra_cost, deviation=near)[0]
+    near = np.inf if time_law == "shortcuts" else deviation
+    return timed_curve(path, checker, limits, time_law, floor, cost, extra_cost, deviation=near)[0]
 
 
 def timed_curve(
     path: Floats,
     checker: CollisionChecker,
     limits: MotionLimits | None,
-    law: TimeLaw,
+    time_law: TimeLaw,
     floor: float,
     cost: Cost = joint_motion,
     extra_cost: float = 0.0,
@@ -165,7 +166,7 @@ def timed_curve(
 
     Corners of the planner's own paths are rounded by up to half a segment.
     """
-    TimingRequest(time_law=law, extra_cost=extra_cost)  # refuses what is out of range
+    TimingRequest(time_law=time_law, extra_cost=extra_cost)  # refuses what is out of range
     RoadmapQuality(min_manipulability=floor)
     path = configurations(checker, "path", path)
     if not len(path):
@@ -174,25 +175,25 @@ def timed_curve(
     lifted = path if guide is None else np.column_stack([path, guide.along])
     asked = _Asked(without_standstill(lifted), EdgeProver(checker), limits, floor, guide, deviation)
     rules = None
-    if law == "shortcuts" and len(asked.path) > 1 and guide is None:
+    if time_law == "shortcuts" and len(asked.path) > 1 and guide is None:
         most = (1.0 + extra_cost) * curve_cost(straight(asked.path), cost)
         rules = Shortcuts(asked.prover, asked.used, floor, cost, most)
-    found, shortcuts = _proven_motion(asked, law, rules)
+    found, shortcuts = _proven_motion(asked, time_law, rules)
     record = found.proof.to_dict(checker.world.margin, checker.name)
     record |= {"corners": len(found.widths), "corners_blended": int((found.widths > 0).sum()), "shortcuts": shortcuts}
     if guide is not None:
         record |= {"pieces_inside": int(found.inside.sum())}
     proven = found.proof.whole and bool(found.inside.all())
-    return replace(found.trajectory, law=law, limits=limits, proven=proven, proof=record), found.curve
+    return replace(found.trajectory, time_law=time_law, limits=limits, proven=proven, proof=record), found.curve
 
 
-def _proven_motion(asked: _Asked, law: TimeLaw, rules: Shortcuts | None) -> tuple[_Proven, int]:
+def _proven_motion(asked: _Asked, time_law: TimeLaw, rules: Shortcuts | None) -> tuple[_Proven, int]:
     """The motion along the path with its corners rounded as far as that is proven, and shortcuts where there are rules.
 
     And how many shortcuts. Where a motion with shortcuts is proven, as nearly all are, none without is asked for.
     """
     corners = max(len(asked.path) - 2, 0)
-    widths = _provable_widths(asked) if law != "stop-at-corners" and corners else np.zeros(corners)
+    widths = _provable_widths(asked) if time_law != "stop-at-corners" and corners else np.zeros(corners)
     curve = rounded(asked.path, widths)
     if (found := _shortened(asked, curve, widths, rules)) is not None:
         return found

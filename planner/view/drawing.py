@@ -11,8 +11,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
+from planner.constraints.tool_bound import Frame
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.kinematics.tool_bound import Frame
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, load_visuals

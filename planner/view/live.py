@@ -15,8 +15,8 @@ import websockets.asyncio.server as websocket_server
 
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError, choices
+from planner.constraints.tool_bound import Frame
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.tool_bound import Frame
 from planner.planning.result import Plan
 from planner.problem.targets import HOME, Pose, follow, joints_text, parse_target, parse_targets
 from planner.query.query import states_of
@@ -125,7 +125,7 @@ class LivePage:
                 self._show(refused)
 
     def _plan(self, question: Question) -> Answer:
-        return Answer(question, self._session.plan(question.start, question.goal, question.beta))
+        return Answer(question, self._session.plan(question.start, question.goal, beta=question.beta, timing=None))
 
     def _goal_text(self) -> str:
         """The goal that is reached, or the first one, in numbers."""

@@ -12,7 +12,7 @@ from planner.base.resolutions import CLEARANCES_OF_MOTION, SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.collision.looks import Clearance
 from planner.kinematics.forward import Chain, tool_positions
-from planner.kinematics.manipulability import jacobians, manipulability
+from planner.kinematics.manipulability import jacobians, manipulability, unit_of
 from planner.problem.outcome import Rows
 from planner.robot.robot import Robot
 from planner.trajectory.limits import KINDS
@@ -21,10 +21,9 @@ from planner.trajectory.moving_obstacles import clearance_in_time
 from planner.trajectory.trajectory import Trajectory
 
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
-_FINE = 1001  # moments at which the lowest w of a motion is looked for
 _SINGULAR = 1e9  # a larger condition number is infinite but for rounding
+_FINE = 1001  # moments at which the lowest w of a motion is looked for
 _APART = 0.1  # worst points nearer than this share of the path are one
-W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +58,9 @@ class ShownPath:
     """A path (k, dof) rad, what is said about it, and where known its betas and the cost-to-go (n,) of the roadmap.
 
     ``costs``: Omega and D. A path with costs but without an interval is non-dominated, and no beta makes it optimal.
-    With a ``motion`` the robot is shown at its times. ``nearest``: where the path, or its motion, comes nearest to
-    anything; ``clearance`` (n,) m at even shares of a path that has no motion.
+    With a ``motion`` the robot is shown at its times. ``choice``: what is gained and paid by these betas, as
+    :meth:`planner.tradeoff.record.IntervalNumbers.choice` has it. ``nearest``: where the path, or its motion, comes
+    nearest to anything; ``clearance`` (n,) m at even shares of a path that has no motion.
     """
 
     path: Floats
@@ -69,13 +69,14 @@ class ShownPath:
     cost_to_go: Floats | None = None
     costs: tuple[float, float] | None = None
     motion: ShownMotion | None = None
+    choice: dict[str, Any] | None = None
     nearest: Nearest | None = None
     clearance: Floats | None = None
 
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
     """What the page says about a path: its two costs, its mean w, its lengths; the smallest w is among the lowest."""
-    measures, unit = measure_path(robot, path), W_UNIT[robot.manipulability]
+    measures, unit = measure_path(robot, path), unit_of(robot)
     return [
         ("manipulability cost Ω", f"{omega:.4f}"),
         ("distance cost D", f"{distance:.4f}"),
@@ -109,7 +110,7 @@ def motion_data(robot: Robot, shown: ShownPath) -> dict[str, Any]:
         "worst": worst,
         "seconds": seconds,
         "w": np.round(manipulability(robot, states), 7).tolist(),
-        "condition": _condition_numbers(robot, states),
+        "condition": [None if value > _SINGULAR else value for value in _few_digits(robot.condition_number(states))],
         "ellipsoids": np.round(ellipsoids(robot, states[::2]), 4).tolist(),
         "clearance": None if clearance is None else np.round(clearance, 5).tolist(),
         "nearest": None if shown.nearest is None else shown.nearest.to_dict(),
@@ -135,14 +136,6 @@ def _in_time(robot: Robot, motion: ShownMotion) -> dict[str, Any]:
 
 def _few_digits(values: Floats) -> list[float]:
     return [float(f"{value:.4g}") for value in values.tolist()]
-
-
-def _condition_numbers(robot: Robot, q: Floats) -> list[float | None]:
-    """Largest by smallest singular value of the rows of the tool's Jacobian that w has; None where it is singular."""
-    values = np.linalg.svd(jacobians(robot, q), compute_uv=False)
-    with np.errstate(divide="ignore"):
-        found = values[:, 0] / values[:, -1]
-    return [value if value < _SINGULAR else None for value in _few_digits(found)]
 
 
 def chain_data(robot: Robot) -> dict[str, Any]:

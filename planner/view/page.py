@@ -14,7 +14,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import OptionError, Reason
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import ROWS
+from planner.kinematics.manipulability import rows_of, unit_of
 from planner.problem.outcome import NoWay, Rows
 from planner.problem.request import Request
 from planner.roadmap.roadmap import Roadmap
@@ -35,7 +35,7 @@ from planner.view.drawing import (
     moving_data,
     swept_corners,
 )
-from planner.view.motion import W_UNIT, ShownPath, chain_data, configurations_at, joint_data, motion_data, path_shares
+from planner.view.motion import ShownPath, chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.surfaces import css_gradient, ramp_stops, tube
 
 _WANTED, _TOOL_PATH = 0.012, (0.10, 0.55, 0.95, 0.45)  # m: around the tube of the path that is reached
@@ -47,8 +47,8 @@ class Page:
     """A page in the making: robot and scene first, then the roadmap, then paths; :meth:`html` is its text.
 
     The robot stands at ``q`` (dof,). ``rows`` say how all this was made; those named in ``wrong`` are written red.
-    Names in ``touching`` are drawn red, as are those that the ``reason`` for no path blames. ``notes`` are on the start, the
-    ``command`` is the command line that makes this again, see :func:`command_line`.
+    Names in ``touching`` are drawn red, as are those that the ``reason`` for no path blames. ``notes`` are on the
+    start, the ``command`` is the command line that makes this again, see :func:`command_line`.
     """
 
     def __init__(
@@ -94,8 +94,8 @@ class Page:
             "curve": [],
             "ramp": ramp_stops(),
             "gradient": css_gradient(),
-            "unit": W_UNIT[robot.manipulability],
-            "rows": ROWS[robot.manipulability].stop,
+            "unit": unit_of(robot),
+            "rows": rows_of(robot),
             "scene": scene.name,
             "robot": robot.name,
             "marks": mark_scale(robot),
@@ -169,6 +169,7 @@ class Page:
         return {
             "interval": shown.interval,
             "costs": shown.costs,
+            "choice": shown.choice,
             "numbers": shown.numbers,
             "cost": self._field(shown.cost_to_go),
             **motion_data(self.robot, shown),
@@ -191,7 +192,7 @@ def command_line(verb: str, request: Request) -> str:
     """The command that asks for ``request``, but for its beta, which the page adds; defaults are left out."""
     plain, words = type(request)().config(), []
     for name, value in request.config().items():
-        if name in _ALWAYS or name != "beta" and value != plain[name]:
+        if name in _ALWAYS or (name != "beta" and value != plain[name]):
             words += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]
     return f"planner {verb} {shlex.join(words)}"
 

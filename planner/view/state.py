@@ -11,10 +11,10 @@ from planner.collision.checker import CollisionChecker, contact_of
 from planner.collision.looks import Clearance
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability import manipulability, unit_of
 from planner.query.resolve import beyond_limits
 from planner.trajectory.measure import SHOWN, clearance_text
-from planner.view.motion import W_UNIT, ShownPath
+from planner.view.motion import ShownPath
 from planner.view.page import Page
 
 
@@ -56,7 +56,7 @@ class StateReport:
         if np.isfinite(self.clearance):
             touches = self.clearance == 0.0 and self.contacts
             rows.append(("clearance", "none" if touches else clearance_text(self.clearance)))
-        rows.append(("w", f"{self.w:.3g} {W_UNIT[robot.manipulability]}"))
+        rows.append(("w", f"{self.w:.3g} {unit_of(robot)}"))
         rows.append((f"{robot.tool} (m)", ", ".join(f"{value:z.3f}" for value in self.tool)))
         touching = {name for pair in self.contacts for name in (pair.first, pair.second)}
         page = Page(robot, scene, self.q, self.sentence, touching=touching, wrong=("contact", *self.outside))

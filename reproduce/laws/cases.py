@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import gabf
-from planner.view.figures.dynamics import NodeHistory
+from reproduce.figures import NodeHistory
 from reproduce.laws.graphs import START, RandomGraph
 from reproduce.report import or_infinite
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.progress import QUIET, Progress
-from planner.view.figures.dynamics import NodeHistory, node_histories
-from reproduce.figures import Figure, exponent_summary
+from reproduce.figures import Figure, NodeHistory, exponent_summary, node_histories
 from reproduce.laws.cases import CASES, STARTS, T_P, LawCase, Measurement, Trace, run_case
 from reproduce.laws.claims import CLAIMS, FIRST, GraphStudy, Group
 from reproduce.laws.graphs import OUT_DEGREE, START, draw_graph

@@ -11,8 +11,7 @@ import numpy as np
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
 from planner.gabf.learning import FIRST_WEIGHT, LearningRule
-from planner.view.figures.dynamics import learned_paths
-from reproduce.figures import Figure, share_curves
+from reproduce.figures import Figure, learned_paths, share_curves
 from reproduce.learning.claims import DRAWN, FIELD, IN_TURN, KERNEL, RULE, simulation
 from reproduce.learning.graphs import OFFSET, RANGE, SIDE_NODES
 from reproduce.learning.study import ERROR_DRIVEN, RULES, T_P, GraphStudy, study_graph

@@ -6,7 +6,6 @@ import numpy as np
 
 from planner.base.arrays import Floats, lengths_along
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import jacobian
 from planner.robot.robot import Robot
 from planner.trajectory.measure import dense_path
 
@@ -30,7 +29,7 @@ def turning(points: Floats) -> float:
 
 def kinks(robot: Robot, path: Floats) -> Floats:
     """The angle (rad) by which the tool changes direction at each inner waypoint (k - 2,) of a joint path."""
-    linear = [jacobian(robot, q)[:3] for q in path[1:-1]]
+    linear = [robot.jacobian(q)[:3] for q in path[1:-1]]
     before, after = np.diff(path, axis=0)[:-1], np.diff(path, axis=0)[1:]
     arriving = np.array([J @ step for J, step in zip(linear, before, strict=True)]).reshape(-1, 3)
     leaving = np.array([J @ step for J, step in zip(linear, after, strict=True)]).reshape(-1, 3)

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from planner.base.progress import QUIET, Progress
+from planner.figures.paths import clearance, manipulability
+from planner.figures.workspace import tool_paths
 from planner.problem.options import PAPER_NODES
 from planner.problem.request import SweepRequest
 from planner.query.query import Query
-from planner.view.figures.paths import path_profiles, tool_paths
 from reproduce.figures import Figure, beta_costs
 from reproduce.manipulator.case import (
     BETAS,
@@ -89,8 +90,9 @@ def manipulator_figures(query: Query, shown: SeedStudy, cases: Sequence[SeedStud
     printed = np.array([PAPER_COSTS[beta] for beta in BETAS]).T
     others = {label: (omega[label], distance[label]) for label in (RRT, SHORTENED)}
     return {
-        "manipulator_tool_paths.png": tool_paths(query.robot, query.scene, paths),
-        "manipulator_profiles.png": path_profiles(query.checker, paths),
+        "manipulator_tool_paths.png": tool_paths(paths, checker=query.checker),
+        "manipulator_w.png": manipulability(paths, checker=query.checker),
+        "manipulator_clearance.png": clearance(paths, checker=query.checker),
         "manipulator_costs.png": beta_costs(BETAS, (ours[0], ours[1]), others, (printed[0], printed[1])),
     }
 

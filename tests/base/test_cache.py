@@ -1,7 +1,5 @@
 """Hashes tell contents apart, and the cache makes arrays once, anew after any damage, and is never in the way."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

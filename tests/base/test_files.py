@@ -1,7 +1,5 @@
 """Files are there whole or as they were, and folders are tried without a trace."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

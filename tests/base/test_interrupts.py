@@ -1,7 +1,5 @@
 """SIGINT leads where it is meant to while that is meant, and as before afterwards."""
 
-from __future__ import annotations
-
 import contextlib
 import signal
 

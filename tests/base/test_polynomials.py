@@ -1,7 +1,5 @@
 """Pieces against NumPy's own polynomials and dense sampling; bounds hold and extrema are attained."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial

@@ -1,7 +1,5 @@
 """The same command and seed on processors for which NumPy, its BLAS and LAPACK choose other code."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

@@ -1,7 +1,5 @@
 """Reports, requests to stop, seconds per stage."""
 
-from __future__ import annotations
-
 import pytest
 
 from planner.base.progress import QUIET, Progress, Stopwatch

@@ -1,7 +1,5 @@
 """The files that travel with the package, in a checkout and inside the wheel, and versions of software."""
 
-from __future__ import annotations
-
 import platform
 from pathlib import Path
 

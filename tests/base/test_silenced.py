@@ -1,7 +1,5 @@
 """What C prints past Python's own streams is caught, and the streams come back."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import sys

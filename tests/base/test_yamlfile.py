@@ -1,7 +1,5 @@
 """Text that people write: parsed without constructing objects, its numbers numbers, and checked against a model."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import pkgutil

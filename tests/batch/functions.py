@@ -1,7 +1,5 @@
 """Functions that tests call in other processes: those find them by their name."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """A planning problem as MoveIt's messages, and how it is planned."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from planner.problem.request import PlanRequest

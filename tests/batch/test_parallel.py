@@ -1,7 +1,5 @@
 """Cases at once: the same results for any workers, and none is lost when a worker dies, errs or is stopped."""
 
-from __future__ import annotations
-
 import logging
 import os
 import subprocess

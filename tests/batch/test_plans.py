@@ -1,7 +1,5 @@
 """The plans that YAML and CSV files and folders of MoveIt's problems ask for."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

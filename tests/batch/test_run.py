@@ -1,7 +1,5 @@
 """``planner batch``: the same rows for any workers, resuming, plans that crash, die, take too long or are stopped."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os
@@ -54,7 +52,7 @@ def test_rows_and_folders_are_the_same_for_any_workers(source: Path, tmp_path: P
     for name in ("one", "far/two"):
         first, second = (json.loads((tmp_path / jobs / name / "plan.json").read_text()) for jobs in "12")
         assert first["path"] == second["path"]
-    direct = plan(PLAIN.with_options(goal="q:0.3,0.4", beta=0.2))
+    direct = plan(request=PLAIN.with_options(goal="q:0.3,0.4", beta=0.2), timing=None)
     assert direct.cost is not None
     assert (here.rows[1]["cost"], here.rows[1]["roadmap_sha256"]) == (direct.cost.total, direct.roadmap.sha256)
     assert here.rows[1]["waypoints"] == len(direct.path)
@@ -105,7 +103,7 @@ def test_a_plan_that_kills_its_process_is_a_row(source: Path, tmp_path: Path, mo
 
 
 def test_an_error_of_python_is_a_crash(source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "plan", lambda request, progress: 1 / 0)
+    monkeypatch.setattr(module, "plan", lambda **given: 1 / 0)
     found = run_batch(source, tmp_path / "out", PLAIN)
     assert {(row["outcome"], row["message"]) for row in found.rows} == {
         (CRASHED, "ZeroDivisionError: division by zero")

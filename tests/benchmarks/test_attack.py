@@ -1,7 +1,5 @@
 """``benchmarks attack``: planted false claims are found, its judges are right, the worst that was found is mended."""
 
-from __future__ import annotations
-
 import json
 import sys
 from itertools import combinations_with_replacement
@@ -30,10 +28,10 @@ from planner.base.progress import QUIET
 from planner.collision import BACKENDS, make_checker
 from planner.collision.bounds import ClearanceBound
 from planner.collision.coal import CoalChecker
-from planner.kinematics.reach import Reach
 from planner.native.compiled import NativeWorld
 from planner.problem.request import PlanRequest
 from planner.robot.poses import pose
+from planner.robot.reach import Reach
 from planner.robot.scene import Scene
 from planner.robot.shapes import Mesh
 from tests.batch.posts import write_problem

@@ -1,7 +1,5 @@
 """``benchmarks optimum``: its plane's geometry is that of the robot, and its grid finds an exact optimum."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

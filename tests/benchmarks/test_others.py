@@ -1,7 +1,5 @@
 """Other planners: each gets our problem and its answer is read, with a double in its library's place."""
 
-from __future__ import annotations
-
 import ast
 import sys
 from pathlib import Path

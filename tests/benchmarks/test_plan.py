@@ -1,7 +1,5 @@
 """``benchmarks plan``: what a row counts is there, and what was asked otherwise is measured anew."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

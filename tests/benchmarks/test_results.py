@@ -1,7 +1,5 @@
 """Rows that survive their file, and take the place of those measured before."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Every benchmark once, at its smallest size and through its command: rows, report, resuming, refusals, Ctrl-C."""
 
-from __future__ import annotations
-
 import csv
 import signal
 import time
@@ -113,6 +111,12 @@ def check_tasks(rows: Rows) -> None:
     assert row["stuck"] == "True" or float(row["greedy_cost"]) >= float(row["cost"]) - 1e-9
 
 
+def check_tradeoff(rows: Rows) -> None:
+    assert [row["robot"] for row in rows] == ["iiwa14", "panda"]
+    assert all(0.5 < float(row["ratio"]) <= 1.0 + 1e-12 for row in rows)
+    assert all(float(row["plan_cpu_s"]) > 0 for row in rows)
+
+
 def check_tables(rows: Rows) -> None:
     assert {row["outcome"] for row in rows} == {"solved"}
     assert {row["method"] for row in rows} == {"path only", "beta 1", "kept roadmap"}
@@ -133,6 +137,7 @@ SMALLEST: dict[str, tuple[str, Callable[[Rows], None]]] = {
     "tool-paths": ("--robots ur5 --scenes empty --kinds line --paths 1", check_tool_paths),
     "tasks": ("--scenes 1 --nodes 200 --kinds table", check_tasks),
     "tables": ("--nodes 60 --betas 1", check_tables),
+    "tradeoff": ("--nodes 60 --betas 0.2 --seeds 1", check_tradeoff),
 }
 
 

@@ -1,7 +1,5 @@
 """Certificates of plans: whole, accepted by the checker of one file, refused where the world is another one."""
 
-from __future__ import annotations
-
 import ast
 import itertools
 import subprocess
@@ -34,7 +32,9 @@ TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
 
 @pytest.mark.parametrize(("robot", "scene"), [("iiwa14", "paper"), ("panda", "table"), ("ur5", "table")])
 def test_plans_are_certified_and_accepted(robot: str, scene: str, tmp_path: Path) -> None:
-    found = plan(PlanRequest.from_options(robot=robot, scene=scene, path_only=True, effort=0), timing=TimingRequest())
+    found = plan(
+        request=PlanRequest.from_options(robot=robot, scene=scene, path_only=True, effort=0), timing=TimingRequest()
+    )
     assert found.solved
     found.save_without_page(tmp_path, certificate=True)
     said = verify(tmp_path, found.checker.world)

@@ -1,7 +1,5 @@
 """The checker's own arithmetic, each part against another method."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

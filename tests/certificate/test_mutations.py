@@ -1,7 +1,5 @@
 """An adversary changes certificates: of those that are accepted none is false."""
 
-from __future__ import annotations
-
 import io
 import zipfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What several commands are tried on."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -15,5 +13,5 @@ def timed_plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a plan and its trajectory."""
     folder = tmp_path_factory.mktemp("made")
     request = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-1,0.5", goal="q:1,0.9", nodes=60)
-    plan(request, timing=TimingRequest()).save_without_page(folder)
+    plan(request=request, timing=TimingRequest()).save_without_page(folder)
     return folder

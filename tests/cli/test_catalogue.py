@@ -1,7 +1,5 @@
 """``planner robots``, ``planner scenes`` and ``planner schema``: what they list."""
 
-from __future__ import annotations
-
 import json
 from typing import get_args
 

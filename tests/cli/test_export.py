@@ -1,7 +1,5 @@
 """``planner export``: what it writes is proven by ``check``."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

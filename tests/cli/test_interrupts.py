@@ -1,7 +1,5 @@
 """Ctrl-C at any moment: how the process ends, what it says, and that no finished result is lost."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """``planner plan`` writes a trajectory, ``export`` turns it into other formats, ``check`` proves or refutes those."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -56,7 +54,7 @@ def test_among_what_moves_a_plan_is_in_time_or_refused(run: Run, tmp_path: Path)
     code, told, _ = run(*words)
     assert code == 0
     assert "proven clear of ball" in told
-    assert json.loads((out / "plan.json").read_text())["trajectory"]["law"] == "safe-intervals"
+    assert json.loads((out / "plan.json").read_text())["trajectory"]["time_law"] == "safe-intervals"
     assert run("check", str(out / "trajectory.json"), "--robot", "planar_2r", "--scene", str(scene))[0] == 0
     scene.write_text(f"obstacles: [{ball % '0.7'}]")
     code, told, _ = run(*words)

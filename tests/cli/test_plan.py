@@ -1,7 +1,5 @@
 """The commands as a user types them: results, bad input with its sentence and exit code, Ctrl-C, fresh processes."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """``planner roadmap`` as a user types it: what it writes, what it refuses, and that a refusal overwrites nothing."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import zlib

@@ -1,7 +1,5 @@
 """``planner robot-yaml``, and the options that choose what of a robot is planned, in every command that takes them."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

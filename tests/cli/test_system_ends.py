@@ -1,7 +1,5 @@
 """A full disk, too little memory and names that the system refuses end in one sentence, not in a traceback."""
 
-from __future__ import annotations
-
 import errno
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """``planner task`` as a user types it, and ``planner check`` and ``export`` of what it wrote."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``planner plan --certificate`` and ``planner verify``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tests.command_line import Run

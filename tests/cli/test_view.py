@@ -1,7 +1,5 @@
 """``planner view`` and ``planner plan --view``: pages that the browser opens, and the live page until Ctrl-C."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import signal

@@ -15,7 +15,6 @@ from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.moving import KnownMotion
 from planner.robot.poses import pose
-from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Obstacle, Sphere
 from tests.coal_judge import CoalWorld
@@ -105,16 +104,6 @@ def test_bounds_are_of_use(name):
     assert (coarse[far] > 0.05).mean() > 0.95
 
 
-@pytest.mark.parametrize("name", ["iiwa14", "panda"])
-def test_the_second_look_is_closer_where_it_is_asked(name):
-    world = checker_of(name, "paper").world
-    q = random_q(load(name), 8, seed=2)
-    coarse, fine = both_bounds(world, q)
-    truth = np.array([CoalWorld(world).distances(row) for row in q])
-    near = (truth > 0) & (truth < 0.08)
-    assert (truth - fine)[near].mean() < (truth - coarse)[near].mean() + 1e-12
-
-
 def test_pairs_that_are_not_checked_are_infinitely_far():
     world = checker_of("iiwa14", "paper").world
     checked = np.array(world.checked)
@@ -138,20 +127,6 @@ def test_a_batch_is_its_rows(scene):
 
 def coarse_bounds(world, q):
     return ClearanceBound(world).coarse(*joint_placements(Chain.of(world.robot), q))
-
-
-def test_no_configurations():
-    world = checker_of("iiwa14", "paper").world
-    assert len(coarse_bounds(world, np.zeros((0, 7)))) == 0
-
-
-def test_a_robot_in_another_place_has_other_bounds():
-    base = np.eye(4)
-    base[0, 3] = 5.0
-    far = World.of(Robot.load("iiwa14", base=base), Scene.load("paper"), frozenset())
-    coarse = coarse_bounds(far, random_q(far.robot, 10))
-    scene = len(far.bodies) * len(far.obstacles)
-    assert coarse[:, :scene].min() > 2.5
 
 
 def test_what_is_known_of_another_world_moves_as_it_does_there_unless_it_is_said_again() -> None:

@@ -1,7 +1,5 @@
 """Worlds that share parts of their broadphase answer as those that share nothing, after any changes and back again."""
 
-from __future__ import annotations
-
 import gc
 import weakref
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What every backend answers of one configuration and of several."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What lies wholly inside a mesh is a contact, for states, motions and paths, with either library."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

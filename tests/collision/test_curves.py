@@ -1,7 +1,5 @@
 """Curves called free are: sampled densely by the other backend, attacked by an optimiser that wants contact."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -211,12 +211,6 @@ def test_the_gap_of_a_sweep_decides(gap, margin, verdict):
     assert prover.prove(np.array([[-0.6, 0.0]]), np.array([[1.3, 0.0]])).verdict[0] == verdict
 
 
-def test_undecided_is_not_free():
-    proofs = ball_and_wall(1e-6).prove(np.array([[-0.6, 0.0]]), np.array([[1.3, 0.0]]))
-    assert not proofs.free[0]
-    assert proofs.pair[0] == 0
-
-
 # what a proof says about itself
 
 
@@ -273,27 +267,16 @@ def test_free_space_costs_few_looks(paper_prover):
     assert paper_prover.checker.queries - before < 20 * len(start)
 
 
-def test_a_batch_is_its_edges(paper_prover):
-    start, delta = edges_of(load("iiwa14"), 60, 11, 0.6)
-    whole = paper_prover.prove(start, delta)
-    alone = [paper_prover.prove(start[k], delta[k]) for k in range(len(start))]
-    assert whole.verdict.tolist() == [int(p.verdict[0]) for p in alone]
+def test_a_batch_is_its_edges_however_they_are_asked(paper_prover):
+    a, b = edges_of(load("iiwa14"), 60, 11, 0.6)
+    whole, is_free = paper_prover.prove(a, b), paper_prover.each_free()
+    alone = [paper_prover.prove(start, delta) for start, delta in zip(a, b, strict=True)]
+    assert whole.verdict.tolist() == [int(proof.verdict[0]) for proof in alone]
     np.testing.assert_allclose(whole.clearance[whole.free], [p.clearance[0] for p in alone if p.free[0]], atol=1e-9)
-
-
-def test_free_is_what_a_whole_proof_calls_free(paper_prover):
-    a, b = edges_of(load("iiwa14"), 60, 11, 0.6)
-    whole = paper_prover.prove(a, b)
-    assert set(whole.verdict) > {Verdict.FREE}
-    assert np.array_equal(paper_prover.free(a, b), whole.free)
-
-
-def test_one_after_the_other_they_are_as_free_as_together(paper_prover):
-    a, b = edges_of(load("iiwa14"), 60, 11, 0.6)
-    is_free = paper_prover.each_free()
-    together = paper_prover.free(a, b)
-    assert 0 < together.sum() < len(together)
-    assert [is_free(start, delta) for start, delta in zip(a, b, strict=True)] == together.tolist()
+    assert 0 < whole.free.sum() < len(a)
+    assert paper_prover.free(a, b).tolist() == whole.free.tolist()
+    assert [is_free(start, delta) for start, delta in zip(a, b, strict=True)] == whole.free.tolist()
+    assert len(paper_prover.prove(a[:0], b[:0]).verdict) == 0
 
 
 def test_one_after_the_other_nothing_is_overlooked():
@@ -309,19 +292,6 @@ def test_one_after_the_other_nothing_is_overlooked():
     assert not is_free(base)  # what no joint can move
     assert not is_free(Scene("empty"), keep="box:5,5,5,6,6,6")
     assert not EdgeProver(make_checker(load("planar_2r"), Scene("empty"))).each_free()(a, np.array([np.nan, 0.0]))
-
-
-def test_backwards_is_the_same_edge(paper_prover):
-    start, delta = edges_of(load("iiwa14"), 60, 12, 0.6)
-    there, back = paper_prover.prove(start, delta), paper_prover.prove(start + delta, -delta)
-    assert there.verdict.tolist() == back.verdict.tolist()
-
-
-def test_proving_again_gives_the_same(paper_prover):
-    start, delta = edges_of(load("iiwa14"), 60, 13, 0.6)
-    one, two = paper_prover.prove(start, delta), paper_prover.prove(start, delta)
-    for field in ("verdict", "pair", "samples", "clearance"):
-        np.testing.assert_array_equal(getattr(one, field), getattr(two, field))
 
 
 # special edges
@@ -342,11 +312,6 @@ def test_an_edge_that_moves_one_link_only_minds_the_others_too():
     checker = make_checker(robot, scene_of((Box((0.1, 0.1, 0.1)), pose([0.25, 0, 0]))))
     proofs = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.0, 0.5]]))
     assert proofs.verdict[0] == Verdict.COLLIDES
-
-
-def test_no_edges(paper_prover):
-    proofs = paper_prover.prove(np.zeros((0, 7)), np.zeros((0, 7)))
-    assert len(proofs.verdict) == len(proofs.free) == 0
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.02])

@@ -1,7 +1,5 @@
 """Proofs in time against dense sampling in time by collision libraries that know nothing of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

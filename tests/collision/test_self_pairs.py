@@ -23,10 +23,6 @@ def test_neighbours_of_iiwa14():
     assert adjacent_pairs(load("iiwa14")) == expected
 
 
-def test_some_robots_come_without_pairs_of_their_own():
-    assert "kinova" in GENERATED
-
-
 @pytest.mark.parametrize("name", GENERATED)
 def test_generated_pairs(name):
     """Neighbours are off, and whatever is still checked is not touching in nearly every configuration."""
@@ -39,25 +35,11 @@ def test_generated_pairs(name):
     assert (touching < ALWAYS).all()
 
 
-def test_generating_twice_gives_the_same():
-    assert generate_disabled_pairs(load("ur10"), FclChecker) == generate_disabled_pairs(load("ur10"), FclChecker)
-
-
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_robot_is_free_at_home_and_can_hit_itself(name):
     checker = checker_of(name)
     assert checker.first_contact(load(name).home[None]) is None
     assert len(checker.world.self_pairs)
-
-
-def test_disabled_pairs_are_not_checked():
-    robot = load("iiwa14")
-    world = checker_of("iiwa14").world
-    pairs = {frozenset((robot.bodies[i].link, robot.bodies[k].link)) for i, k in world.self_pairs}
-    assert robot.disabled_pairs is not None
-    assert not pairs & robot.disabled_pairs
-    everything = {frozenset((a.link, b.link)) for a in robot.bodies for b in robot.bodies if a.joint != b.joint}
-    assert pairs | robot.disabled_pairs == everything | robot.disabled_pairs
 
 
 def test_generated_pairs_turn_off_what_always_touches(urdf_file):

@@ -1,7 +1,5 @@
 """Robots whose meshes are thinned: what touches the mesh of the file touches for every checker, and for proofs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The numbering of pairs, and what the words about a contact say."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from planner.collision.world import Contact, World

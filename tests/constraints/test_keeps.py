@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from planner.base.errors import PlannerError
 from planner.base.polynomials import evaluate
 from planner.constraints.keeps import _FINEST, FORGIVEN, Keeps, bound_to, require_bound
-from planner.kinematics.tool_bound import prove_along
+from planner.constraints.tool_bound import prove_along
 from planner.problem.conditions import parse_keeps
 from planner.robot.robot import Robot
 

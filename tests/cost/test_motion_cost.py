@@ -1,7 +1,5 @@
 """What straight motions cost, against the network's own arcs and a fine integral."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The manipulability cost is what its docstring says: decreasing, capped, between zeta and 1."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

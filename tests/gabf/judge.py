@@ -84,6 +84,8 @@ def _law(law):
     """phi and its derivative, from the law's own parameters."""
     if isinstance(law, gabf.Nominal | gabf.PrescribedTime):
         return lambda s: s, np.ones_like
+    if isinstance(law, gabf.UserLaw):
+        return law.rate, lambda s: (law.rate(s + ROUNDED) - law.rate(s - ROUNDED)) / (2 * ROUNDED)
     p, q, b1, b2 = law.p[0] / law.p[1], law.m[0] / law.m[1], law.beta1, law.beta2
 
     def size(s):

@@ -1,4 +1,5 @@
-from typing import Any
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false
+import math
 
 import numpy as np
 import pytest
@@ -35,6 +36,8 @@ def test_beta_outside_the_unit_interval_is_refused(beta):
 
 
 def test_missing_costs_are_named():
+    assert isinstance(gabf.Network([0, 0, 1], [0], [1.0], [0]).kernel, gabf.Additive)
+    assert gabf.Network([0, 0, 1], [0], [1.0], [0], node_cost=[1.0, 1.0]).kernel == gabf.TradeOff(0.5)
     with pytest.raises(AssumptionError, match="TradeOff kernel reads node_cost"):
         chain(3, kernel=gabf.TradeOff())
     with pytest.raises(AssumptionError, match="EdgeIntegral kernel reads arc_cost"):
@@ -111,10 +114,17 @@ def test_a_user_kernel_that_falls_is_refused():
         solve(net, x0=0.0)
 
 
-def test_a_user_kernel_that_is_not_vectorised_is_told_so():
-    scalar: Any = lambda i, a, b: float(a[0] + b[0])  # noqa: E731
-    net = chain(4, kernel=gabf.UserKernel(scalar))
-    with pytest.raises(AssumptionError, match=r"returned shape \(\) for arcs of shape \(1,\)"):
+@pytest.mark.parametrize(
+    ("f", "message"),
+    [
+        (lambda i, a, b: max(a, b) + b, r"truth value .*: it gets arrays, so use np.maximum\(a, b\) for max"),
+        (lambda i, a, b: math.sqrt(a) + b, "np.maximum"),
+        (lambda i, a, b: float(a[0] + b[0]), r"shape \(2,\), got shape \(\)"),
+    ],
+)
+def test_a_user_kernel_that_is_not_vectorised_is_told_so(f, message):
+    net = from_arcs(2, [(1, 0, 1.0), (1, 0, 2.0)], kernel=gabf.UserKernel(f))
+    with pytest.raises(AssumptionError, match=message):
         solve(net, x0=9.0)
 
 

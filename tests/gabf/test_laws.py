@@ -1,3 +1,4 @@
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false
 """The four laws and their clocks."""
 
 import math
@@ -5,12 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from planner import gabf
-from planner.base.errors import OptionError
-from planner.gabf.laws import PrescribedClock, UniformClock
+from planner.gabf import AssumptionError, OptionError, PrescribedClock, UniformClock
 
-from .networks import scattered, solve
+from . import judge
+from .networks import chain, scattered, solve
+from .random_runs import draw
 
 NET = scattered(60)
 TRIPLE: Any = (9, 7, 5)
@@ -65,6 +69,7 @@ def test_prescribed_laws_keep_their_deadline_for_any_T():
         (lambda: gabf.Nominal(eta=0), "eta must be a positive"),
         (lambda: gabf.PrescribedTime(T=-1), "T must be a positive"),
         (lambda: gabf.PrescribedTime(h=0), "h must be a positive"),
+        (lambda: PrescribedClock(gamma=-1.0), "gamma must be a positive"),
         (lambda: gabf.SingularityFree(gamma=np.inf), "gamma must be a positive finite"),
         (lambda: gabf.SingularityFree(beta1=np.nan), "beta1 must be a positive"),
         (lambda: gabf.SingularityFree(p=(5, 3)), "p1 < p2"),
@@ -125,6 +130,109 @@ def test_no_double_below_T_is_left_beyond_188_but_the_logarithm_is():
 
 
 def test_time_is_known_however_large_gamma_T_is():
-    steep = PrescribedClock(T=1e3, h=0.0, gamma=1e15)  # next to gamma T, 2 (1 + h) is lost in rounding
+    steep = PrescribedClock(T=1e3, h=1e-15, gamma=1e15)  # next to gamma T, 2 (1 + h) is lost in rounding
     assert float(steep.time(2e18)) == 1e3
     assert steep.log10_remaining(1e20) == pytest.approx((1e18 - 1e20) / 2 / math.log(10), rel=1e-12)
+
+
+def test_laws_go_by_their_names():
+    for law in LAWS:
+        assert solve(NET, law.name).law == law
+        if not law.needs_overestimate:
+            assert gabf.heal(NET, gabf.oracle(NET), law.name).cost_to_go.law == law
+    assert solve(NET, None).law == gabf.SingularityFree()
+    with pytest.raises(OptionError, match="'nominl' not found; laws are nominal, prescribed-time, fixed-time, sing"):
+        solve(NET, "nominl")
+    with pytest.raises(TypeError, match="a name or a law"):
+        solve(NET, 4.0)
+
+
+def power(p):
+    return lambda s: np.sign(s) * np.abs(s) ** p
+
+
+RATES = {
+    "tanh": np.tanh,
+    "saturated": lambda s: np.clip(s, -2.0, 2.0),
+    "root": power(0.5),
+    "cube": power(3.0),
+    "two powers": lambda s: power(0.6)(s) + power(9 / 7)(s),
+    "one-sided": lambda s: np.where(s > 0, s, 4.0 * s),
+    "slow far away": lambda s: s / (1.0 + s * s),
+    "steep": lambda s: np.sinh(np.clip(s, -700, 700)),
+    "sign": np.sign,
+}
+
+
+CLOCKS = [UniformClock(7.0), PrescribedClock(T=0.3)]
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.sampled_from(sorted(RATES)), st.sampled_from(CLOCKS), st.integers(0, 10_000))
+def test_an_own_law_settles_on_the_oracle_for_every_kernel_and_start(name, clock, seed):
+    """On the networks and from the starts that the other laws have, x is Dijkstra's to the last bit."""
+    _, net, x0 = draw(seed)
+    law = gabf.UserLaw(RATES[name], clock)
+    result = solve(net, law, x0 if np.abs(x0).max() < 30 else None)
+    assert result.outcome is gabf.Ending.SETTLED
+    assert np.array_equal(result.x, gabf.oracle(net))
+    assert law.prescribed_time is None or result.settling_time <= law.prescribed_time
+    assert result.settling_tau_bracket == (0.0, np.inf)
+
+
+def test_nothing_is_proven_of_when_an_own_law_settles():
+    law = gabf.UserLaw(np.tanh)
+    found = gabf.certify(NET, law, solve(NET, law, x0=0.0))
+    assert {c.equation for c in found} == {"lemma (globalbound)", "lemma (globalexistence)"}
+    assert all(c.holds and not c.proven for c in found)
+
+
+@pytest.mark.parametrize("name", ["tanh", "saturated", "root", "two powers", "one-sided", "slow far away"])
+def test_an_own_law_passes_where_an_independent_integrator_does(name):
+    net, law, start = scattered(30, seed=2), gabf.UserLaw(RATES[name]), np.linspace(5.0, 9.0, 30)
+    for tau, exact in zip([0.4, 2.0], judge.states(net, law, start, [0.4, 2.0]), strict=True):
+        for tolerance, share in ((0.05, 0.02), (1e-3, 1e-3)):
+            x = solve(net, law, start, gabf.Splitting(tolerance), until_tau=tau).x
+            finite = np.isfinite(exact)
+            assert np.abs(x - exact)[finite].max() < share * np.abs(start - exact)[finite].max()
+
+
+def test_a_law_of_the_paper_as_an_own_law_settles_when_it_does():
+    for law in LAWS:
+        own = solve(NET, gabf.UserLaw(law.flow.rate, law.clock), solver=gabf.Splitting(1e-3))
+        assert own.settling_tau == pytest.approx(solve(NET, law, solver=gabf.Splitting(1e-3)).settling_tau, rel=0.01)
+
+
+def test_an_own_law_of_one_node_settles_when_its_closed_form_says():
+    """sinh s falls by e^-tau under tanh; a root falls linearly, from 2 to 0 in 2 sqrt 2."""
+    for rate, exact in ((np.tanh, math.log(math.sinh(2.0) / 1e-9)), (power(0.5), 2.0 * (math.sqrt(2.0) - 10**-4.5))):
+        result = solve(chain(2), gabf.UserLaw(rate), 3.0, gabf.Splitting(1e-3))
+        assert result.settling_tau == pytest.approx(exact, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("rate", "message"),
+    [
+        (lambda s: -s, "sign of the error"),
+        (lambda s: s + 1e-3, "sign of the error and be 0 at 0"),
+        (lambda s: s**2, "sign of the error"),
+        (lambda s: np.where(s == 0, np.nan, s), r"rate\(0\) must"),
+        (lambda s: np.where(np.abs(s) > 0.1, s, 0.0), "sign of the error"),
+        (lambda s: max(s, -s), r"truth value .*: it gets arrays, so use np.maximum"),
+        (lambda s: math.tanh(s), "arrays"),
+        (lambda s: 1.0, r"shape \(\)"),
+    ],
+)
+def test_an_own_law_that_breaks_an_assumption_is_refused(rate, message):
+    with pytest.raises(AssumptionError, match=message):
+        gabf.UserLaw(rate)
+
+
+def test_an_own_law_that_stands_still_says_so():
+    with pytest.raises(AssumptionError, match=r"rate\(1.5e\+09\) must have the sign"):
+        solve(chain(2), gabf.UserLaw(lambda s: np.where(np.abs(s) > 1.1e9, 0.0, s)), 1.5e9 + 1.0)
+    result = solve(chain(6), gabf.UserLaw(power(9.0)), max_steps=50)
+    assert result.outcome is gabf.Ending.BUDGET_SPENT
+    assert result.settling_tau is None
+    with pytest.raises(TypeError, match="a function and a clock"):
+        gabf.UserLaw("tanh")

@@ -1,10 +1,15 @@
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false
 import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import coo_array, csr_array, csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
 from planner import gabf
-from planner.base.errors import ArrayError, AssumptionError
+from planner.gabf import ArrayError, AssumptionError
 
 from .networks import Network, from_arcs, solve
 
@@ -121,3 +126,43 @@ def test_a_list_of_arcs_that_is_none_is_refused(changes, message) -> None:
     arcs = {"tails": [1, 2, 2], "heads": [0, 0, 1], "weight": np.ones(3)} | changes
     with pytest.raises(AssumptionError, match=message):
         Network.from_arcs(**arcs, sources=[0], n_nodes=3, kernel=gabf.Additive())
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(1, 30), st.floats(0.0, 0.5), st.integers(0, 10_000), st.sampled_from(["csr", "csc", "coo", "lil"]))
+def test_a_scipy_graph_is_the_network_whose_field_is_scipys_distance_to_the_sources(n, density, seed, kind):
+    """Along arcs i -> j of the adjacency matrix; directed, so a transpose too many would show."""
+    rng = np.random.default_rng(seed)
+    dense = rng.uniform(0.1, 5.0, (n, n)) * (rng.random((n, n)) < density)
+    np.fill_diagonal(dense, 0.0)
+    sources = np.unique(rng.integers(0, n, 2))
+    graph = coo_array(dense).asformat(kind)
+    net = gabf.Network.from_scipy(graph, sources)
+    to_sources = dijkstra(graph.tocsr().T, indices=sources, min_only=True)
+    np.testing.assert_allclose(gabf.oracle(net), to_sources, rtol=1e-13)
+    np.testing.assert_allclose(solve(net).x, to_sources, rtol=1e-13)
+    back = net.to_scipy()
+    assert isinstance(back, csr_array)
+    assert np.array_equal(back.toarray(), dense)
+    assert np.array_equal(back.data, net.weight)
+    np.testing.assert_allclose(dijkstra(back.T, indices=sources, min_only=True), to_sources, rtol=1e-13)
+
+
+def test_a_scipy_graph_follows_the_rules_of_a_network():
+    stored = coo_array(([0.0, 2.0, 7.0], ([1, 2, 2], [0, 1, 1])), shape=(3, 3))
+    net = gabf.Network.from_scipy(stored, [0])
+    assert net.weight.tolist() == [0.0, 9.0]  # a stored zero is an arc, and SciPy adds duplicates up
+    with pytest.raises(AssumptionError, match="not progressive"):
+        solve(net)
+    with pytest.raises(AssumptionError, match="would cost less"):
+        gabf.oracle(gabf.Network.from_scipy(csr_array([[0, 0], [-1, 0]]), [0]))
+    with pytest.raises(AssumptionError, match="node 1 reads itself"):
+        gabf.Network.from_scipy(csr_array([[0.0, 0.0], [1.0, 1.0]]), [0])
+    with pytest.raises(AssumptionError, match=r"a column per node, got shape \(3, 2\)"):
+        gabf.Network.from_scipy(csr_matrix([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]), [0])
+    with pytest.raises(TypeError, match=r"got ndarray: scipy.sparse.csr_array\(graph\) makes one"):
+        gabf.Network.from_scipy(np.eye(2), [0])
+    parallel = from_arcs(3, [(1, 0, 3.0), (1, 0, 2.0), (2, 1, 1.0)])
+    assert dijkstra(parallel.to_scipy().T, indices=0).tolist() == [0.0, 2.0, 3.0] == gabf.oracle(parallel).tolist()
+    costed = gabf.Network.from_scipy(parallel.to_scipy(), [0], node_cost=[0.5, 1.0, 1.0], kernel=gabf.TradeOff(0.0))
+    assert solve(costed).x.tolist() == [0.0, 0.5, 1.5]

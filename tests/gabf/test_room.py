@@ -1,13 +1,19 @@
 """Facts about the package as a whole: what it loads, and what its documentation shows."""
 
+import doctest
 import subprocess
 import sys
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
+import pytest
+import scipy.sparse
 
 from planner import gabf
+from planner.base import errors
 
-from .networks import Network, solve
+FILES = sorted(Path(str(gabf.__file__)).parent.glob("*.py"))
 
 
 def test_importing_the_package_loads_no_robot_library_and_no_scipy():
@@ -25,10 +31,14 @@ def test_every_public_name_is_there_and_documented():
         assert getattr(gabf, name).__doc__, name
 
 
-def test_the_example_in_the_docstrings_runs():
-    net = Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], kernel=gabf.Additive())
-    assert solve(net).x.tolist() == [0, 1, 2]
-    omega = np.array([0.2, 0.4, 0.9])
-    net = Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], node_cost=omega)
-    result = solve(net, law=gabf.SingularityFree(T=4.0))
-    assert gabf.extract_path(net, result, start=2).tolist() == [2, 1, 0]
+@pytest.mark.parametrize("module", [gabf, *(m for m in vars(gabf).values() if isinstance(m, ModuleType))])
+def test_the_examples_in_the_docstrings_run(module):
+    names = {"gabf": gabf, "np": np, "scipy": scipy}
+    assert doctest.testmod(module, extraglobs=names).failed == 0
+
+
+def test_the_errors_that_the_room_raises_are_public_in_it():
+    text = "".join(path.read_text() for path in FILES)
+    raised = {name for name in vars(errors) if name.endswith("Error") and name in text}
+    assert {"AssumptionError", "OptionError", "StateError"} <= raised
+    assert all(getattr(gabf, name) is getattr(errors, name) and name in gabf.__all__ for name in raised)

@@ -49,16 +49,16 @@ def test_one_node_settles_when_its_scalar_equation_says(law):
 def test_large_steps_are_sweeps_of_bellman_and_ford():
     """Forty of them take forty nodes to the fixed point, as value iteration does."""
     problem = reduce(NET)
-    parents, flow = parents_of(problem), gabf.Nominal().flow
+    parents = parents_of(problem, gabf.Nominal().flow)
     here = parents.standing(problem.pack(np.full(40, 50.0)))
     for _ in range(40):
-        here, _ = parents.step(flow, here, 1e6, 1.0)
+        here, _ = parents.step(here, 1e6, 1.0)
     assert problem.unpack(here.y) == pytest.approx(gabf.oracle(NET), rel=1e-12)
 
 
 def test_one_row_flows_exactly():
-    parents, step = parents_of(reduce(from_arcs(2, [(1, 0, 1.0)]))), 0.7
-    there, share = parents.step(gabf.Nominal().flow, parents.standing(np.array([9.0, 0.0])), step, 1.0)
+    parents, step = parents_of(reduce(from_arcs(2, [(1, 0, 1.0)])), gabf.Nominal().flow), 0.7
+    there, share = parents.step(parents.standing(np.array([9.0, 0.0])), step, 1.0)
     assert there.y[0] == pytest.approx(1.0 + 8.0 * np.exp(-step), rel=1e-12)
     assert share == 0.0
 
@@ -117,49 +117,14 @@ def test_numbers_that_make_no_step_are_refused(bad):
         gabf.Splitting(**bad)
 
 
-@pytest.mark.parametrize("kernel", KERNELS, ids=lambda k: type(k).__name__)
-@pytest.mark.parametrize("start", [None, 0.0, "mixed"])
-def test_retiring_rows_changes_nothing(monkeypatch, kernel, start):
-    net = scattered(150, seed=1, kernel=kernel)
-    x0 = np.random.default_rng(5).random(150) * 0.9 if start == "mixed" else start
-    runs = []
-    for every in (10**9, 1):
-        monkeypatch.setattr(splitting, "RETIRE_EVERY", every)
-        runs.append(solve(net, x0=x0, save_every=1))
-    never, always = runs
-    assert np.array_equal(never.x, always.x)
-    assert never.dated_tau == always.dated_tau
-    assert np.array_equal(never.history.x, always.history.x)
-
-
-def test_rows_are_retired_as_the_wave_passes():
-    problem = reduce(scattered(300, seed=1))
-    x_star = problem.pack(gabf.oracle(problem.network))
-    y = x_star + np.where(x_star > np.median(x_star), 1.0, 0.0)
-    fewer = parents_of(problem).retire(problem.standing(y))
-    assert isinstance(fewer, splitting.AffineParents)
-    assert fewer.rows is not None
-    assert fewer.rows.size < 0.75 * problem.n_rows
-    assert np.array_equal(fewer(y), problem.parent_values(y)[fewer.rows])
-    retired = np.setdiff1d(np.arange(problem.n_rows), fewer.rows)
-    assert np.array_equal(y[retired], x_star[retired])
-
-
-def test_a_row_at_rest_is_kept_while_its_parent_may_move():
-    """Costs that vanish in rounding let a moving parent and a resting row have the same value."""
-    problem = reduce(from_arcs(3, [(1, 0, 2e9), (2, 1, 1e-9)]))
-    every, at = parents_of(problem), problem.standing(np.array([1e9, 1e9, 0.0]))
-    assert at.xhat.tolist() == [-1e9, 0.0]
-    assert every.retire(at) is every
-
-
 @pytest.mark.parametrize("kernel", KERNELS[:2], ids=lambda k: type(k).__name__)
 def test_a_compiled_step_is_that_of_any_kernel(kernel):
     problem = reduce(scattered(300, seed=1, kernel=kernel))
     y = problem.pack(np.random.default_rng(0).uniform(0, 0.9, 300))
-    compiled, plain = parents_of(problem), Parents(problem)
+    flow = gabf.SingularityFree().flow
+    compiled, plain = parents_of(problem, flow), Parents(problem, flow)
     pairs = list(zip(compiled.standing(y), plain.standing(y), strict=True))
-    flow, at = gabf.SingularityFree().flow, plain.standing(y)
-    ours, theirs = (parents.step(flow, at, 0.1, 1.0) for parents in (compiled, plain))
+    at = plain.standing(y)
+    ours, theirs = (parents.step(at, 0.1, 1.0) for parents in (compiled, plain))
     for one, other in [*pairs, *zip(ours[0], theirs[0], strict=True), (ours[1], theirs[1])]:
         np.testing.assert_allclose(one, other, rtol=1e-14)

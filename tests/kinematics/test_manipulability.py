@@ -5,17 +5,15 @@ import pytest
 
 from planner.base.arrays import ArrayError
 from planner.base.polynomials import evaluate
+from planner.constraints.floor import ManipulabilityBound, prove_floor
+from planner.constraints.tool_bound import column_rates
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.manipulability import (
     ROWS,
-    ManipulabilityBound,
-    jacobian,
     jacobians,
     manipulability,
     node_manipulability,
-    prove_floor,
 )
-from planner.kinematics.tool_bound import column_rates
 from planner.robot.robot import Robot
 from tests.linkages import palletizer, random_linkage
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
@@ -39,7 +37,9 @@ def test_jacobian_is_the_derivative_of_the_tool(name):
             turn = ahead.rotation @ behind.rotation.T
             angular = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
             columns.append(np.concatenate([ahead.translation - behind.translation, angular]) / (2 * h))
-        np.testing.assert_allclose(jacobian(robot, q), np.array(columns).T[ROWS[robot.manipulability]], atol=1e-8)
+        np.testing.assert_allclose(
+            jacobians(robot, q[None])[0], np.array(columns).T[slice(*ROWS[robot.jacobian_rows])], atol=1e-8
+        )
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -118,7 +118,7 @@ def rates_by_differences(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.nd
         up, down = q.copy(), q.copy()
         up[k] += step
         down[k] -= step
-        slope = (jacobian(robot, up) - jacobian(robot, down)) / (2 * step)
+        slope = np.subtract(*jacobians(robot, np.stack([up, down]))) / (2 * step)
         linear[:, k] = np.linalg.norm(slope[:3], axis=0)
         angular[:, k] = np.linalg.norm(slope[3:], axis=0)
     return linear, angular

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.kinematics.reach import Reach
+from planner.robot.reach import Reach
 from planner.robot.robot import Robot
 from planner.robot.shapes import Box, Cylinder
 from tests.random_shapes import moved, points_in

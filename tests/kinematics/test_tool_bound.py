@@ -1,7 +1,5 @@
 """Chord bounds of the tool frame attacked by a hill climb, and what is proven along curves against dense samples."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -9,7 +7,7 @@ import pytest
 
 from planner.base.errors import ArrayError
 from planner.base.polynomials import evaluate
-from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
+from planner.constraints.tool_bound import Frame, ToolBound, prove_along
 from planner.robot.files.robot_files import JointChoice
 from planner.robot.robot import Robot
 from tests.linkages import palletizer, random_linkage

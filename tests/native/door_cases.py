@@ -5,8 +5,6 @@ in them: no rows and one, one joint and many, no obstacles, no pairs, one arc.
 """
 
 # pyright: reportArgumentType=false
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
@@ -93,7 +91,7 @@ def charge_of(
     rng: Rng, size: Size, chain: NativeChain, kind: int, chord: float = 0.0, numbers: Any = NUMBERS
 ) -> Charge:
     wraps = rng.random(size.joints) < 0.3
-    return Charge(chain, (*numbers, chord), kind, kind == 2, 3 + 2 * kind, wraps, size.joints, np.ones(3), 3)
+    return Charge(chain, (*numbers, chord), kind, kind == 2, 3 + 2 * kind, wraps, size.joints, np.ones(3), (0, 3))
 
 
 def of_motion_costs(rng: Rng, size: Size) -> list[Any]:
@@ -122,9 +120,12 @@ def of_a_chain(rng: Rng, size: Size) -> list[Any]:
     lengths = chain.path_lengths(q, delta, pieces, joint, point)
     ends = chain.points(q + delta, joint, point)
     assert (lengths >= np.linalg.norm(ends - points, axis=1) - 1e-12).all()
-    w = [chain.manipulability_along(q, delta, np.array([0.0, 0.4, 1.0]), joint, point, rows) for rows in (1, 2, 3, 6)]
+    w = [
+        chain.manipulability_along(q, delta, np.array([0.0, 0.4, 1.0]), joint, point, rows)
+        for rows in ((0, 1), (0, 2), (0, 3), (0, 6), (3, 6))
+    ]
     assert all(np.isfinite(one).all() and (one >= 0).all() for one in w)
-    return [rotation, position, points, lengths, *w, chain.manipulability(q, joint, point, 3)]
+    return [rotation, position, points, lengths, *w, chain.manipulability(q, joint, point, (0, 3))]
 
 
 def of_inverse(rng: Rng, size: Size) -> list[Any]:
@@ -285,12 +286,12 @@ def of_tree_paths(rng: Rng, size: Size) -> list[Any]:
     point, wraps = rng.normal(size=3), rng.random(dof) < 0.3
     starts, goals = (rng.uniform(-2, 2, (count, dof)) for count in (1, 2))
     for longest, floor, limit in ((np.inf, 0.0, 60), (np.inf, 1e-3, 60), (8.0, 0.0, 60), (np.inf, 0.0, 0)):
-        space = (np.full(dof, -2.5), np.full(dof, 2.5)), wraps, longest, (dof, point, 3), floor, 0.2
+        space = (np.full(dof, -2.5), np.full(dof, 2.5)), wraps, longest, (dof, point, (0, 3)), floor, 0.2
         path, looked_at = world.tree_path(bounds_of(world), *space, starts, goals, 0.7, 0.5, 5, limit)
         assert 0 <= looked_at <= limit
         if path is not None:
             assert world.first_near(path[1:-1]) == len(path[1:-1])
-            assert floor == 0.0 or (chain.manipulability(path, dof, point, 3) >= floor).all()
+            assert floor == 0.0 or (chain.manipulability(path, dof, point, (0, 3)) >= floor).all()
         found += [np.zeros(0) if path is None else path, looked_at]
     return found
 
@@ -570,7 +571,7 @@ def of_refinement(rng: Rng, size: Size) -> list[Any]:
     ends = np.sort(rng.permuted(np.tile(np.arange(len(path)), (5, 1)), axis=1)[:, :2], axis=1)
     for kind, first in ((0, 1), (1, 2), (2, 1)):
         wraps, inner = rng.random(dof) < 0.3, np.arange(first, len(path) - 1, 2)
-        tool = dof, np.ones(3), 3
+        tool = dof, np.ones(3), (0, 3)
         charge = Charge(chain, (*NUMBERS, 0.0), kind, kind == 2, 3 + 2 * kind, wraps, *tool)
         judge = Judge(world, bounds_of(world), 1e-3, charge)
         draws = rng.normal(size=(5, max(0, (len(path) - 1) // 2), 3, dof + 1))

@@ -7,8 +7,6 @@ The module is compiled a second time, into ``build``, and takes the place of the
 imported. A sanitizer has to be in a process before Python is, so the tests run in another one.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,8 +1,6 @@
 """The compiled code on valid input, on one thread and many, and on input that it refuses."""
 
 # pyright: reportArgumentType=false, reportCallIssue=false
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -59,7 +57,7 @@ def test_several_threads_ask_at_once(same: bool) -> None:
             *world.prove(bounds_of(world), curves, 1e-3),
             *world.first_proven(bounds_of(world), curves, *np.ones((2, 60), dtype=int), np.zeros(60, dtype=int), 1e-3),
             *chain.inverse(q, 3, np.eye(4), np.eye(4)[None], True, limits, 10),
-            chain.manipulability(q, 3, np.zeros(3), 3),
+            chain.manipulability(q, 3, np.zeros(3), (0, 3)),
         ]
 
     alone, found = [ask(k) for k in range(4)], [[] for _ in range(4)]
@@ -93,7 +91,7 @@ VALUES: dict[str, Callable[[], object]] = {  # a length that does not fit, an in
     "columns": lambda: CHAIN.placements(Q[:, :2]),
     "lengths": lambda: CHAIN.path_lengths(Q, Q[:1], np.ones(4, dtype=int), 0, POINT),
     "joint": lambda: CHAIN.points(Q, 4, POINT),
-    "rows": lambda: CHAIN.manipulability(Q, 0, POINT, 7),
+    "rows": lambda: CHAIN.manipulability(Q, 0, POINT, (3, 7)),
     "targets": lambda: CHAIN.inverse(Q, 0, np.eye(4), np.zeros((3, 4, 4)), True, FREE, 5),
     "a parent behind": lambda: NativeChain(np.array([1]), FREE[2][:1], np.zeros((1, 3, 3, 3)), *np.zeros((3, 1, 3))),
     "margin": lambda: NativeWorld(CHAIN, np.nan),

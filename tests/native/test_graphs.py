@@ -1,7 +1,5 @@
 """Cheapest paths and detours, against SciPy's Dijkstra."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Signals are heard while the compiled library works: every call that can be long ends soon, or comes to an end."""
 
 # pyright: reportArgumentType=false
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -114,7 +112,7 @@ def zigzag() -> np.ndarray:
     return np.tile([[0.0], [1.0]], (MANY // 20 + 1, 1))[: MANY // 10 + 1]
 
 
-CHARGE = Charge(CHAIN, (0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1, 0.0), 1, False, 9, NO, 1, POINT, 6)
+CHARGE = Charge(CHAIN, (0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1, 0.0), 1, False, 9, NO, 1, POINT, (0, 6))
 JUDGE = Judge(WORLD, BOUNDS, 1e-4, CHARGE)
 
 
@@ -137,7 +135,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
     ),
     "manipulability": (
         CHAIN.manipulability_along,
-        lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, 6),
+        lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, (0, 6)),
     ),
     "motion_costs": (CHARGE.costs, lambda: (np.zeros((2**20, 1)), np.ones((2**20, 1)))),
     "descend": (descend, lambda: (JUDGE, long_descent())),

@@ -1,7 +1,5 @@
 """The compiled library against independent methods: certified distances, SciPy's Dijkstra, one thread or many."""
 
-from __future__ import annotations
-
 import math
 from itertools import combinations_with_replacement, product
 
@@ -12,11 +10,9 @@ from benchmarks.attack.cases import Case
 from benchmarks.attack.claims import world_of
 from benchmarks.attack.true_distance import true_distance
 from planner.collision.bounds import ClearanceBound
-from planner.collision.edge_prover import EdgeProver
-from planner.collision.path_moves import first_free
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
-from planner.native.compiled import NativeBoxes, NativeChain, NativeWorld, manipulability_costs, set_threads
+from planner.native.compiled import NativeBoxes, NativeChain, NativeWorld, manipulability_costs
 from planner.robot.poses import pose
 from planner.robot.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
 from tests.random_shapes import KINDS, blob, box_mesh, random_pose, random_shape
@@ -81,24 +77,6 @@ def test_what_touches_has_no_gap() -> None:
 def test_triangles_without_area() -> None:
     needle = Mesh(np.array([[0.0, 0, 0], [1.0, 0, 0], [0.5, 0, 0]]), np.array([[0, 1, 2], [0, 0, 0]]))
     assert close((Sphere(0.1), pose([0.3, 0.4, 0])), (needle, np.eye(4))) == pytest.approx(0.3)
-
-
-def test_the_same_bits_on_one_thread_and_on_many() -> None:
-    checker, robot = checker_of("panda", "shelf"), load("panda")
-    q = random_q(robot, 300, seed=1)
-    answers = []
-    for count in (1, 2, 7, 0):
-        set_threads(count)
-        prover, delta = EdgeProver(checker), 0.3 * np.roll(q, 1, axis=0)
-        proofs, pairs = prover.prove(q, delta), np.full(150, 2)
-        first = first_free(prover, q, delta, pairs, np.full(50, 3))
-        w = manipulability(robot, q)
-        rows, numbers = np.divmod(np.arange(len(q) * checker.bound.native.pairs), checker.bound.native.pairs)
-        gaps = checker.bound.close(*joint_placements(checker.chain, q), rows, numbers, 0.05)
-        answers.append((proofs.verdict, proofs.pair, proofs.samples, proofs.clearance, first, w, gaps))
-    for other in answers[1:]:
-        for one, same in zip(answers[0], other, strict=True):
-            np.testing.assert_array_equal(one, same)
 
 
 def test_costs_of_w_take_the_math_modules_logarithm() -> None:

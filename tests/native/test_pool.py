@@ -1,7 +1,5 @@
 """The threads of the compiled code: as few as calls want, the same ones every time, none in the way of the end."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

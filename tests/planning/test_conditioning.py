@@ -46,10 +46,10 @@ def test_the_floor_that_is_advised_can_be_kept(tmp_path):
     request = PlanRequest.from_options(
         nodes=150, collision="coal", beta=1.0, seed=1
     )  # with 0 it ends in a goal below the floor
-    found = plan(request)
+    found = plan(request=request, timing=None)
     floor = highest_floor(found.robot, found.roadmap, build_network(found.roadmap))
     found.save(tmp_path)
-    better = plan(request, roadmap=tmp_path / "roadmap.npz", min_manipulability=floor)
+    better = plan(request=request, roadmap=tmp_path / "roadmap.npz", min_manipulability=floor, timing=None)
     worst = better.record.conditioning
     assert worst is not None
     assert worst.w_min >= floor

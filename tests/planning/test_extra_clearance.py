@@ -30,7 +30,7 @@ def judged(found, q) -> float:
 
 @pytest.mark.parametrize("room", [0.0, 0.005, 0.02])
 def test_path_and_motion_keep_what_is_asked_for(room: float) -> None:
-    found = plan(ASKED.with_options(room=room), timing=TimingRequest())
+    found = plan(request=ASKED.with_options(room=room), timing=TimingRequest())
     assert found.clearance_kept == room
     along = np.vstack([dense_states(found.checker.world, a, b - a, 2e-3)[0] for a, b in itertools.pairwise(found.path)])
     motion = found.trajectory
@@ -49,7 +49,7 @@ def test_a_narrow_goal_leaves_half_of_it_or_less_and_says_so() -> None:
     line = np.column_stack([np.linspace(1.3, 0.2, 20_000), np.full(20_000, -0.8)])
     distance = Clearance(checker)(line, below=0.01)
     goal = line[np.argmax(distance < 0.004)]
-    found = plan(ASKED.with_options(goal=goal.tolist()), timing=TimingRequest())
+    found = plan(request=ASKED.with_options(goal=goal.tolist()), timing=TimingRequest())
     assert robot.name == found.robot.name
     assert found.clearance_kept == 0.0025
     assert found.clearance is not None

@@ -40,7 +40,9 @@ def upright():
 
 
 def test_the_cup_stays_upright_on_path_and_in_motion(upright):
-    free = planner.plan(robot="panda", scene="shelf", start="home", goal="xyz:-0.4,-0.4,0.5", path_only=True)
+    free = planner.plan(
+        robot="panda", scene="shelf", start="home", goal="xyz:-0.4,-0.4,0.5", path_only=True, timing=None
+    )
     assert tilt(free.robot, dense(free.path)) > 10.0  # without being asked it does not
     assert tilt(upright.robot, dense(upright.path)) <= 5.0 + 1e-6
     made = upright.trajectory
@@ -51,7 +53,7 @@ def test_the_cup_stays_upright_on_path_and_in_motion(upright):
 
 def test_a_roadmap_keeps_it_everywhere():
     plan = planner.plan(
-        robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", keep=DOWN, nodes=60, effort=2
+        robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", keep=DOWN, nodes=60, effort=2, timing=None
     )
     assert plan.solved
     roadmap = plan.roadmap
@@ -61,10 +63,12 @@ def test_a_roadmap_keeps_it_everywhere():
 
 
 def test_a_kept_roadmap_is_held_to_what_is_kept_now(tmp_path):
-    free = planner.plan(robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", nodes=60, effort=0)
+    free = planner.plan(
+        robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", nodes=60, effort=0, timing=None
+    )
     free.save(tmp_path)
     how: dict[str, Any] = {"robot": "panda", "scene": "empty", "start": "home", "goal": "xyz:-0.4,-0.4,0.5"}
-    plan = planner.plan(**how, roadmap=tmp_path / "roadmap.npz", keep=DOWN)
+    plan = planner.plan(**how, roadmap=tmp_path / "roadmap.npz", keep=DOWN, timing=None)
     assert plan.solved
     assert tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
 
@@ -79,6 +83,7 @@ def test_thin_conditions_are_kept_by_projection(keep):
         goal="box:0.397,-0.403,0.487,0.403,-0.397,0.493",
         keep=keep,
         path_only=True,
+        timing=None,
     )
     assert plan.solved
     (kept,) = plan.to_dict()["kept"]
@@ -90,7 +95,9 @@ def test_a_goal_may_leave_an_axis_free():
     goal = planner.ToolGoal(
         (planner.KeepBox((0.4, 0.4, 0.5), (0.4, 0.4, 0.5)), planner.KeepAxis("z", (0.0, 0.0, -1.0), 0.05))
     )
-    plan = planner.plan(robot="panda", scene="empty", start="home", goal=goal, path_only=True, ik_solutions=8)
+    plan = planner.plan(
+        robot="panda", scene="empty", start="home", goal=goal, path_only=True, ik_solutions=8, timing=None
+    )
     assert plan.goal == "xyz:0.4,0.4,0.5 & axis:z,0,0,-1,0.05"
     goals = plan.roadmap.nodes[plan.roadmap.goals]
     assert len(goals) == 8
@@ -122,7 +129,7 @@ def test_a_scene_keeps_too_and_check_judges_it(tmp_path, capsys, upright):
 
 def test_a_session_keeps_it(upright):
     session = planner.Session("panda", "empty", keep=DOWN, nodes=40)
-    plan = session.plan("home", "xyz:-0.4,-0.4,0.5")
+    plan = session.plan("home", "xyz:-0.4,-0.4,0.5", timing=None)
     assert plan.solved
     assert tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
     session.add(planner.Obstacle("ball", planner.Sphere(0.05), planner.pose([0.0, -0.6, 0.5])))

@@ -31,8 +31,12 @@ UNREACHED: dict[str, Any] = {"robot": "planar_2r", "scene": "empty", "nodes": 2,
 @cache
 def small() -> tuple[Plan, ...]:
     """With a motion, without, and without a path."""
-    timed = plan(PlanRequest.from_options(**SMALL), timing=TimingRequest())
-    return timed, plan(PlanRequest.from_options(**SMALL)), plan(PlanRequest.from_options(**UNREACHED))
+    timed = plan(request=PlanRequest.from_options(**SMALL), timing=TimingRequest())
+    return (
+        timed,
+        plan(request=PlanRequest.from_options(**SMALL), timing=None),
+        plan(request=PlanRequest.from_options(**UNREACHED), timing=None),
+    )
 
 
 @pytest.mark.parametrize("validator", ["plan"], indirect=True)
@@ -80,7 +84,9 @@ def test_robot_files_are_as_the_schema_says(validator: jsonschema.Draft202012Val
 
 @cache
 def direct() -> Plan:
-    return planner.plan(robot="panda", scene="empty", start="home", goal="xyz:0.45,0.25,0.5", beta=1.0, nodes=60)
+    return planner.plan(
+        robot="panda", scene="empty", start="home", goal="xyz:0.45,0.25,0.5", beta=1.0, nodes=60, timing=None
+    )
 
 
 def settled(**changes: Any) -> dict[str, str]:
@@ -128,7 +134,7 @@ def test_a_dip_of_w_between_the_states_of_edges_is_told() -> None:
     """Refinement seeks what is priced too low: with 1/w a path cost a quarter more than was said."""
     plan = planner.plan(
         robot="kinova", scene="empty", start="home", goal="xyz:0.3,0.3,0.5", beta=0.0, manipulability_cost="inverse",
-        nodes=300,
+        nodes=300, timing=None,
     )  # fmt: skip
     record, scale = plan.to_dict(), plan.roadmap.scale
     states = dense_path(plan.path, 1e-3)

@@ -1,7 +1,5 @@
 """The trade-off of eq. (finew) as one object."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from planner.problem.request import Objective, PlanRequest, SweepRequest

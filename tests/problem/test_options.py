@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from planner.problem.request import (
     RoadmapRequest,
     SweepRequest,
     TaskRequest,
-    with_objective,
+    request_of,
 )
 from planner.problem.targets import Joints, Named, Position
 
@@ -48,15 +49,48 @@ def test_an_objective_says_its_options_at_once_and_none_of_them_twice() -> None:
     objective = planner.Objective(0.2, "inverse", "workspace", "nodes", 0.01)
     own: dict[str, Any] = {"beta": 0.2, "manipulability_cost": "inverse", "metric": "workspace", "charge": "nodes"}
     plain = PlanRequest.from_options(seed=3, nodes=7)
-    request = with_objective(plain, objective, {"nodes": 7})
+    request = request_of(plain, objective, {"nodes": 7})
     assert request == plain.with_options(**own, min_manipulability=0.01)
     assert request.quality.objective == objective
     for name in (*own, "min_manipulability"):
         with pytest.raises(KeywordError, match=f"{name} is a part of the objective"):
-            planner.plan(objective=objective, **{name: {**own, "min_manipulability": 0.0}[name]})
+            planner.plan(objective=objective, **{name: {**own, "min_manipulability": 0.0}[name]}, timing=None)
     small: dict[str, Any] = {"robot": "planar_2r", "scene": "empty", "path_only": True}
-    by_objective = planner.plan(objective=planner.Objective(0.2), **small)
-    np.testing.assert_array_equal(planner.plan(beta=0.2, **small).path, by_objective.path)
+    by_objective = planner.plan(objective=planner.Objective(0.2), **small, timing=None)
+    np.testing.assert_array_equal(planner.plan(beta=0.2, **small, timing=None).path, by_objective.path)
+
+
+SHARED = ["robot", "scene", "request", "timing", "objective", "progress", "options"]
+
+
+@pytest.mark.parametrize("name", ["plan", "sweep", "follow", "task", "check", "Session", "Gate"])
+def test_the_front_is_one(name: str) -> None:
+    """Functions take what they share under the same names, in the same order, and times by default."""
+    given = inspect.signature(getattr(planner, name)).parameters
+    shared = [each for each in given if each in SHARED]
+    assert shared == [each for each in SHARED if each in shared]
+    assert {"robot", "scene"} <= set(shared)
+    assert "timing" not in given or given["timing"].default == planner.TimingRequest()
+    positional = [each for each, said in given.items() if said.kind is said.POSITIONAL_OR_KEYWORD]
+    assert positional == (["robot", "scene"] if name in ("plan", "sweep", "Session", "Gate") else [next(iter(given))])
+
+
+def test_a_request_that_is_given_by_position_is_refused_with_the_remedy() -> None:
+    for call in (planner.plan, planner.sweep):
+        with pytest.raises(TypeError, match=r"got a PlanRequest: give it as request=\."):
+            call(PlanRequest())  # type: ignore[arg-type]
+
+
+def test_robot_scene_and_options_replace_those_of_a_request() -> None:
+    plain = PlanRequest.from_options(robot="panda", scene="shelf", seed=3)
+    assert request_of(plain, None, {}) == plain
+    made = request_of(plain, planner.Objective(0.2), {"nodes": 7}, robot="iiwa14")
+    assert made == plain.with_options(robot="iiwa14", beta=0.2, nodes=7)
+    assert request_of(SweepRequest(), None, {}, "iiwa14", "paper") == SweepRequest()
+    with pytest.raises(KeywordError, match="sweep has no option 'beta'"):
+        request_of(SweepRequest(), planner.Objective(0.2), {})
+    with pytest.raises(KeywordError, match="task has no option 'min_manipulability'"):
+        request_of(TaskRequest(), planner.Objective(floor=0.2), {})
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """How runs end, and records: what is written is the record, key by key."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import pydantic

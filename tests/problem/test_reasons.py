@@ -1,7 +1,5 @@
 """Reasons: plain data for files, the names that a page draws red, and sentences with a remedy."""
 
-from __future__ import annotations
-
 import json
 from typing import get_type_hints
 

@@ -1,7 +1,5 @@
 """Requests from Python: objects, paths and arrays as well as names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +36,7 @@ def test_a_robot_and_a_scene_themselves_will_do() -> None:
     assert query.scene is world.scene
     assert request.config()["robot"] == "planar_2r"
     assert request.config()["scene"] == world.scene.name
-    found = planner.plan(request)
+    found = planner.plan(request=request, timing=None)
     assert found.outcome is Outcome.SOLVED
     assert found.scene is world.scene
 

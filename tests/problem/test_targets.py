@@ -1,11 +1,28 @@
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false
 """Targets as people write them."""
 
+import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from planner.base.errors import OptionError, StateError
-from planner.problem.targets import Joints, Named, Pose, Position, follow, parse_target, parse_targets
+from planner.problem.conditions import KeepAxis
+from planner.problem.targets import (
+    Joints,
+    Named,
+    Pose,
+    Position,
+    ToolGoal,
+    follow,
+    goals_of,
+    parse_base,
+    parse_target,
+    parse_targets,
+    target_of,
+)
 from tests.random_shapes import QUICK
 
 NUMBERS = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=9)
@@ -81,3 +98,35 @@ def test_names_of_names_end():
     for name in ("x", "me"):
         with pytest.raises(StateError, match="leads back to itself"):
             follow(name, states)
+
+
+@QUICK
+@given(st.integers(0, 2**31))
+def test_matrices_are_poses_and_lists_are_joint_values(seed):
+    position, turn = np.random.default_rng(seed).normal(size=(2, 3))
+    placement = pin.SE3(Rotation.from_rotvec(turn).as_matrix(), position)
+    for matrix in (placement, placement.homogeneous):
+        found = target_of(matrix)
+        assert isinstance(found, Pose)
+        np.testing.assert_allclose(found.xyz, placement.translation, atol=0)
+        np.testing.assert_allclose(Rotation.from_quat(found.quaternion).as_matrix(), placement.rotation, atol=1e-12)
+        assert goals_of([matrix, "home", matrix]) == (found, Named(("home",)), found)
+        axis = KeepAxis("z", (0.0, 0.0, 1.0), 0.1)
+        assert ToolGoal((matrix, axis)) == parse_target(f"{found.text} & {axis.text}")
+        assert ToolGoal(matrix).conditions == parse_target(f"{found.text} & {found.text}").conditions[:2]
+        *position, r, p, y = parse_base(matrix)
+        np.testing.assert_allclose(position, placement.translation, atol=0)
+        np.testing.assert_allclose(Rotation.from_euler("xyz", [r, p, y]).as_matrix(), placement.rotation, atol=1e-12)
+    rows = np.zeros((4, 4)).tolist()  # of four joints each
+    assert goals_of(rows) == (Joints((0.0, 0.0, 0.0, 0.0)),) * 4
+    assert goals_of(list(np.zeros((4, 4)))) == goals_of(rows)
+
+
+@pytest.mark.parametrize(
+    "matrix", [np.zeros((4, 4)), np.diag([1, 1, -1, 1]), np.eye(4) + 1e-3, np.full((4, 4), np.nan)]
+)
+@pytest.mark.parametrize("read", [target_of, goals_of, parse_base, ToolGoal])
+def test_a_matrix_that_is_not_rigid_is_refused(matrix, read):
+    with pytest.raises(OptionError, match=r"the \(4, 4\) pose given as .*\.$") as caught:
+        read(matrix)
+    assert "\n" not in str(caught.value)

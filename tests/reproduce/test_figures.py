@@ -1,7 +1,5 @@
 """Figures of the simulations show the numbers that they are given."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -9,8 +7,8 @@ import pytest
 
 from planner import gabf
 from reproduce.example import nine_node
-from reproduce.figures import beta_costs, exponent_summary, nine_node_graph, share_curves
-from tests.view.figures.panels import data, lines, require_labels
+from reproduce.figures import beta_costs, exponent_summary, nine_node_graph, node_histories, share_curves
+from tests.figures.panels import data, lines, require_labels
 
 
 def test_exponents_have_medians_with_their_range() -> None:
@@ -53,3 +51,22 @@ def test_shares_are_per_cent_from_before_the_first_iteration() -> None:
     (axes,) = share_curves({"Hebbian": [0.1, 0.5], "error-driven": [0.2, 1.0]}, graphs=3).axes
     np.testing.assert_allclose(lines(axes)["error-driven"], [[0, 1], [20, 100]])
     assert "3 graphs" in axes.get_ylabel()
+
+
+T = np.linspace(0.0, 2.0, 5)
+HISTORY = (T, np.array([3.0, 1.0, 0.1, 0.0, 0.0]), np.array([-4.0, -2.0, -1.0, 0.0, 0.0]))
+
+
+def test_a_nodes_error_and_input_stand_beside_each_other() -> None:
+    figure = node_histories([("h = 1", {"one": HISTORY, "two": HISTORY}), ("h = 2", {"one": HISTORY})], 3, 4.0)
+    parts: Any = figure.subfigs
+    assert len(parts) == 2
+    errors, sizes, inputs = parts[0].axes
+    shown = lines(errors)
+    assert set(shown) == {"one", "two"}
+    np.testing.assert_array_equal(shown["one"], [[*T, 4.0], [3.0, 1.0, 0.1, 0.0, 0.0, 0.0]])
+    assert data(sizes.get_lines()[0])[1].min() == 1e-10, "zero has no place on a log axis"
+    assert data(inputs.get_lines()[0])[1, 0] == -4.0
+    assert "x_{3}" in errors.get_ylabel()
+    assert "(km/s)" in inputs.get_ylabel()
+    assert errors.get_xlim()[1] <= 4.0

@@ -1,7 +1,5 @@
 """Claims become verdicts, a report is written whole, and a stop keeps the cases that are complete."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

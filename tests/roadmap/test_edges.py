@@ -1,7 +1,5 @@
 """What an edge's certificate promises: less room than there is, for every edge, however its proof came about."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -66,19 +64,13 @@ def test_what_was_proven_is_remembered_from_either_end(proven, monkeypatch):
     np.testing.assert_array_equal(looked[:half], samples[:half])
 
 
-def test_what_is_proven_one_after_the_other_is_remembered_too(proven):
+@pytest.mark.parametrize("remembered", [True, False])
+def test_what_is_proven_one_after_the_other_or_never_has_its_certificate(proven, remembered):
     q, edges, clearance, samples = proven
     prover = RecordingProver(make_post())
     is_free = prover.each_free()
-    assert all(is_free(q[i], q[j] - q[i]) for i, j in edges)
+    assert not remembered or all(is_free(q[i], q[j] - q[i]) for i, j in edges)
     found, looked = prover.certificates(q, edges)
-    np.testing.assert_array_equal(found, np.maximum(clearance, 0))
-    np.testing.assert_array_equal(looked, samples)
-
-
-def test_what_was_never_proven_alone_is_looked_at(proven):
-    q, edges, clearance, samples = proven
-    found, looked = RecordingProver(make_post()).certificates(q, edges)
     np.testing.assert_array_equal(found, np.maximum(clearance, 0))
     np.testing.assert_array_equal(looked, samples)
 
@@ -116,20 +108,13 @@ def test_each_piece_of_a_path_has_the_certificate_of_its_own_motion(proven):
         assert (looked > 0).all()
 
 
-def test_nothing_is_noted_of_pieces_of_what_was_not_proven():
+def test_nothing_is_claimed_for_what_cannot_be_proven():
+    """Neither for the motion nor for its pieces."""
     prover = RecordingProver(make_post())
     across = np.array([[-1.0, 0.0], [1.0, 0.0]])  # straight through the post
-    rows = in_pieces(prover, across, 0.5)
-    free, samples = prover.certificates(rows, np.array([[1, 2]]))
-    assert (free.tolist(), samples.tolist()) == ([0.0], [0])
-
-
-def test_nothing_is_claimed_for_what_cannot_be_proven():
-    """The end of a motion that was proven as a whole, in a world that would not prove it."""
-    q = np.array([[-1.0, 0.0], [1.0, 0.0]])  # straight through the post
-    clearance, samples = RecordingProver(make_post()).certificates(q, np.array([[0, 1]]))
-    assert clearance.tolist() == [0.0]
-    assert samples.tolist() == [0]
+    for rows, edge in ((across, [[0, 1]]), (in_pieces(prover, across, 0.5), [[1, 2]])):
+        free, samples = prover.certificates(rows, np.array(edge))
+        assert (free.tolist(), samples.tolist()) == ([0.0], [0])
 
 
 def test_no_edges_and_nothing_to_touch():

@@ -1,7 +1,5 @@
 """The search for a first path: proven motions from a start to a goal, or None within its counts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -10,8 +8,6 @@ import pytest
 from planner.base.progress import Progress
 from planner.collision.edge_prover import EdgeProver, MotionCheck, Verdict
 from planner.collision.looks import recheck
-from planner.planning.plan import plan
-from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
 from planner.roadmap.edges import Motions
@@ -200,8 +196,3 @@ def test_ends_that_are_all_but_the_same_leave_a_box_to_sample(apart: float) -> N
         space = InformedSet(robot, start[None], goal[None], float(np.linalg.norm(goal - start))).space
         with TreePlanners(space, lambda first, delta: True, np.random.default_rng(0)) as planners:
             assert planners.rrt_connect(start[None], goal[None], 0.1, 10) is not None
-
-
-def test_a_plan_between_ends_that_are_all_but_the_same() -> None:
-    found = plan(PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1e-310,1", nodes=20))
-    assert found.outcome is Outcome.SOLVED

@@ -1,7 +1,5 @@
 """A forest numbers each configuration once and keeps its edges sorted."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from planner.roadmap.forest import Forest

@@ -1,7 +1,5 @@
 """Growing with OMPL: proven motions only, by seed, by counts."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
@@ -21,7 +19,6 @@ from planner.roadmap.shortcuts import best_path
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
 from planner.trajectory.measure import joint_path_length, path_contact
-from tests.random_shapes import box_mesh
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, scene_of
 
 A, B = POST_START[None], POST_GOAL[None]
@@ -177,23 +174,6 @@ def test_several_starts_and_goals(post):
     assert growth.joined
 
 
-def test_two_roots_that_cannot_meet():
-    """The goal is shut in; both parts grow, by counts, and it ends."""
-    shut = make_checker(load("planar_2r"), scene_of(*cell()))
-    growth = grown(shut, nodes=40, join_motions=300, goals=np.array([[np.pi / 2, 0.4]]))
-    assert not growth.joined
-    assert growth.motions <= 300 + 20 * 40 + 500
-    labels = component_labels(len(growth.nodes), growth.edges)
-    assert labels[growth.starts[0]] != labels[growth.goals[0]]
-
-
-def cell():
-    """Two walls beside the second link while the first one points along y."""
-    at = pose([0.0, 0.0, 0], [0, 0, np.pi / 2])
-    walls = [(0.28, -0.12), (0.28, 0.12)]
-    return [(Box((0.3, 0.02, 0.2)), at @ pose([x, y, 0])) for x, y in walls]
-
-
 def test_stop_ends_it_at_once_and_keeps_the_ends(post):
     growth = grow(EdgeProver(post), A, B, 500, 0, GrowthSettings(), Progress(stop=lambda: True))
     assert len(growth.nodes) == 2
@@ -219,14 +199,6 @@ def test_continuous_joints_stay_within_a_turn_and_wrap():
     assert np.linalg.norm(delta, axis=1).max() <= 0.8 + 1e-9
     crossing = np.abs(growth.nodes[growth.edges[:, 0], 0] - growth.nodes[growth.edges[:, 1], 0]) > np.pi
     assert crossing.any()  # the short way from 3 to -3 leads past pi
-
-
-def test_the_growth_of_a_mesh_scene_is_free_too():
-    checker = make_checker(load("planar_2r"), scene_of((box_mesh((0.1, 0.02, 0.2)), pose([0.75, 0, 0]))))
-    growth = grown(checker)
-    assert growth.joined
-    for i, j in growth.edges[:30]:
-        assert recheck(checker, growth.nodes[i], growth.nodes[j] - growth.nodes[i], 1e-3) is None
 
 
 # the whole roadmap

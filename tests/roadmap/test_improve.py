@@ -1,7 +1,5 @@
 """Refined paths and searches: against the exact optimum of a planar arm, cheaper, proven, above floors, repeatable."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from planner.cost.motion_cost import MotionCost
@@ -23,7 +21,7 @@ SHORTEST = 3.646  # rad: the hull of ends and contact states, bisected in 1001 c
 
 
 def test_the_effort_converges_to_the_shortest_path() -> None:
-    found = [plan(ASKED.with_options(effort=effort)) for effort in (0, 30)]
+    found = [plan(request=ASKED.with_options(effort=effort), timing=None) for effort in (0, 30)]
     length = [joint_path_length(each.path) for each in found]
     assert SHORTEST - 1e-3 < length[1] < 1.005 * SHORTEST
     assert length[1] < length[0]

@@ -1,7 +1,5 @@
 """What keeps start and goal apart: what is named suffices, by another roadmap in a world without it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

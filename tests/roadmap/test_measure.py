@@ -1,7 +1,5 @@
 """What a roadmap keeps of its edges."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The roadmap that a request names: grown, or loaded and linked."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from pathlib import Path
@@ -128,7 +126,7 @@ def test_a_world_is_the_same_to_the_bit_of_shapes_and_places_and_with_no_larger_
 def test_where_w_has_other_rows_it_is_measured_again():
     """Nothing else differs: such a roadmap would have the costs of another manipulability."""
     robot = load("planar_2r")
-    other = replace(robot, manipulability="pose" if robot.manipulability != "pose" else "translation")
+    other = replace(robot, jacobian_rows="pose" if robot.jacobian_rows != "pose" else "translation")
     checker = make_checker(other, make_post().world.scene)
     assert not same_world(OLD, checker)
     part = in_this_world(OLD, checker)

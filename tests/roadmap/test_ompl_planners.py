@@ -1,7 +1,5 @@
 """OMPL's planners under our motion check, in spaces where the truth is known without any robot."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

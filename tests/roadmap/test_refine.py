@@ -1,7 +1,5 @@
 """Refined paths: cheaper, proven, above floors."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np
@@ -19,7 +17,7 @@ from tests.worlds import checker_of, load, small_plan
 
 @lru_cache
 def unrefined() -> Plan:
-    return plan(small_plan().request.with_options(effort=0))  # type: ignore[arg-type]
+    return plan(request=small_plan().request.with_options(effort=0), timing=None)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -28,3 +29,13 @@ def test_rotations_are_scipys(seed: int) -> None:
 def test_a_quaternion_of_zero_has_no_direction() -> None:
     with pytest.raises(ValueError, match="zero length"):
         pose(quaternion=[0.0, 0.0, 0.0, 0.0])
+
+
+def test_a_matrix_is_a_pose() -> None:
+    placement = pin.SE3(Rotation.from_rotvec([0.3, -0.2, 0.9]).as_matrix(), np.array([1.0, 2.0, 3.0]))
+    for given in (placement, placement.homogeneous, pose(placement)):
+        np.testing.assert_array_equal(pose(given), placement.homogeneous)
+    with pytest.raises(ValueError, match="not rigid"):
+        pose(2.0 * placement.homogeneous)
+    with pytest.raises(ValueError, match="leave rpy and quaternion out"):
+        pose(placement, rpy=[0.0, 0.0, 1.0])

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.kinematics.forward import tool_pose
-from planner.kinematics.manipulability import jacobian
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from tests.random_shapes import QUICK
@@ -27,10 +26,7 @@ def test_every_robot(name):
     assert ((robot.lower <= robot.home) & (robot.home <= robot.upper)).all()
     assert robot.bodies
     assert robot.model.frames[robot.tool_id].name == robot.tool
-    assert jacobian(robot, robot.home).shape == (
-        {"pose": 6, "translation": 3, "planar": 2}[robot.manipulability],
-        robot.dof,
-    )
+    assert robot.jacobian(robot.home).shape == (6, robot.dof)
     if robot.disabled_pairs is not None:
         links = {frame.name for frame in robot.model.frames}
         assert {len(pair) for pair in robot.disabled_pairs} <= {1, 2}
@@ -80,7 +76,7 @@ def test_fixed_joints_move_what_hangs_on_them():
 def test_a_urdf_by_path(urdf_file):
     inside = link_xml("a") + link_xml("b") + joint_xml("j", "a", "b", limit="0.5 1")
     robot = Robot.load(urdf_file(inside, name="mine"))
-    assert (robot.name, robot.joints, robot.tool, robot.manipulability) == ("mine", ("j",), "b", "translation")
+    assert (robot.name, robot.joints, robot.tool, robot.jacobian_rows) == ("mine", ("j",), "b", "translation")
     assert robot.home.tolist() == [0.5]  # 0 lies outside the limits
     assert robot.disabled_pairs is None
 
@@ -93,7 +89,8 @@ VARIANTS = {
     "limits": lambda: replace(load("iiwa14"), upper=load("iiwa14").upper * 0.9),
     "pairs": lambda: replace(load("iiwa14"), disabled_pairs=frozenset()),
     "no pairs": lambda: replace(load("iiwa14"), disabled_pairs=None),
-    "manipulability": lambda: replace(load("iiwa14"), manipulability="translation"),
+    "jacobian_rows": lambda: replace(load("iiwa14"), jacobian_rows="translation"),
+    "measure": lambda: replace(load("iiwa14"), measure="joint-limits"),
     "bodies": lambda: replace(load("iiwa14"), bodies=load("iiwa14").bodies[:-1]),
     "continuous": lambda: replace(load("iiwa14"), continuous=np.ones(7, dtype=bool)),
     "other robot": lambda: load("panda"),
@@ -167,5 +164,5 @@ def test_normalise_stays_below_half_a_turn():
 def test_only_motions_below_half_a_turn_are_told_by_their_ends():
     robot = load("kinova")
     turn = np.where(robot.continuous, np.pi, 4.0)
-    assert robot.told_by_ends(np.array([0.9 * turn, turn, -turn])).tolist() == [True, False, False]
-    assert load("iiwa14").told_by_ends(np.full((2, 7), 4.0)).all()
+    assert robot.is_below_half_turn(np.array([0.9 * turn, turn, -turn])).tolist() == [True, False, False]
+    assert load("iiwa14").is_below_half_turn(np.full((2, 7), 4.0)).all()

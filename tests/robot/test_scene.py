@@ -1,15 +1,22 @@
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false
 """Scene files: what each key means, what is refused and with which words."""
 
-import numpy as np
-import pytest
+from pathlib import Path
+from typing import Any
 
-from planner.base.errors import SceneError
+import numpy as np
+import pinocchio as pin
+import pytest
+import trimesh
+
+from planner.base.errors import FileError, SceneError
 from planner.problem.targets import Named, parse_target
 from planner.robot.files.urdf import frame_id
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
 from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
+from planner.robot.solids import is_watertight
 from tests.worlds import SCENES
 
 STL = """solid one
@@ -176,3 +183,76 @@ def test_what_is_carried_becomes_a_body_of_the_link_that_holds_it(scene):
     assert (rod.name, rod.shape, rod.joint) == ("rod", Capsule(0.01, 0.2), held.parentJoint)
     np.testing.assert_allclose(rod.placement, held.placement.homogeneous @ pose([0, 0, 0.1]))
     assert robot.touching == {frozenset(("rod", "link_2")), frozenset(("rod", "link_1"))}
+
+
+DICTS: Any = [
+    {"type": "box", "size": np.array([0.8, 0.3, 0.02]), "position": (0.5, 0, 0.6)},
+    {"name": "post", "type": "cylinder", "radius": 0.03, "length": 1.0, "rpy": [0, 1.5, 0], "speed_limit": 0.2},
+    {"name": "part", "type": "mesh", "file": Path("one.stl"), "scale": 0.001},
+    {"name": "cart", "type": "sphere", "radius": 0.1, "motion": [{"t": 0}, {"t": 2, "position": [1, 0, 0]}]},
+]
+YAML = """
+obstacles:
+  - {name: box_0, type: box, size: [0.8, 0.3, 0.02], position: [0.5, 0, 0.6]}
+  - {name: post, type: cylinder, radius: 0.03, length: 1.0, rpy: [0, 1.5, 0], speed_limit: 0.2}
+  - {name: part, type: mesh, file: one.stl, scale: 0.001}
+  - {name: cart, type: sphere, radius: 0.1, motion: [{t: 0}, {t: 2, position: [1, 0, 0]}]}
+"""
+
+
+def test_dicts_are_what_a_file_says(scene, tmp_path, monkeypatch):
+    (tmp_path / "one.stl").write_text(STL)
+    monkeypatch.chdir(tmp_path)
+    read, made = scene(YAML), Scene(obstacles=DICTS)
+    assert made.identity == read.identity
+    for a, b in zip((*made.obstacles, *made.moving), (*read.obstacles, *read.moving), strict=True):
+        assert (a.name, a.shape.content()[0]) == (b.name, b.shape.content()[0])
+    assert [each.speed_limit for each in made.obstacles] == [0.0, 0.2, 0.0]
+    np.testing.assert_array_equal(made.moving[0].motion.poses, read.moving[0].motion.poses)
+    with pytest.raises(SceneError, match="has 'post' twice"):
+        Scene("x", (*read.obstacles, DICTS[1]))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error", "words"),
+    [
+        ([{"type": "box"}], SceneError, "'obstacles.0.box.size' is missing"),
+        ([{"type": "sphere", "radius": 0.1, "positon": [0, 0, 1]}], SceneError, "did you mean 'position'"),
+        ([{"type": "mesh", "file": "nowhere.stl"}], FileError, "nowhere.stl not found"),
+        ([5], TypeError, "obstacles must be planner.Obstacle, MovingObstacle or dicts, got int"),
+    ],
+)
+def test_wrong_dicts_are_refused(wrong, error, words):
+    with pytest.raises(error, match=words):
+        Scene(obstacles=wrong)
+
+
+def test_none_is_the_empty_scene():
+    assert Scene.load(None).name == "empty"
+    made = Scene.load("paper")
+    assert Scene.load(made) is made
+
+
+@pytest.mark.parametrize("process", [True, False])
+def test_a_trimesh_is_what_its_file_is(process, scene, tmp_path):
+    """Whether trimesh has joined the vertices or not."""
+    ring, place = trimesh.creation.annulus(0.1, 0.2, 0.3), pin.SE3.Random()
+    ring.export(tmp_path / "ring.stl")
+    read = scene("obstacles: [{name: ring, type: mesh, file: ring.stl}]").obstacles[0]
+    loaded: Any = trimesh.load_mesh(tmp_path / "ring.stl", process=process)
+    made = Obstacle("ring", loaded, place)
+    assert isinstance(made.shape, Mesh)
+    np.testing.assert_array_equal(made.shape.vertices, read.shape.vertices)
+    np.testing.assert_array_equal(made.shape.triangles, read.shape.triangles)
+    np.testing.assert_array_equal(made.placement, place.homogeneous)
+    assert is_watertight(made.shape)
+
+
+def test_primitives_of_trimesh_are_meshes():
+    box: Any = trimesh.primitives.Box((0.1, 0.2, 0.3))
+    mesh = Obstacle("box", box, np.eye(4)).shape
+    assert isinstance(mesh, Mesh)
+    assert is_watertight(mesh)
+    np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), [0.1, 0.2, 0.3])
+    with pytest.raises(TypeError, match=r"a trimesh.Trimesh, got Scene"):
+        Obstacle("scene", box.scene(), np.eye(4))

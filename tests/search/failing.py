@@ -1,7 +1,5 @@
 """A second look that sees contacts where a test wants them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

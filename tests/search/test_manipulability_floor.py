@@ -1,7 +1,5 @@
 """The manipulability floor: the search against brute force over all ways, the promise at ten times finer sampling."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from functools import cache
@@ -108,7 +106,7 @@ def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None
 @pytest.mark.parametrize("charge", ["nodes", "edges"])
 def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> None:
     floor = 0.05  # start and goal of the paper's scenario lie below
-    found = plan(PlanRequest.from_options(nodes=150, min_manipulability=floor, charge=charge))  # type: ignore[arg-type]
+    found = plan(request=PlanRequest.from_options(nodes=150, min_manipulability=floor, charge=charge), timing=None)  # type: ignore[arg-type]
     assert found.outcome is Outcome.SOLVED
     w = manipulability(found.robot, dense_path(found.path, 1e-3))
     assert w[0] < floor
@@ -200,6 +198,6 @@ def test_below_what_was_asked_a_plan_keeps_to_the_highest_floor(tmp_path: Path) 
     assert far == near >= widest  # what is found does not hang on how far above all w the floor was
     save_roadmap(roadmap, tmp_path / "kept.npz")
     for floor in (below_ends, near):
-        again = plan(nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=floor, effort=0)
+        again = plan(nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=floor, effort=0, timing=None)
         assert len(again.path)
         assert first_violation(robot, again.path, floor) is None

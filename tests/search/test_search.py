@@ -1,7 +1,5 @@
 """The one search: its path is Dijkstra's on what is left, whatever fails on the way and however the field begins."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,13 +1,11 @@
 """A client for tests, and the code of the page that tells users how."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import re
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from websockets.sync.client import ClientConnection, connect
 
@@ -29,7 +27,7 @@ class Client:
         self._held.enter_context(self.socket)
         self.events, self._ids = list[dict[str, Any]](), itertools.count(1)
 
-    def __enter__(self) -> Client:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

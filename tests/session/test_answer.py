@@ -1,7 +1,5 @@
 """From a query to its answer: the first grows a roadmap, later ones link their ends, old guests leave."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

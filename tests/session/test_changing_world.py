@@ -1,8 +1,6 @@
 """The gate in a world that changes: as a new gate in that world; what may move by itself is given room."""
 
 # pyright: reportArgumentType=false
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """What is known of edges, part by part: a change costs what it concerns, and comes back where it goes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

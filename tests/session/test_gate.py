@@ -1,8 +1,6 @@
 """Verdicts: what a controller runs, limits, stops, bad input, threads."""
 
 # pyright: reportArgumentType=false, reportAttributeAccessIssue=false
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -101,13 +99,13 @@ def test_limits_are_judged_by_exact_extrema_and_may_be_left_out(kind: str, order
             continue
         for share, safe in ((1.001, True), (0.999, False)):
             tight = replace(wide, **{kind: np.full(2, share * peak)})
-            found = Gate(robot, Scene("x", (FAR,)), tight).check(steps(), zeros, zeros, **chunk, stop=False)
+            found = Gate(robot, Scene("x", (FAR,)), limits=tight).check(steps(), zeros, zeros, **chunk, stop=False)
             assert found.safe is safe
             if not safe:
                 assert found.reason is not None
                 assert (found.reason.kind, found.reason.on, found.reason.limit) == ("limit", "motion", kind)
                 judged = [name for name in ("position", "velocity", "acceleration", "jerk") if name != kind]
-                left_out = Gate(robot, Scene("x", (FAR,)), tight, judged=judged)
+                left_out = Gate(robot, Scene("x", (FAR,)), limits=tight, judged=judged)
                 assert left_out.check(steps(), zeros, zeros, **chunk, stop=False).safe
 
 
@@ -332,6 +330,8 @@ def test_what_is_kept_is_kept_by_the_motion_and_by_its_stops() -> None:
     assert free.check(across, np.zeros((2, 2)), times=times, state=here).safe
     verdict = gate.check(across, np.zeros((2, 2)), times=times, state=here)
     assert not verdict.safe
+    assert not verdict
+    assert len(repr(verdict)) < 300
     assert verdict.reason is not None
     assert (verdict.reason.kind, verdict.reason.on, verdict.safe_until) == ("kept", "motion", 2.0)
     assert keep.text in str(verdict)

@@ -1,7 +1,5 @@
 """An optimiser against the gate: nothing that it calls safe touches, and it finds what is not proven."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

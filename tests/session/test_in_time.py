@@ -1,7 +1,5 @@
 """Planning in time: what is found is proven, touches at no sampled moment, waits, and says how long it holds."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -20,11 +18,12 @@ from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 ACROSS = KnownMotion([0, 3, 6, 9], [pose(p) for p in ([1.2, 0.9, 0], [0.3, -0.5, 0], [0.3, -0.5, 0], [-1.5, -1.5, 0])])
 CART = MovingObstacle("cart", Box((0.2, 0.2, 0.2)), ACROSS)
+VAN = MovingObstacle("van", Box((0.2, 0.2, 0.2)), KnownMotion([0, 9], [pose([5.0, 5.0, 0.0])] * 2))  # out of reach
 DOG = Obstacle("dog", Sphere(0.05), pose([-1.2, 1.2, 0]), speed_limit=0.2)
 
 
 def fresh(*obstacles: Obstacle | MovingObstacle) -> Session:
-    session = Session(load("planar_2r"), make_post().world.scene, post_roadmap(), join_motions=300)
+    session = Session(load("planar_2r"), make_post().world.scene, roadmap=post_roadmap(), join_motions=300)
     for obstacle in obstacles:
         session.add(obstacle)
     return session
@@ -42,32 +41,32 @@ def touched(session: Session, trajectory: Trajectory, moving: MovingObstacle) ->
 
 
 def test_a_motion_among_what_moves_waits_is_proven_and_touches_at_no_moment() -> None:
-    session = fresh()
-    alone = session.plan_in_time(POST_START, POST_GOAL)
+    session = fresh(VAN)
+    alone = session.plan(POST_START, POST_GOAL)
     assert alone.trajectory is not None
     assert alone.trajectory.proven
     assert alone.route is not None
     assert not alone.route.waits.any()
     assert touched(session, alone.trajectory, CART)
     session.add(CART)
-    answer = session.plan_in_time(POST_START, POST_GOAL)
+    answer = session.replan()
     assert answer.trajectory is not None
     assert answer.trajectory.proven
     assert answer.trajectory.duration > alone.trajectory.duration
     assert answer.route is not None
     assert answer.route.waits.any()
     assert not touched(session, answer.trajectory, CART)
-    assert answer.trajectory.proof["moving"]["obstacles"] == ["cart"]
+    assert answer.trajectory.proof["moving"]["obstacles"] == ["van", "cart"]
     np.testing.assert_array_equal(answer.trajectory.at(0.0)[0], POST_START)
     np.testing.assert_allclose(answer.trajectory.at(answer.route.arrivals[-1])[0], POST_GOAL, atol=1e-9)
     session.remove("cart")
-    again = session.plan_in_time(POST_START, POST_GOAL)
+    again = session.plan(POST_START, POST_GOAL)
     np.testing.assert_array_equal(again.path, alone.path)
 
 
 def test_a_horizon_holds_whatever_the_obstacle_does_below_its_limit() -> None:
     session, rng, late = fresh(DOG), np.random.default_rng(0), 0
-    path = session.plan(POST_START, POST_GOAL).path
+    path = session.plan(POST_START, POST_GOAL, timing=None).path
     trajectory = time_path(path, session.checker)
     until = trajectory.proof["horizon"]["free_until"]
     assert trajectory.proof["horizon"]["speed_limits"] == {"dog": 0.2}

@@ -1,10 +1,9 @@
 """Changes of a world: session and gate know each of them, and what a session knows then holds."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from planner.base.errors import SceneError
@@ -44,9 +43,9 @@ def test_what_is_attached_moves_with_the_arm_and_is_put_down_where_it_is_held() 
 
 
 def test_a_gate_and_a_session_of_one_world_know_every_change() -> None:
-    session = Session(load("planar_2r"), make_post().world.scene, post_roadmap())
+    session = Session(load("planar_2r"), make_post().world.scene, roadmap=post_roadmap())
     gate = Gate(session.world)
-    path = session.plan(POST_START, POST_GOAL).path
+    path = session.plan(POST_START, POST_GOAL, timing=None).path
     chunk = {"times": np.arange(len(path)) * 60.0, "stop": False}
     assert gate.check(path, **chunk).safe
     revision = gate.world.now[1]
@@ -65,7 +64,10 @@ def test_a_gate_and_a_session_of_one_world_know_every_change() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_a_session_that_looks_away_knows_what_one_that_looks_knows(seed: int) -> None:
     """Any changes, made behind its back: what is free then is what a prover of the whole world proves."""
-    rng, session = np.random.default_rng(seed), Session(load("planar_2r"), make_post().world.scene, post_roadmap())
+    rng, session = (
+        np.random.default_rng(seed),
+        Session(load("planar_2r"), make_post().world.scene, roadmap=post_roadmap()),
+    )
     live = session.world
     for _ in range(8):
         for _ in range(rng.integers(1, 6)):
@@ -95,3 +97,18 @@ def change_at_random(live: LiveWorld, rng: np.random.Generator) -> None:
                 live.detach(str(rng.choice(carried)), q)
             case _ if names:
                 live.move(str(rng.choice(names)), place)
+
+
+def test_dicts_and_matrices_are_taken_as_obstacles_and_poses() -> None:
+    session, one = Session("planar_2r", None, nodes=4), pose([0.0, 0.0, 3.0], rpy=[0.1, 0.2, 0.3])
+    assert session.scene.name == Gate("planar_2r", None).scene.name == "empty"
+    session.add({"name": "far", "type": "sphere", "radius": 0.1, "position": [0.0, 0.0, 3.0]})
+    np.testing.assert_array_equal(session.scene.obstacles[0].placement, FAR.placement)
+    for given in (one, pin.SE3(np.array(one))):
+        session.move("far", [0.0, 1.0, 3.0])
+        session.move("far", given)
+        np.testing.assert_array_equal(session.scene.obstacles[0].placement, one)
+    session.add({"type": "box", "size": [0.1, 0.1, 0.1], "motion": [{"t": 0, "position": [0, 0, 2]}, {"t": 1}]})
+    assert [item.name for item in session.scene.moving] == ["box_0"]
+    with pytest.raises(SceneError, match="'far' is empty or taken"):
+        session.add({"name": "far", "type": "sphere", "radius": 0.1})

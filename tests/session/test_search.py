@@ -1,7 +1,5 @@
 """The lazy search: it ends on a path that is proven now, and proves little else."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A session in a changing world: what it believes is what proving everything says, whatever happened before."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -16,6 +14,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.problem.outcome import Outcome
 from planner.roadmap.roadmap import segments
 from planner.roadmap.storage import load_roadmap, same_world
+from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Obstacle, Sphere
@@ -30,7 +29,7 @@ BALL = Obstacle("ball", Sphere(0.08), pose([-0.5, 0.5, 0]))
 
 
 def fresh(**options) -> Session:
-    return Session(load("planar_2r"), make_post().world.scene, post_roadmap(), join_motions=300, **options)
+    return Session(load("planar_2r"), make_post().world.scene, roadmap=post_roadmap(), join_motions=300, **options)
 
 
 def everything_decided(session: Session) -> LiveRoadmap:
@@ -55,7 +54,7 @@ def require_true(session: Session) -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_whatever_changes_the_edges_are_those_that_a_proof_of_all_gives(seed: int) -> None:
     rng, session = np.random.default_rng(seed), fresh()
-    session.plan(POST_START, POST_GOAL)
+    session.plan(POST_START, POST_GOAL, timing=None)
     for step in range(12):
         names = [obstacle.name for obstacle in session.scene.obstacles]
         kind = rng.integers(4)
@@ -83,7 +82,7 @@ def test_whatever_changes_the_edges_are_those_that_a_proof_of_all_gives(seed: in
 
 def test_what_an_obstacle_blocks_comes_back_without_a_check_when_it_goes() -> None:
     session = fresh()
-    first = session.plan(POST_START, POST_GOAL)
+    first = session.plan(POST_START, POST_GOAL, timing=None)
     before = session.roadmap
     session.add(BALL)
     now = everything_decided(session)
@@ -101,7 +100,7 @@ def test_what_an_obstacle_blocks_comes_back_without_a_check_when_it_goes() -> No
 
 def test_a_short_move_spends_clearance_only() -> None:
     session = fresh()
-    session.plan(POST_START, POST_GOAL)
+    session.plan(POST_START, POST_GOAL, timing=None)
     clearance = session.live.proofs.clearance
     change = session.move("thing0", position=[0.75, 0.004, 0])
     assert change.opened == int((clearance <= 0.004 + 1e-9).sum())
@@ -113,7 +112,7 @@ def test_the_same_calls_give_the_same_answers() -> None:
     paths = []
     for _ in range(2):
         session = fresh(seed=3)
-        session.plan(POST_START, POST_GOAL, beta=0.3)
+        session.plan(POST_START, POST_GOAL, beta=0.3, timing=None)
         session.add(BALL)
         session.move("thing0", position=[0.7, 0.1, 0])
         paths.append(session.replan().path)
@@ -133,7 +132,7 @@ BAD = {
 @pytest.mark.parametrize("name", BAD)
 def test_a_bad_call_is_a_sentence_and_leaves_the_session_as_it_was(name: str) -> None:
     session = fresh()
-    first = session.plan(POST_START, POST_GOAL)
+    first = session.plan(POST_START, POST_GOAL, timing=None)
     before = session._known, session.world.now
     call, words = BAD[name]
     with pytest.raises(PlannerError, match=words) as caught:
@@ -145,13 +144,13 @@ def test_a_bad_call_is_a_sentence_and_leaves_the_session_as_it_was(name: str) ->
 
 def test_nothing_grows_over_many_changes_and_queries() -> None:
     session, rng = fresh(), np.random.default_rng(0)
-    session.plan(POST_START, POST_GOAL)
+    session.plan(POST_START, POST_GOAL, timing=None)
     lasting = session.live.lasting
     for step in range(60):
         session.add(Obstacle(f"guest {step}", Sphere(0.02), pose([2.0, 0, 0])))
         session.remove(f"guest {step}")
-        session.plan(POST_START + rng.uniform(-0.1, 0.1, 2), POST_GOAL)
-    session.plan(POST_START, POST_GOAL)  # adds nothing: the ends are nodes
+        session.plan(POST_START + rng.uniform(-0.1, 0.1, 2), POST_GOAL, timing=None)
+    session.plan(POST_START, POST_GOAL, timing=None)  # adds nothing: the ends are nodes
     now = session.live
     assert len(now.roadmap.nodes) <= 1.5 * lasting + 2
     assert now.proofs.known.shape == (len(now.roadmap.edges), 2)
@@ -161,10 +160,14 @@ def test_nothing_grows_over_many_changes_and_queries() -> None:
 
 def test_a_closed_session_ends_what_is_under_way() -> None:
     session = fresh()
-    session.plan(POST_START, POST_GOAL)
+    session.plan(POST_START, POST_GOAL, timing=None)
     before = session._known
     session.close()
-    for call in (lambda: session.plan(POST_START, POST_GOAL), session.replan, lambda: session.remove("post")):
+    for call in (
+        lambda: session.plan(POST_START, POST_GOAL, timing=None),
+        session.replan,
+        lambda: session.remove("post"),
+    ):
         with pytest.raises(PlannerError, match="session is closed"):
             call()
         assert session._known is before
@@ -174,14 +177,14 @@ def test_a_closed_session_ends_what_is_under_way() -> None:
 def test_whether_the_path_holds_is_what_a_check_of_it_says(seed: int) -> None:
     rng, session = np.random.default_rng(seed), fresh()
     assert not session.holds()
-    session.plan(POST_START, POST_GOAL)
+    session.plan(POST_START, POST_GOAL, timing=None)
     assert session.holds()
     said = set()
     session.add(Obstacle("box", Box((0.1, 0.1, 0.2)), pose([3.0, 0.0, 0.0])))
     before = session.checker
     for _ in range(25):
         session.world.restore(before)
-        answer = session.plan(POST_START, POST_GOAL)
+        answer = session.plan(POST_START, POST_GOAL, timing=None)
         try:
             session.move("box", [*rng.uniform(-1, 1, 2), 0.0])
         except SceneError:
@@ -205,7 +208,7 @@ def test_a_sessions_plan_is_a_plan_with_its_files_and_its_page(
     validator: jsonschema.Draft202012Validator, tmp_path: Path
 ) -> None:
     session = fresh(collision="coal")
-    first = session.plan(POST_START, POST_GOAL, beta=0.3)
+    first = session.plan(POST_START, POST_GOAL, beta=0.3, timing=None)
     session.add(BALL)
     found = session.replan()
     for made in (first, found):
@@ -226,18 +229,29 @@ def test_a_sessions_plan_is_a_plan_with_its_files_and_its_page(
     assert found.seconds > 0.0
 
 
+def test_a_session_plans_in_time_and_replans_as_it_was_asked() -> None:
+    session = fresh()
+    made = session.plan(POST_START, POST_GOAL)
+    assert made.trajectory is not None
+    assert planner.check(made).proven
+    np.testing.assert_array_equal(made.trajectory.at(0.0)[0], POST_START)
+    assert session.replan().trajectory is not None
+    assert session.plan(POST_START, POST_GOAL, timing=None).trajectory is None
+    assert session.replan().trajectory is None
+
+
 def test_a_session_keeps_a_floor() -> None:
     """Each path is looked at densely by the one function that judges the floors of plans."""
     plain = Session("panda", "shelf", nodes=60, collision="coal", seed=6)
-    free = plain.plan(beta=1.0)
+    free = plain.plan(beta=1.0, timing=None)
     w = path_manipulability(free.robot, free.path)
     tried = np.append(np.linspace(w.min(), w.max(), 12), 0.08)
     floors = [floor for floor in tried.tolist() if first_violation(free.robot, free.path, floor) is not None]
     assert floors, "without a floor the path dips below one"
     kept_to = 0
     for floor in floors:
-        session = Session("panda", "shelf", plain.roadmap, collision="coal", min_manipulability=floor)
-        for kept in (session.plan(beta=1.0), session.replan(), session.plan(beta=0.3)):
+        session = Session("panda", "shelf", roadmap=plain.roadmap, collision="coal", min_manipulability=floor)
+        for kept in (session.plan(beta=1.0, timing=None), session.replan(), session.plan(beta=0.3, timing=None)):
             assert kept.outcome in (Outcome.SOLVED, Outcome.TOO_SINGULAR)
             assert (kept.max_error_vs_oracle or 0.0) <= 1e-9
             if kept.solved:
@@ -246,5 +260,7 @@ def test_a_session_keeps_a_floor() -> None:
                 assert planner.check(kept.path, checker=kept.checker).ok
                 kept_to += 1
     assert kept_to >= len(floors)
+    floored = Session("panda", "shelf", min_manipulability=0.01)
+    floored.add(MovingObstacle("cart", Sphere(0.1), KnownMotion([0, 9], [pose([3.0, 0.0, 0.0])] * 2)))
     with pytest.raises(SceneError, match="no --min"):
-        Session("panda", "shelf", min_manipulability=0.01).plan_in_time()
+        floored.plan()

@@ -1,8 +1,6 @@
 """The stops of verdicts, jumps at the first point, and shapes that touch by rounding."""
 
 # pyright: reportArgumentType=false
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -72,7 +70,10 @@ def test_the_stop_of_a_safe_chunk_is_the_one_that_was_proven() -> None:
         for verdict, gate in just_free(attack, np.random.default_rng(seed)):
             stop = verdict.stop
             assert stop is not None
+            assert stop.proven
             assert "not proven" not in repr(stop)
+            assert verdict
+            assert len(repr(verdict)) < 200
             assert stop.proof["pieces_free"] == stop.proof["pieces"] == len(stop.seconds)
             states = stop.at(np.linspace(0.0, stop.duration, 60))
             assert second_checker(gate.checker).first_contact(states) is None
@@ -96,7 +97,7 @@ def test_what_jumps_between_the_state_and_a_first_point_at_0_s_is_not_safe(
 ) -> None:
     robot, one = load("iiwa14"), np.eye(7)[2]
     limits = planner.MotionLimits.of(robot, planner.TimingRequest(acceleration=20.0, jerk=500.0))
-    gate, home, zero = Gate(robot, "empty", limits, judged=judged), np.array(robot.home), np.zeros(7)
+    gate, home, zero = Gate(robot, "empty", limits=limits, judged=judged), np.array(robot.home), np.zeros(7)
     points = np.vstack([home, home]), np.vstack([zero, zero]), np.vstack([8.0 * one, zero])
     state = home + jumps[0] * one, jumps[1] * one, (8.0 + jumps[2]) * one
     found = gate.check(*points, times=[0.0, 1.0], state=state)

@@ -1,7 +1,5 @@
 """A small task that tests share: a tall mug, three grasps of it, a post, and a board."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Generated grasps: fingers close across the object, the tool comes from outside, and nothing wider is held."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Segments, events and motions of a task: looked at finely by another library, the object included."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 
@@ -20,7 +18,7 @@ from planner.robot.poses import pose
 from planner.robot.robot import with_carried
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried, Obstacle, Sphere
-from planner.tasks.check import TaskRecord, check_task
+from planner.tasks.check import check_task
 from planner.tasks.plan import TaskPlanner, task
 from planner.tasks.result import TaskPlan, _scene_in_motion
 from planner.tasks.segments import Segment
@@ -122,14 +120,14 @@ def test_check_sees_what_only_the_object_touches(plan: TaskPlan) -> None:
     mug = tool_pose(robot, made.at(made.times[0] + 0.5 * made.duration)[0]).homogeneous @ hold
     bead = Obstacle("bead", Sphere(0.01), pose(tuple(mug[:3, 3] - 0.1 * mug[:3, 2])))
     checker = make_checker(robot, replace(SCENE, obstacles=(*SCENE.obstacles, bead)))
-    record = TaskRecord.model_validate(plan.to_dict())
+    record = plan.record
     (finding,) = check_task(record, checker, plan.trajectory).findings
     assert finding.what == ("mug", "bead")
 
 
 def test_check_sees_an_object_that_is_carried_through_what_it_rests_on(plan: TaskPlan) -> None:
     """From below the board to its rest, where it may touch it: within 5 mm of that; how deep it goes is coal's word."""
-    robot, record = load("panda"), TaskRecord.model_validate(small().plan().to_dict())
+    robot, record = load("panda"), small().plan(timing=None).record
     rest = plan.segments[4].path[-1]
     low = tool_pose(robot, rest).homogeneous
     low[2, 3] -= 0.04
@@ -185,7 +183,7 @@ def test_lines_that_end_where_the_object_may_still_touch_are_timed_and_judged() 
 
 
 def test_coal_finds_what_fcl_finds() -> None:
-    one, two = (task(SMALL, nodes=60, ik_solutions=1, collision=kind) for kind in ("fcl", "coal"))
+    one, two = (task(SMALL, nodes=60, ik_solutions=1, collision=kind, timing=None) for kind in ("fcl", "coal"))
     assert one.cost is not None
     assert one.cost == two.cost
 

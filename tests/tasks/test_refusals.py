@@ -1,7 +1,5 @@
 """Tasks that make no sense, each with one sentence; steps that cannot be done, each with its reason."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,7 +67,7 @@ def folder(tmp_path: Path) -> Path:
 def test_what_makes_no_sense_is_one_sentence(text: str, folder: Path) -> None:
     (folder / "task.yaml").write_text(f"robot: panda\nscene: scene.yaml\n{text.replace('SPOT', SPOT)}\n")
     with pytest.raises(PlannerError, match=r"^[^\n]*\.$") as error:
-        task(folder / "task.yaml", nodes=10)
+        task(folder / "task.yaml", nodes=10, timing=None)
     assert WRONG[text] in str(error.value)
     assert error.value.exit_code == 3
 
@@ -98,7 +96,7 @@ def test_how_much_nearer_the_object_would_have_to_be_is_said() -> None:
     beyond = []
     for x in (2.0, 1.9):
         mug = Obstacle("mug", MUG.shape, pose((x, 0.0, 0.22)))
-        found = task(replace(SMALL, scene=Scene("away", (TABLE, BOARD, mug))), nodes=10)
+        found = task(replace(SMALL, scene=Scene("away", (TABLE, BOARD, mug))), nodes=10, timing=None)
         assert found.reason is not None
         assert found.reason.beyond is not None
         assert f"(the nearest by {found.reason.beyond:.2f} m or more)" in found.message
@@ -106,14 +104,14 @@ def test_how_much_nearer_the_object_would_have_to_be_is_said() -> None:
     assert beyond[0] - beyond[1] == pytest.approx(0.1, abs=1e-3)
     assert beyond[1] > 0.5
     near = Obstacle("mug", MUG.shape, pose((1.9 - beyond[1], 0.0, 0.22)))
-    last = task(replace(SMALL, scene=Scene("away", (TABLE, BOARD, near))), nodes=10).reason
+    last = task(replace(SMALL, scene=Scene("away", (TABLE, BOARD, near))), nodes=10, timing=None).reason
     assert last is not None
     assert (last.out_of_reach, last.beyond) == (3, None)
 
 
 def test_grasps_in_contact_are_counted_by_what_they_touch() -> None:
     lid = Obstacle("lid", Box((0.2, 0.2, 0.02)), pose((0.5, -0.3, 0.35)))
-    found = task(replace(SMALL, scene=Scene("covered", (TABLE, BOARD, lid, MUG))), nodes=10)
+    found = task(replace(SMALL, scene=Scene("covered", (TABLE, BOARD, lid, MUG))), nodes=10, timing=None)
     assert found.reason is not None
     assert found.reason.what == "no_grasp"
     assert sum(found.reason.contacts.values()) + found.reason.out_of_reach == 3
@@ -127,7 +125,7 @@ KEEPS = {"plane:0,0,1,0.45": ("no_grasp", 3), "axis:z,0,0,-1,0.1": ("no_path", 1
 @pytest.mark.parametrize("keep", KEEPS)
 def test_what_strays_from_what_is_kept_is_counted_as_that(keep: str) -> None:
     """Grasps below a plane that the tool stays above, and one that tilts more than the tool may: nothing touches."""
-    found, (what, strays) = task(replace(SMALL, scene=replace(SCENE, keep=keep)), nodes=20), KEEPS[keep]
+    found, (what, strays) = task(replace(SMALL, scene=replace(SCENE, keep=keep)), nodes=20, timing=None), KEEPS[keep]
     assert found.reason is not None
     assert found.reason.what == what
     assert (found.reason.strays, found.reason.contacts, found.reason.conditions) == (strays, {}, (keep,))
@@ -141,7 +139,7 @@ def test_no_placement_that_the_object_fits_into() -> None:
     peg = Obstacle("peg", Box((0.01, 0.01, 0.03)), pose((0.5, 0.35, 0.235)))
     narrow = Place("mug", "board", ((0.47, 0.32), (0.53, 0.38)), samples=3)
     scene = Scene("pegged", (TABLE, BOARD, peg, MUG))
-    found = task(replace(SMALL, scene=scene, steps=(Pick("mug", GRASPS), narrow, Move("home"))), nodes=60)
+    found = task(replace(SMALL, scene=scene, steps=(Pick("mug", GRASPS), narrow, Move("home"))), nodes=60, timing=None)
     assert found.outcome is Outcome.NO_PATH
     assert found.reason is not None
     assert (found.reason.step, found.reason.what) == (2, "no_placement")

@@ -1,7 +1,5 @@
 """The lazy search over all modes against every combination planned one by one, with all edges proven beforehand."""
 
-from __future__ import annotations
-
 import heapq
 import itertools
 from dataclasses import replace
@@ -82,7 +80,7 @@ def test_costs_as_much_as_the_best_of_all_combinations_one_by_one(brute, beta: f
         barred = [way.first for way, g, p in ways if g != grasp or (way.step == 1 and p != place)]
         usable = free & ~np.isin(network.heads, barred)
         totals[grasp, place] = dijkstra(network, cost, usable)
-    found = planner.plan(beta=beta)
+    found = planner.plan(beta=beta, timing=None)
     assert found.cost is not None
     assert found.cost.total == pytest.approx(min(totals.values()), rel=1e-9)
     assert found.cost.total == pytest.approx(found.cost_to_go.x[network.start], rel=1e-9)
@@ -92,7 +90,7 @@ def test_costs_as_much_as_the_best_of_all_combinations_one_by_one(brute, beta: f
 def test_what_modes_share_is_refused_and_what_they_do_not_share_too(brute) -> None:
     """The proofs of parts say together what one prover of all says."""
     planner, free = brute
-    found, modes = planner.plan(), planner.candidates.modes
+    found, modes = planner.plan(timing=None), planner.candidates.modes
     network = planner.network
     for number, mode in enumerate(network.modes):
         arcs = network.of_mode[number]
@@ -109,7 +107,7 @@ def test_what_modes_share_is_refused_and_what_they_do_not_share_too(brute) -> No
 def test_another_start_is_answered_on_what_is_known(brute) -> None:
     planner, _ = brute
     q = planner.roadmap.nodes[40]
-    found = planner.plan(start=q)
+    found = planner.plan(start=q, timing=None)
     network = found.network
     assert found.solved
     np.testing.assert_allclose(found.path[0], q)
@@ -134,14 +132,14 @@ def test_intervals_of_beta_are_those_of_the_best_proven_path(brute) -> None:
 
 def test_what_only_the_object_in_hand_touches_is_gone_round_at_the_least_cost() -> None:
     """A bead where the mug's foot would pass on the best way: refused once it is proven, and still as brute force."""
-    before, robot = small().plan(), small().candidates.modes.robot
+    before, robot = small().plan(timing=None), small().candidates.modes.robot
     attach, way = before.segments[1].path[-1], before.segments[3].path
     hold = np.linalg.inv(tool_pose(robot, attach).homogeneous) @ MUG.placement
     mug = tool_pose(robot, 0.5 * (way[0] + way[1])).homogeneous @ hold
     bead = Obstacle("bead", Sphere(0.01), pose(tuple(mug[:3, 3] - 0.1 * mug[:3, 2])))
     scene = replace(SCENE, obstacles=(*SCENE.obstacles, bead))
     planner = TaskPlanner.of(replace(SMALL, scene=scene), nodes=100, ik_solutions=2)
-    found, network = planner.plan(), planner.network
+    found, network = planner.plan(timing=None), planner.network
     assert found.modes is not None
     assert found.modes.rounds > 1
     assert found.modes.arcs_refused > 0

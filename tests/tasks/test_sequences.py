@@ -1,7 +1,5 @@
 """Several objects one after the other: each placed where the others are not, in a world that the first has changed."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

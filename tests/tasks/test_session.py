@@ -1,7 +1,5 @@
 """A session's tasks: from where the arm is, holding what it holds, in the world as it is by then."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -13,6 +11,7 @@ from planner.kinematics.forward import tool_pose
 from planner.problem.request import TimingRequest
 from planner.session.session import Session
 from planner.tasks.plan import task
+from planner.tasks.result import _scene_in_motion
 from planner.tasks.task import Move, Pick, Place, TaskError
 from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, SCENE, SMALL
 
@@ -27,7 +26,7 @@ def session() -> Session:
 @pytest.fixture(scope="module")
 def carrying(session: Session):
     """The session after the first steps: the arm half way, the mug in its hand."""
-    first = session.task(SMALL, **FEW)
+    first = session.task(SMALL, **FEW, timing=None)
     assert first.solved, first.message
     before, grasp, way = session.checker, first.segments[1].path[-1], first.segments[3].path
     session.attach("mug", first.robot.tool, at=grasp)
@@ -36,20 +35,20 @@ def carrying(session: Session):
 
 
 def test_it_plans_what_a_task_plans(session: Session) -> None:
-    found, alone = session.task(SMALL.steps, **FEW), task(SMALL, **FEW)
+    found, alone = session.task(SMALL.steps, **FEW, timing=None), task(SMALL, **FEW, timing=None)
     assert found.cost == alone.cost
     np.testing.assert_array_equal(found.path, alone.path)
 
 
 def test_the_same_steps_are_answered_on_what_is_known(session: Session) -> None:
     steps = SMALL.steps
-    first = session.task(steps, start="home", **FEW)
+    first = session.task(steps, start="home", **FEW, timing=None)
     assert first.roadmap is not None
-    again = session.task(steps, start=first.roadmap.nodes[30], beta=0.3, **FEW)
+    again = session.task(steps, start=first.roadmap.nodes[30], beta=0.3, **FEW, timing=None)
     assert again.candidates is first.candidates
     np.testing.assert_allclose(again.path[0], first.roadmap.nodes[30])
     session.move("post", position=[0.75, 0.0, 0.225])
-    moved = session.task(steps, start="home", **FEW)
+    moved = session.task(steps, start="home", **FEW, timing=None)
     assert moved.candidates is not first.candidates
     assert moved.solved
     session.move("post", position=[0.62, 0.0, 0.225])
@@ -75,11 +74,15 @@ def test_what_is_held_is_put_down_from_where_the_arm_is(carrying) -> None:
     assert found.trajectory.proven
     assert planner.check(found, step=1e-4).ok
     assert "mug" in found.page()
+    (drawn,) = _scene_in_motion(found, found.trajectory).moving
+    for t in np.linspace(0.0, found.segments[0].trajectory.duration, 9):
+        at = tool_pose(robot, found.trajectory.at(t)[0]).homogeneous @ hold
+        np.testing.assert_allclose(drawn.motion.at(t)[0], at, atol=2e-3)
 
 
 def test_it_may_be_taken_again_and_moved_while_held(carrying) -> None:
     session, q, _ = carrying
-    found = session.task((Move("home"), ON_BOARD, Pick("mug", GRASPS), Move("home")), start=q, **FEW)
+    found = session.task((Move("home"), ON_BOARD, Pick("mug", GRASPS), Move("home")), start=q, **FEW, timing=None)
     assert found.solved, found.message
     assert [event.kind for event in found.events if event.kind != "gripper"] == ["detach", "attach"]
     assert [s.carried for s in found.segments][:2] == ["mug", "mug"]
@@ -89,6 +92,6 @@ def test_it_may_be_taken_again_and_moved_while_held(carrying) -> None:
 
 def test_a_floor_is_refused_and_nothing_is_held_at_first() -> None:
     with pytest.raises(TaskError, match="nothing is held: pick it first"):
-        Session("panda", SCENE).task((Place("mug", pose=(BOARD.placement,)),), **FEW)
+        Session("panda", SCENE).task((Place("mug", pose=(BOARD.placement,)),), **FEW, timing=None)
     with pytest.raises(SceneError, match="a floor under manipulability, which no task does"):
-        Session("panda", SCENE, min_manipulability=0.01).task(SMALL)
+        Session("panda", SCENE, min_manipulability=0.01).task(SMALL, timing=None)

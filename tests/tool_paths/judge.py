@@ -1,7 +1,5 @@
 """Tool paths for tests, and a judge of motions along them that shares nothing with the proofs: Pinocchio, densely."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

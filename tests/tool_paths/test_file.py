@@ -1,7 +1,5 @@
 """Files of tool paths: what they say, and one sentence for what makes no sense."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 from typing import Any

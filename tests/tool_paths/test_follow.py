@@ -1,7 +1,5 @@
 """Following tool paths: whole, from a start, in part with the reason, again at other betas; the motion in its tube."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +57,7 @@ def test_beta_trades_off_on_one_ladder(follower: Follower) -> None:
 
 
 def test_the_same_request_gives_the_same_bits() -> None:
-    one, two = (follow(RASTER, REQUEST) for _ in range(2))
+    one, two = (follow(RASTER, request=REQUEST, timing=None) for _ in range(2))
     assert one.path.tobytes() == two.path.tobytes()
     assert one.roadmap.sha256 == two.roadmap.sha256
 
@@ -68,17 +66,17 @@ def test_a_floor_is_kept(follower: Follower) -> None:
     free = follower.plan(REQUEST.with_options(beta=1.0))
     assert free.record.manipulability is not None
     floor = 1.02 * free.record.manipulability.min
-    found = follow(RASTER, REQUEST, min_manipulability=floor)
+    found = follow(RASTER, request=REQUEST, min_manipulability=floor, timing=None)
     assert found.outcome is Outcome.SOLVED
     s = np.linspace(0, 1, 20)[:, None, None]
     assert (
         manipulability(found.robot, (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)).min() >= floor
     )
-    refused = follow(RASTER, REQUEST, min_manipulability=10.0)
+    refused = follow(RASTER, request=REQUEST, min_manipulability=10.0, timing=None)
     assert isinstance(refused.reason, CannotFollow)
     assert refused.reason.cause == "below_floor"
     assert floor / 2 < refused.reason.reachable < 10.0
-    lower = follow(RASTER, REQUEST, min_manipulability=refused.reason.reachable)
+    lower = follow(RASTER, request=REQUEST, min_manipulability=refused.reason.reachable, timing=None)
     assert lower.outcome is Outcome.SOLVED
 
 
@@ -99,7 +97,7 @@ def test_a_free_motion_leads_to_it_from_a_start() -> None:
 
 def test_an_obstacle_on_the_way_is_named_with_the_point() -> None:
     path = line_of([[0.45, y, 0.4] for y in (-0.2, -0.1, 0.0, 0.1, 0.2)])
-    found = follow(path, robot="panda", scene=box("wall", (0.4, 0.05, 1.0), [0.45, 0.1, 0.4]))
+    found = follow(path, robot="panda", scene=box("wall", (0.4, 0.05, 1.0), [0.45, 0.1, 0.4]), timing=None)
     assert found.outcome is Outcome.PARTLY_FOLLOWED
     assert found.outcome.exit_code == 4
     record = found.tool_path.record  # type: ignore[union-attr]
@@ -115,10 +113,10 @@ def test_an_obstacle_on_the_way_is_named_with_the_point() -> None:
 
 
 def test_what_is_out_of_reach_says_by_how_much() -> None:
-    found = follow(line_of([[0.6, 0, 0.5], [0.9, 0, 0.5], [1.3, 0, 0.5]]), REQUEST)
+    found = follow(line_of([[0.6, 0, 0.5], [0.9, 0, 0.5], [1.3, 0, 0.5]]), request=REQUEST, timing=None)
     assert isinstance(found.reason, CannotFollow)
     assert found.reason.cause in ("out_of_reach", "turned", "jump", "beyond_limit")
-    nowhere = follow(line_of([[1.6, 0, 0.5], [1.7, 0, 0.5]]), REQUEST)
+    nowhere = follow(line_of([[1.6, 0, 0.5], [1.7, 0, 0.5]]), request=REQUEST, timing=None)
     assert isinstance(nowhere.reason, CannotFollow)
     assert (nowhere.reason.cause, nowhere.reason.point) == ("out_of_reach", 1)
     assert nowhere.reason.distance > 0.3
@@ -132,7 +130,7 @@ def test_what_is_out_of_reach_says_by_how_much() -> None:
 @pytest.mark.parametrize(("keep", "unit", "point"), [("box:-1,-1,0,1,0.05,1", "m", 2), ("plane:0,0,1,0.5", "m", 1)])
 def test_what_is_to_be_kept_is_kept_and_named_where_it_is_in_the_way(keep: str, unit: str, point: int) -> None:
     path = line_of([[0.45, -0.1, 0.4], [0.45, 0.1, 0.4]])
-    found = follow(path, REQUEST, keep=keep)
+    found = follow(path, request=REQUEST, keep=keep, timing=None)
     assert found.outcome is Outcome.PARTLY_FOLLOWED
     assert isinstance(found.reason, CannotFollow)
     assert (found.reason.cause, found.reason.between, found.reason.point) == ("strays", (keep,), point)
@@ -146,27 +144,27 @@ def test_what_is_to_be_kept_is_kept_and_named_where_it_is_in_the_way(keep: str, 
 def test_a_turn_to_be_kept_is_about_the_start_of_the_free_motion() -> None:
     path = line_of([[0.45, -0.05, 0.4], [0.45, 0.05, 0.4]], quaternion=[1, 0, 0, 0])
     begin = "pose:0.4,0,0.5,1,0,0,0"
-    found = follow(path, REQUEST, start=begin, path_only=True, keep="turn:0.05")
+    found = follow(path, request=REQUEST, start=begin, path_only=True, keep="turn:0.05", timing=None)
     assert found.outcome is Outcome.SOLVED
     s = np.linspace(0, 1, 20)[:, None, None]
     for q in (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7):
         assert np.arccos((np.trace(pose_of(found.robot, q)[0] @ np.diag([1, -1, -1])) - 1) / 2) <= 0.05 + 1e-6
     with pytest.raises(StateError, match="means the orientation at a start"):
-        follow(path, REQUEST, keep="turn:0.05")
+        follow(path, request=REQUEST, keep="turn:0.05", timing=None)
 
 
 @pytest.mark.parametrize("orientation", [{"axis": [0, 0, -1]}, {"quaternion": [1, 0, 0, 0]}])
 def test_the_cone_that_would_do_is_told_and_does(orientation: dict[str, Any]) -> None:
     points = [[0.6, y, 0.7] for y in (-0.02, 0.02)]
-    found = follow(line_of(points, **orientation), REQUEST)
+    found = follow(line_of(points, **orientation), request=REQUEST, timing=None)
     assert isinstance(found.reason, CannotFollow)
     cone = found.reason.cone
     assert cone is not None
     assert cone > 0
     assert f"give a cone of {cone:g} rad" in found.message
-    wider = follow(line_of(points, cone={"axis": [0, 0, -1], "angle": cone}), REQUEST)
+    wider = follow(line_of(points, cone={"axis": [0, 0, -1], "angle": cone}), request=REQUEST, timing=None)
     assert wider.outcome is Outcome.SOLVED
-    far = follow(line_of([[1.6, 0, 0.5], [1.7, 0, 0.5]]), REQUEST)
+    far = follow(line_of([[1.6, 0, 0.5], [1.7, 0, 0.5]]), request=REQUEST, timing=None)
     assert isinstance(far.reason, CannotFollow)
     assert far.reason.cone is None
 
@@ -176,7 +174,7 @@ def test_what_is_out_of_reach_on_the_path_is_followed_inside_the_tube() -> None:
     path = line_of([[0.68, -0.08, 0.5], [0.6975, 0.08, 0.5]])
     on_path = build_ladder(load("panda"), Tube(path.evenly_turned()))
     assert on_path.along.max() < path.along[-1]
-    found = follow(path, REQUEST)
+    found = follow(path, request=REQUEST, timing=None)
     assert found.outcome is Outcome.SOLVED
     record = found.tool_path.record  # type: ignore[union-attr]
     assert record.proven
@@ -199,7 +197,7 @@ def test_the_motion_itself_stays_in_the_tube(name: str, tube: float) -> None:
 
 def test_the_tool_goes_no_faster_than_asked_and_as_fast_where_it_can() -> None:
     path = line_of([[0.45, -0.1, 0.4], [0.45, 0.1, 0.4]])
-    found = follow(path, REQUEST, tool_speed=0.05, timing=TimingRequest())
+    found = follow(path, request=REQUEST, tool_speed=0.05, timing=TimingRequest())
     made = found.trajectory
     assert made is not None
     speed = found.tool_path.record.speed  # type: ignore[union-attr]
@@ -213,7 +211,7 @@ def test_the_tool_goes_no_faster_than_asked_and_as_fast_where_it_can() -> None:
     steady = float(way[np.abs(seen / 0.05 - 1) <= 0.01].sum() / way.sum())
     assert steady == pytest.approx(speed.share, abs=0.01)
     assert steady > 0.9
-    free = follow(path, REQUEST, timing=TimingRequest())
+    free = follow(path, request=REQUEST, timing=TimingRequest())
     assert free.trajectory.duration < 0.5 * made.duration  # type: ignore[union-attr]
 
 
@@ -221,8 +219,8 @@ def test_a_start_that_is_cut_off_says_why_and_keeps_the_record(tmp_path: Path) -
     """The planar arm cannot turn past its posts, so nothing is followed although all could be."""
     path = line_of([[-0.8, -0.02, 0.0], [-0.8, 0.02, 0.0]], axis=[0, 0, 1])
     world = {"robot": "planar_2r", "scene": planar_trap(tmp_path)}
-    assert follow(path, **world).outcome is Outcome.SOLVED
-    found = follow(path, **world, start="q:0,0.2", nodes=60, effort=0)
+    assert follow(path, **world, timing=None).outcome is Outcome.SOLVED
+    found = follow(path, **world, start="q:0,0.2", nodes=60, effort=0, timing=None)
     assert found.outcome is Outcome.NO_PATH
     assert found.reason is not None
     assert found.reason.kind in ("separated", "budget_spent")
@@ -231,7 +229,7 @@ def test_a_start_that_is_cut_off_says_why_and_keeps_the_record(tmp_path: Path) -
 
 
 def test_the_example_is_followed_by_arcs_and_cones() -> None:
-    found = follow(ROOT / "scenes/examples/seam.yaml", robot="panda", scene="table")
+    found = follow(ROOT / "scenes/examples/seam.yaml", robot="panda", scene="table", timing=None)
     assert found.outcome is Outcome.SOLVED
     assert found.tool_path.record.followed == 1.0  # type: ignore[union-attr]
 
@@ -241,7 +239,7 @@ def test_what_is_told_of_an_arc_is_of_the_arc_and_not_of_its_lines() -> None:
     spots = [centre + radius * np.array([np.cos(angle), np.sin(angle), 0.0]) for angle in (0.0, 1.0, 2.5)]
     points: list[dict[str, Any]] = [{"position": spot.tolist(), "axis": [0, 0, -1]} for spot in spots]
     points[1]["via"] = "arc"
-    found = follow({"points": points, "tube": {"position": 0.005, "angle": 0.02}}, REQUEST)
+    found = follow({"points": points, "tube": {"position": 0.005, "angle": 0.02}}, request=REQUEST, timing=None)
     s = np.linspace(0, 1, 21)[:, None, None]
     q = (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)
     away = np.array([pose_of(found.robot, row)[1] for row in q]) - centre
@@ -251,7 +249,9 @@ def test_what_is_told_of_an_arc_is_of_the_arc_and_not_of_its_lines() -> None:
 
 def test_a_deviation_is_told_of_the_motion_too_which_rounds_corners() -> None:
     corner = np.add([0.45, -0.1, 0.4], [[0, 0, 0], [0, 0.15, 0], [0.05, 0.15, 0.03]])
-    path, alone = (follow(line_of(corner, tube=(2e-3, 0.02)), REQUEST, timing=time) for time in (TimingRequest(), None))
+    path, alone = (
+        follow(line_of(corner, tube=(2e-3, 0.02)), request=REQUEST, timing=time) for time in (TimingRequest(), None)
+    )
     assert path.trajectory is not None
     q = path.trajectory.at(np.linspace(0.0, path.trajectory.duration, 4001))
     spots = np.array([pose_of(path.robot, row)[1] for row in q])
@@ -279,7 +279,7 @@ def test_lines_between_an_axis_and_a_quaternion_are_followed_in_their_tube(kinds
         how = {"axis": z, "cone": {"axis": z, "angle": 0.1}, "quaternion": pin.Quaternion(rotation).coeffs().tolist()}
         points.append({"position": [0.45, 0.1 * k - 0.1, 0.45 + 0.02 * k], kind: how[kind]})
     path = read_tool_path({"points": points})
-    found = follow(path, REQUEST, timing=TimingRequest())
+    found = follow(path, request=REQUEST, timing=TimingRequest())
     assert found.outcome is Outcome.SOLVED
     assert found.trajectory is not None
     assert found.trajectory.proven
@@ -295,6 +295,6 @@ def test_options_that_make_no_sense_are_refused() -> None:
         with pytest.raises(OptionError):
             FollowRequest.from_options(**wrong)
     with pytest.raises(OptionError, match="--extra-cost says nothing to a tool path"):
-        follow(RASTER, REQUEST, timing=TimingRequest(extra_cost=0.5))
+        follow(RASTER, request=REQUEST, timing=TimingRequest(extra_cost=0.5))
     with pytest.raises(SceneError, match="a tool path needs a still one"):
-        follow(RASTER, robot="panda", scene=ROOT / "scenes/examples/cart.yaml")
+        follow(RASTER, robot="panda", scene=ROOT / "scenes/examples/cart.yaml", timing=None)

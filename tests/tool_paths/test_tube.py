@@ -1,11 +1,9 @@
 """The tube attacked: what is proven on joint curves, against the best that a hill climb finds."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from planner.kinematics.tool_bound import Frame, ToolBound
+from planner.constraints.tool_bound import Frame, ToolBound
 from planner.robot.robot import Robot
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder, ladder_from

@@ -20,7 +20,9 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
     """planar_2r round a post, on 150 nodes: several intervals, and paths between them that no beta reaches."""
     scene = tmp_path_factory.mktemp("post") / "post.yaml"
     scene.write_text(POST)
-    return sweep(SweepRequest.from_options(robot="planar_2r", scene=str(scene), nodes=150, seed=2, effort=0))
+    return sweep(
+        request=SweepRequest.from_options(robot="planar_2r", scene=str(scene), nodes=150, seed=2, effort=0, room=0)
+    )
 
 
 @pytest.fixture(scope="session")

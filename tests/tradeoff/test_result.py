@@ -23,11 +23,14 @@ from tests.planning.records import SMALL, as_written, spoilt
 from tests.random_shapes import QUICK
 
 CONTRACT = {"beta_min", "beta_max", "path_nodes", "manipulability_cost", "distance_cost", "w_min", "w_mean"}
+CONTRACT |= {"duration", "clearance", "gain", "added_length"}
 
 
 def test_the_files_hold_the_same_numbers(swept: Tradeoff, tmp_path: Path) -> None:
     swept.save(tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["roadmap.npz", "sweep.csv", "sweep.html", "sweep.json"]
+    motions = [f"trajectory-{k + 1}.json" for k in range(len(swept.intervals))]
+    files = ["roadmap.npz", "sweep.csv", "sweep.html", "sweep.json", *motions]
+    assert sorted(path.name for path in tmp_path.iterdir()) == files
     record = json.loads((tmp_path / "sweep.json").read_text())
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"] == swept.roadmap.sha256
     assert {"outcome", "robot", "scene", "seed", "config", "versions", "complete", "solves"} <= set(record)
@@ -46,7 +49,7 @@ def test_the_files_hold_the_same_numbers(swept: Tradeoff, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("validator", ["sweep"], indirect=True)
 def test_sweeps_are_as_the_schema_says(validator: jsonschema.Draft202012Validator) -> None:
-    record = as_written(sweep(SweepRequest.from_options(**SMALL)).to_dict())
+    record = as_written(sweep(request=SweepRequest.from_options(**SMALL)).to_dict())
     validator.validate(record)
     assert not any(validator.is_valid(each) for each in spoilt(record))
 

@@ -57,7 +57,7 @@ def test_the_intervals_cover_all_betas(swept: Tradeoff) -> None:
 
 
 def test_the_same_request_gives_the_same_sweep(swept: Tradeoff) -> None:
-    records = [found.to_dict() | {"timings_s": {}} for found in (swept, sweep(swept.request))]
+    records = [found.to_dict() | {"timings_s": {}} for found in (swept, sweep(request=swept.request))]
     assert records[0] == records[1]
 
 
@@ -97,7 +97,7 @@ def test_no_beta_of_a_thousand_finds_a_cheaper_path(swept: Tradeoff) -> None:
 
 def test_nor_on_the_papers_scenario(solved: Plan, tmp_path: Path) -> None:
     save_roadmap(solved.roadmap, tmp_path / "r.npz")
-    found = sweep(SweepRequest.from_options(roadmap=tmp_path / "r.npz"))
+    found = sweep(request=SweepRequest.from_options(roadmap=tmp_path / "r.npz"))
     assert_covers(found)
     assert_optimal_on_a_grid(found)
 
@@ -105,7 +105,7 @@ def test_nor_on_the_papers_scenario(solved: Plan, tmp_path: Path) -> None:
 def test_a_plan_at_any_beta_takes_the_path_of_its_interval(swept: Tradeoff, again: SweepRequest) -> None:
     for interval in swept.intervals[::2]:
         beta = 0.5 * (interval.beta_min + interval.beta_max)
-        alone = plan(PlanRequest.from_options(**again.values(), beta=beta))
+        alone = plan(request=PlanRequest.from_options(**again.values(), beta=beta), timing=None)
         np.testing.assert_array_equal(alone.path, interval.path)
 
 
@@ -124,14 +124,14 @@ def test_an_edge_that_fails_is_removed_and_the_sweep_starts_over(
     real = module.obtain_roadmap
     monkeypatch.setattr(module, "obtain_roadmap", lambda *more: grown.append(1) or real(*more))
     collide(monkeypatch, swept.roadmap, np.array([bad]))
-    found = sweep(again)
+    found = sweep(request=again)
     assert_covers(found)
     assert found.edges_removed == 1
     assert len(grown) == 1
     assert len(found.roadmap.edges) == len(swept.roadmap.edges) - 1
     assert all(bad not in edges_of(interval.path_nodes) for interval in found.intervals)
     save_roadmap(found.roadmap, tmp_path / "smaller.npz")
-    assert outline(sweep(again.with_options(roadmap=tmp_path / "smaller.npz"))) == outline(found)
+    assert outline(sweep(request=again.with_options(roadmap=tmp_path / "smaller.npz"))) == outline(found)
 
 
 def test_when_every_way_fails_there_is_no_path(
@@ -139,7 +139,7 @@ def test_when_every_way_fails_there_is_no_path(
 ) -> None:
     around = [(int(i), int(j)) for i, j in swept.roadmap.edges if j in swept.roadmap.goals or i in swept.roadmap.goals]
     collide(monkeypatch, swept.roadmap, np.array(around))
-    found = sweep(again)
+    found = sweep(request=again)
     assert (found.outcome, found.complete, found.intervals) == (Outcome.NO_PATH, False, ())
     assert found.edges_removed == len(around)
     found.save(tmp_path)
@@ -158,7 +158,7 @@ def after(reports: int, stage: str) -> Progress:
 
 @pytest.mark.parametrize("steps", [1, 2, 3, 5])
 def test_an_interrupted_sweep_keeps_what_is_proven(swept: Tradeoff, steps: int) -> None:
-    part = sweep(swept.request, after(steps, "beta"))
+    part = sweep(request=swept.request, progress=after(steps, "beta"))
     assert (part.outcome, part.complete) == (Outcome.INTERRUPTED, False)
     assert outline(part) == outline(swept)[: len(part.intervals)], "only what is proven"
     assert len(part.intervals) < len(swept.intervals)
@@ -166,7 +166,7 @@ def test_an_interrupted_sweep_keeps_what_is_proven(swept: Tradeoff, steps: int) 
 
 def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> None:
     request = swept.request
-    part = sweep(request, after(30, "roadmap"))
+    part = sweep(request=request, progress=after(30, "roadmap"))
     assert (part.outcome, part.intervals) == (Outcome.INTERRUPTED, ())
     assert 2 < len(part.roadmap.nodes) < 150
     part.save(tmp_path)

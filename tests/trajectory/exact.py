@@ -1,7 +1,5 @@
 """What a controller rebuilds from exported points, by rational numbers: no rounding but that of what is printed."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any

@@ -4,8 +4,6 @@ It is no dependency: these tests are skipped where it is not installed. Each seg
 as waypoints, for which Ruckig calls a server.
 """
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 
@@ -47,7 +45,7 @@ def quickest(
 def test_stopping_at_corners_takes_little_longer(jerk: float) -> None:
     """The mean over a window limits the jerk to twice the acceleration by the window; the optimum is less by a half."""
     limits = replace(LIMITS, jerk=np.full(2, jerk))
-    ours = time_path(PATH, FREE, limits, law="stop-at-corners").duration
+    ours = time_path(PATH, FREE, limits, time_law="stop-at-corners").duration
     still = np.zeros(2)
     best = sum(quickest((a, still), (b, still), limits, limits.jerk) for a, b in itertools.pairwise(PATH))
     window = float((2 * limits.acceleration / limits.jerk).max())

@@ -1,7 +1,5 @@
 """Paths and trajectories of any origin: against coal's distances, dense looks, planted faults and closed forms."""
 
-from __future__ import annotations
-
 import itertools
 import json
 from dataclasses import replace
@@ -193,15 +191,21 @@ def test_one_function_checks_paths_trajectories_and_plans(solved: Plan) -> None:
     assert straight.proven
     assert timed.proven
     assert timed.sentence.startswith("Free and within all limits")
-    assert not planner.check([[-1.0, 0.5], [0.8, 0.0]], checker=CHECKER).ok
+    touching = planner.check([[-1.0, 0.5], [0.8, 0.0]], checker=CHECKER)
+    assert not touching.ok
+    assert not touching
+    assert len(repr(touching)) < 300
+    assert planner.check(path, robot="planar_2r", scene="empty", margin=0.01).checker.world.margin == 0.01
     slower = MotionLimits.of(ARM, LimitsRequest(velocity_scale=0.1))
     assert not planner.check(replace(made, limits=slower), checker=CHECKER).ok
     assert not planner.check(made, limits=slower, checker=CHECKER).ok
-    assert planner.check(path, "planar_2r", "empty").ok
+    assert planner.check(path, robot="planar_2r", scene="empty").ok
+    assert planner.check(path, robot="planar_2r", scene=None).checker.world.scene.name == "empty"
     assert planner.check(solved).proven
-    assert planner.check(solved.path, "iiwa14", "empty").ok
-    with pytest.raises(OptionError, match="those of the plan"):
-        planner.check(solved, scene="empty")
+    assert planner.check(solved.path, robot="iiwa14", scene="empty").ok
+    for scene in ("empty", None):
+        with pytest.raises(OptionError, match="those of the plan"):
+            planner.check(solved, scene=scene)
     with pytest.raises(OptionError, match="is of other joints"):
         planner.check(replace(made, joints=("a", "b")), checker=CHECKER)
     with pytest.raises(ArrayError, match="path"):

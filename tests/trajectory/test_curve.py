@@ -1,7 +1,5 @@
 """Rounded paths: continuous, in the direction of travel, on the path where the width is 0."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The earliest motion among what moves: looked at twice, and a reason where there is none."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

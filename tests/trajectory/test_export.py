@@ -1,7 +1,5 @@
 """Exports read back: what a controller interpolates between their points is what was proven, in every format."""
 
-from __future__ import annotations
-
 import json
 import sys
 from contextlib import nullcontext
@@ -29,7 +27,7 @@ ARM = load("planar_2r")
 A, B = ARM.joints
 PATH = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
 FAR = scene_of((Box((0.1, 0.1, 0.1)), pose([5.0, 0.0, 0.0])))
-MADE = time_path(PATH, make_checker(ARM, FAR), law="shortcuts")
+MADE = time_path(PATH, make_checker(ARM, FAR), time_law="shortcuts")
 needs_mcap = pytest.mark.skipif(find_spec("mcap") is None, reason="the extra mcap is not installed")
 FORMATS = [pytest.param(kind, marks=needs_mcap) if kind == "mcap" else kind for kind in get_args(Format)]
 

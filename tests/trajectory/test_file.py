@@ -1,7 +1,5 @@
 """``trajectory.json``: it comes back as it was, damaged ones are refused."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -10,18 +8,18 @@ import numpy as np
 import pytest
 
 from planner.base.errors import PlannerError
-from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory, save_trajectory
+from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.recorded import read_motion
 from planner.trajectory.trajectory import Trajectory
 from tests.trajectory.test_export import ARM, MADE, A, B
 
 
 def test_our_own_file_comes_back_as_it_was(tmp_path: Path) -> None:
-    save_trajectory(MADE, tmp_path / TRAJECTORY_NAME, "planar_2r", "empty")
-    found = load_trajectory(tmp_path)
+    MADE.save(tmp_path / TRAJECTORY_NAME, "planar_2r", "empty")
+    found = Trajectory.load(tmp_path)
     np.testing.assert_array_equal(found.times, MADE.times)
     np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-14)
-    assert (found.law, found.proven, found.proof) == (MADE.law, MADE.proven, MADE.proof)
+    assert (found.time_law, found.proven, found.proof) == (MADE.time_law, MADE.proven, MADE.proof)
     assert found.limits is not None
     assert MADE.limits is not None
     assert found.limits.to_dict() == MADE.limits.to_dict()
@@ -67,5 +65,5 @@ BAD = [
 def test_damaged_files_are_refused(text: str, sentence: str, tmp_path: Path) -> None:
     (tmp_path / TRAJECTORY_NAME).write_text(text)
     with pytest.raises(PlannerError, match=sentence) as caught:
-        load_trajectory(tmp_path)
+        Trajectory.load(tmp_path)
     assert caught.value.exit_code == 3

@@ -1,7 +1,5 @@
 """Rows on an exact grid: their times, the limits by rational numbers, rest at both ends, proofs; rows between knots."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from fractions import Fraction
@@ -27,7 +25,7 @@ from tests.worlds import load, make_post, scene_of
 ARM = load("planar_2r")
 FAR = scene_of((Box((0.1, 0.1, 0.1)), pose([5.0, 0.0, 0.0])))
 PATH = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
-MADE = time_path(PATH, make_checker(ARM, FAR), law="shortcuts")
+MADE = time_path(PATH, make_checker(ARM, FAR), time_law="shortcuts")
 MOTIONS = [
     ("planar_2r", "blended", 120, 0.5, 0.25),
     ("panda", "blended", 12, 0.5, 0.25),
@@ -43,7 +41,7 @@ def motion(robot: str, law: TimeLaw, waypoints: int, acceleration: float, jerk: 
     low, high = np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)
     path = np.random.default_rng(0).uniform(low, high, (waypoints, arm.dof))
     limits = MotionLimits.of(arm, LimitsRequest(acceleration=acceleration, jerk=jerk))
-    return time_path(path, make_checker(arm, FAR), limits, law=law)
+    return time_path(path, make_checker(arm, FAR), limits, time_law=law)
 
 
 def part(made: Trajectory, rows: int = 200) -> Trajectory:
@@ -183,7 +181,7 @@ def test_what_does_not_rest_at_its_ends_is_refused() -> None:
 
 def test_rows_nearer_than_their_rounding_allows_are_refused() -> None:
     slow = MotionLimits.of(ARM, LimitsRequest(acceleration=0.1, jerk=1e-4))
-    made = time_path(PATH, make_checker(ARM, FAR), slow, law="stop-at-corners")
+    made = time_path(PATH, make_checker(ARM, FAR), slow, time_law="stop-at-corners")
     with pytest.raises(PlannerError, match=r"rate 1000 Hz is too high .* give \d+\.\d Hz or less"):
         on_grid(made, 1000.0)
     assert on_grid(made, 50.0)

@@ -1,7 +1,5 @@
 """Limits from the URDF, the robot's file, MoveIt's file and options; bad ones are refused in one sentence."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

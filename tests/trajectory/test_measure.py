@@ -1,7 +1,5 @@
 """Measurements along a path against independent ones: coal's distances, a dense look at every state."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
@@ -28,15 +26,6 @@ def test_the_first_contact_is_where_a_dense_look_finds_it() -> None:
             assert found.s == pytest.approx(share[dense.index(False)], abs=2e-3)
             assert not is_free(checker, found.q)
     assert hits >= 3
-
-
-def test_a_path_of_one_state_is_looked_at_too() -> None:
-    checker = checker_of("iiwa14", "paper")
-    q = random_q(load("iiwa14"), 40)
-    bad = next(each for each in q if not is_free(checker, each))
-    found = path_contact(checker, bad[None])
-    assert found is not None
-    assert found.s == 0.0
 
 
 def test_clearance_along_a_path_covers_both_ends() -> None:

@@ -1,7 +1,5 @@
 """Horizons and first contacts in time, where a formula says when."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

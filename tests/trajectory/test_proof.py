@@ -1,7 +1,5 @@
 """What is proven of a trajectory; limits against closed forms, jumps against differences on both sides of points."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parabolic ramps: from state to state in the time that is given, within limits, joined without a jump."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

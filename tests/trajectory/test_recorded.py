@@ -1,7 +1,5 @@
 """Motions out of files: every form gives the same motion; each field is honoured, noted or refused by its name."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

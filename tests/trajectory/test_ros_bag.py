@@ -1,7 +1,5 @@
 """Bags in MCAP: the message is CDR as ROS 2 writes it, and what cannot be read is told in one sentence."""
 
-from __future__ import annotations
-
 import io
 import struct
 import sys

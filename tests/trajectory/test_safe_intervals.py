@@ -1,7 +1,5 @@
 """Safe-interval search against a search of every moment, and what it takes for free against FCL."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 
 import numpy as np

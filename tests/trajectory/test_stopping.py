@@ -1,7 +1,5 @@
 """Braking at any moment: from the state that there is, along the same curve, within limits, to rest, proven."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import get_args
 
@@ -57,7 +55,7 @@ def off_curve(motion: Trajectory, t: float, stop: Stop) -> float:
 def test_at_random_moments_it_brakes_along_the_curve_within_limits(
     law: TimeLaw, slow: LimitsRequest, solved: Plan
 ) -> None:
-    motion = time_path(solved.path, solved.checker, MotionLimits.of(solved.robot, slow), law=law)
+    motion = time_path(solved.path, solved.checker, MotionLimits.of(solved.robot, slow), time_law=law)
     moments = np.random.default_rng(7).uniform(0.0, motion.duration, 20)
     for t in [0.0, *moments.tolist(), motion.duration - 1e-4, motion.duration]:
         braked(motion, t)

@@ -1,7 +1,5 @@
 """The quickest motion along a curve."""
 
-from __future__ import annotations
-
 import itertools
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Shortcuts in time: quicker, proven, and never dearer than allowed, by a measure that knows nothing of chords."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
@@ -68,7 +66,7 @@ def test_what_is_allowed_beyond_is_kept_to_and_used() -> None:
 
 def test_the_floor_holds_on_them() -> None:
     floor = 0.99 * float(manipulability(ARM, PATH).min())
-    free, kept = (time_path(PATH, CHECKER, floor=level, law="shortcuts") for level in (0.0, floor))
+    free, kept = (time_path(PATH, CHECKER, floor=level, time_law="shortcuts") for level in (0.0, floor))
     assert kept.proven
     assert manipulability(ARM, kept.at(np.linspace(0.0, kept.duration, 2001))).min() >= floor
     assert kept.duration >= free.duration
@@ -77,7 +75,7 @@ def test_the_floor_holds_on_them() -> None:
 @pytest.mark.parametrize("extra", [0.0, 0.2])
 def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
     cost = cost_in_motion(solved)
-    motion = time_path(solved.path, solved.checker, law="shortcuts", cost=cost, extra_cost=extra)
+    motion = time_path(solved.path, solved.checker, time_law="shortcuts", cost=cost, extra_cost=extra)
     slower, _ = timed_curve(solved.path, solved.checker, None, "blended", 0.0)
     assert motion.proven
     assert motion.duration <= slower.duration
@@ -93,7 +91,7 @@ def test_the_tool_goes_no_farther_where_its_path_is_the_cost() -> None:
     request = PlanRequest.from_options(
         robot="ur5", scene="empty", start=start, goal=goal, beta=1.0, metric="workspace", nodes=100, effort=1
     )
-    found = plan(request, timing=TimingRequest())
+    found = plan(request=request, timing=TimingRequest())
     motion = found.trajectory
     assert motion is not None
     assert motion.proof["shortcuts"] > 0

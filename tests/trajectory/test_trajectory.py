@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+import sys
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.interpolate import BPoly, CubicHermiteSpline
 
-from planner.base.errors import ArrayError
+from planner.base.errors import ArrayError, InstallationError
 from planner.trajectory.trajectory import Trajectory
 
 JOINTS = ("a", "b", "c")
@@ -75,3 +77,52 @@ def test_derivatives_beyond_the_degree_are_zero(order: int) -> None:
     short = Trajectory.through(("a",), np.array([0.0, 0.01]), np.array([[0.0], [1.0]]), np.zeros((2, 1)))
     for values in (short.at(0.005, order), short.knots(order), *short.ends(order), *short.extrema(order)):
         np.testing.assert_array_equal(values, 0.0)
+
+
+@pytest.mark.parametrize("given", [(Q,), (Q, QD), (Q, QD, QDD)])
+@pytest.mark.parametrize("dt", [0.01, 0.0013])
+def test_samples_are_derivatives_of_each_other(given: Any, dt: float) -> None:
+    """Central differences of one column are the next, within dt²/6 of the largest third derivative, off the knots."""
+    motion = Trajectory.through(JOINTS, TIMES, *given)
+    found = motion.sample(dt)
+    assert (found.times[0], found.times[-1]) == (TIMES[0], TIMES[-1])
+    assert ((np.diff(found.times) > 0) & (np.diff(found.times) < 1.000001 * dt)).all()
+    assert (np.diff(found.times)[:-1] > 0.999999 * dt).all()
+    columns = (found.positions, found.velocities, found.accelerations, found.jerks)
+    piece = np.searchsorted(TIMES, found.times, side="right")
+    inside = (piece[2:-1] == piece[:-3]).nonzero()[0]  # the last step is shorter
+    for order, (rows, slopes) in enumerate(itertools.pairwise(columns)):
+        np.testing.assert_array_equal(rows, motion.at(found.times, order))
+        slope = (rows[2:-1] - rows[:-3]) / (found.times[2:-1] - found.times[:-3])[:, None]
+        most = dt**2 / 6 * motion.largest(order + 3).max() + 1e-9 / dt
+        np.testing.assert_allclose(slope[inside], slopes[1:-2][inside], atol=most)
+
+
+def test_a_step_that_ends_where_the_motion_ends_adds_no_sample() -> None:
+    motion = Trajectory.through(("a",), np.array([0.0, 0.7]), np.zeros((2, 1)))
+    for dt, count in ((0.1, 8), (0.7, 2), (5.0, 2), (0.3, 4)):
+        assert len(motion.sample(dt).times) == count
+    for dt in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(ArrayError, match="dt must be above 0 s"):
+            motion.sample(dt)
+
+
+def test_samples_as_a_table() -> None:
+    pandas = pytest.importorskip("pandas")
+    found = Trajectory.through(JOINTS, TIMES, Q, QD).sample(0.1)
+    table = found.to_pandas()
+    assert isinstance(table, pandas.DataFrame)
+    assert list(table.columns) == [
+        "time",
+        *(f"{kind}_{name}" for kind in ("q", "qd", "qdd", "qddd") for name in JOINTS),
+    ]
+    np.testing.assert_array_equal(table["time"], found.times)
+    np.testing.assert_array_equal(table[["qddd_a", "qddd_b", "qddd_c"]], found.jerks)
+
+
+def test_without_pandas_the_remedy_is_an_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(
+        InstallationError, match=r"package pandas is missing: run pip install 'gabf-planner\[interop\]'"
+    ):
+        Trajectory.through(JOINTS, TIMES, Q).sample(0.1).to_pandas()

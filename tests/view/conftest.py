@@ -16,11 +16,11 @@ TASK = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.
 
 @pytest.fixture(scope="session")
 def made() -> Plan:
-    return with_alternatives(plan(TASK))
+    return with_alternatives(plan(request=TASK, timing=None))
 
 
 @pytest.fixture(scope="session")
 def tradeoff(made: Plan, tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
     path = tmp_path_factory.mktemp("roadmap") / "roadmap.npz"
     save_roadmap(made.roadmap, path)
-    return sweep(TASK.with_options(roadmap=path))
+    return sweep(request=TASK.with_options(roadmap=path))

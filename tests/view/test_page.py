@@ -43,9 +43,11 @@ def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) 
 
 @pytest.mark.parametrize("floor", [0.02, 0.03])  # above the goal's w alone; above those of both ends
 def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path) -> None:
-    held = with_alternatives(plan(PlanRequest.from_options(nodes=150, min_manipulability=floor, room=0.0)))
+    held = with_alternatives(
+        plan(request=PlanRequest.from_options(nodes=150, min_manipulability=floor, room=0.0), timing=None)
+    )
     save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
-    whole = sweep(PlanRequest.from_options(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
+    whole = sweep(request=PlanRequest.from_options(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
     (mine, current), theirs = held.shown_paths(), whole.shown_paths()
     assert len(mine) == len(theirs) >= 1
     for a, b in zip(mine, theirs, strict=True):

@@ -12,7 +12,6 @@ import pytest
 
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import jacobian
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome, Separated
@@ -53,7 +52,7 @@ def plan_file(made: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def tradeoff() -> Tradeoff:
     """Some paths, of which one is optimal for a few per cent of all betas only."""
-    made = sweep(ARM)
+    made = sweep(request=ARM)
     assert len(made.intervals) >= 4
     return made
 
@@ -256,7 +255,7 @@ def test_the_ellipsoid_is_the_jacobians_and_moves(tab: Tab, made: Plan) -> None:
     for share, q in ((0.0, made.path[0]), (1.0, made.path[-1])):
         tab.run(f"goTo({share})")
         matrix = np.array(tab.run("ellipsoid.matrix.toArray()")).reshape(4, 4).T
-        linear = jacobian(made.robot, q)[:3]
+        linear = made.robot.jacobian(q)[:3]
         np.testing.assert_allclose(matrix[:3, 3], tool_positions(made.robot, q)[0], atol=1e-6)
         np.testing.assert_allclose((matrix[:3, :3] / scale) @ (matrix[:3, :3] / scale).T, linear @ linear.T, atol=5e-3)
         matrices.append(matrix)
@@ -346,7 +345,7 @@ def test_two_paths_side_by_side(sweep_tab: Tab, tradeoff: Tradeoff) -> None:
 
 
 def test_pages_without_a_path(window: Tab, tradeoff: Tradeoff, tmp_path: Path) -> None:
-    found = plan(ARM.with_options(nodes=30))
+    found = plan(request=ARM.with_options(nodes=30), timing=None)
     found = replace(found, path=np.zeros((0, 2)), path_nodes=found.path_nodes[:0], cost=None)
     partial = replace(tradeoff, intervals=tradeoff.intervals[:2], complete=False, outcome=Outcome.INTERRUPTED)
     for html, paths, field, words in (
@@ -366,7 +365,7 @@ def test_pages_without_a_path(window: Tab, tradeoff: Tradeoff, tmp_path: Path) -
 
 def test_what_separates_start_from_goal_is_red(window: Tab, tmp_path: Path) -> None:
     request = ARM.with_options(scene=str(planar_trap(tmp_path)), start="q:0.2,0.3", goal="q:3.0,-0.3", nodes=30)
-    found = plan(request)
+    found = plan(request=request, timing=None)
     assert isinstance(found.reason, Separated)
     found.save(tmp_path)
     assert window.open(tmp_path / "plan.html"), window.console
@@ -381,7 +380,7 @@ def test_what_separates_start_from_goal_is_red(window: Tab, tmp_path: Path) -> N
 def test_what_moves_is_where_it_is_at_the_time_shown(window: Tab, tmp_path: Path) -> None:
     way = [pose([1.2, 0.9, 0]), pose([0.5, 1.2, 0], [0.4, 0, 2.5]), pose([-1.5, 1.5, 0], [0, 0, -2.9])]
     cart = MovingObstacle("cart", Cylinder(0.1, 0.3), KnownMotion([0, 0.6, 30], way))
-    found = plan(ARM.with_options(scene=Scene("cart", moving=(cart,))), timing=TimingRequest())
+    found = plan(request=ARM.with_options(scene=Scene("cart", moving=(cart,))), timing=TimingRequest())
     found.save(tmp_path)
     assert window.open(tmp_path / "plan.html"), window.console
     assert found.trajectory is not None

@@ -11,7 +11,7 @@ from planner.base.arrays import Floats
 from planner.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
 from planner.problem.targets import joints_text
-from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.trajectory import Trajectory
 
 AROUND = np.array([[-1.0, 0.8], [-0.4, 2.2], [0.4, 2.2], [1.0, 0.4]])  # planar_2r, folded past the post
@@ -31,5 +31,5 @@ def folder_of(
     record |= {"path": path.tolist(), "config": config, "goal": ends[1]}
     (folder / "plan.json").write_text(json.dumps(record))
     if motion is not None:
-        save_trajectory(motion, folder / TRAJECTORY_NAME)
+        motion.save(folder / TRAJECTORY_NAME)
     return folder, certificate

@@ -39,7 +39,7 @@ _SAMPLES = 3  # configurations of each piece that an accepted certificate is jud
 def certify(robot: str, scene: str, seed: int) -> dict[str, Any]:
     """Seconds of computing of a plan, of saving it with a certificate and of checking that; its size and verdict."""
     began = time.process_time()
-    found = plan(PlanRequest.from_options(robot=robot, scene=scene, seed=seed), timing=TimingRequest())
+    found = plan(request=PlanRequest.from_options(robot=robot, scene=scene, seed=seed), timing=TimingRequest())
     plan_s = time.process_time() - began
     if not found.solved:
         return {"verdict": found.message}
@@ -75,7 +75,7 @@ def _cases(seed: int) -> tuple[tempfile.TemporaryDirectory, list[tuple[Case, Wor
     place = tempfile.TemporaryDirectory()
     scene = Scene("post", (Obstacle("post", Box((0.1, 0.02, 0.2)), pose([0.75, 0.0, 0.0])),))
     checker, made = make_checker(Robot.load("planar_2r"), scene, margin=MARGIN), []
-    for name, motion in (("path", None), ("motion", time_path(AROUND, checker, law="shortcuts"))):
+    for name, motion in (("path", None), ("motion", time_path(AROUND, checker, time_law="shortcuts"))):
         case = Case.of(folder_of(Path(place.name) / name, checker, AROUND, motion, FLOOR)[0])
         made.append((case, checker.world, closest(case.data, 200, np.random.default_rng(seed), 1.0)))
     return place, made

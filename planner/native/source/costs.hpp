@@ -31,11 +31,18 @@ struct Omega {
     }
 };
 
-// A point that joint `last` carries, and how many rows of its Jacobian count.
+// A measure in place of manipulability: values w (n,) of configurations q (n, dof).
+struct Measure {
+    virtual ~Measure() = default;
+    virtual void fill(size_t n, const double* q, double* w) const = 0;
+};
+
+// A point that joint `last` carries, the rows of its Jacobian that count, and a measure in place of theirs, or null.
 struct Tool {
     int last;
     Vec point;
-    int rows;
+    JacobianRows rows;
+    const Measure* measure = nullptr;
 };
 
 // The length of the path that a tool takes while q goes straight from `from` by `by` (dof,): chords between `pieces` + 1
@@ -136,6 +143,7 @@ class Pricing {
     void look() {
         const size_t all = states_.size();
         w_.resize(all);
+        if (tool_.measure) return look_by_measure();
         for (size_t first = 0; first < all; first += 4) {
             heed_at(static_cast<int>(first));
             const size_t count = std::min<size_t>(4, all - first);
@@ -148,6 +156,15 @@ class Pricing {
             manipulability_of_four(chain_, tool_.last, tool_.point, tool_.rows, scratch_, found);
             std::copy(found, found + count, w_.data() + first);
         }
+    }
+
+    void look_by_measure() {
+        const int dof = chain_.dof();
+        configurations_.clear();
+        for (const State& state : states_)
+            for (int j = 0; j < dof; ++j)
+                configurations_.push_back(state.from[j] + state.share * (state.to[j] - state.from[j]));
+        if (!states_.empty()) tool_.measure->fill(states_.size(), configurations_.data(), w_.data());
     }
 
     double traded_off(const Asked& one, double distance) {
@@ -182,7 +199,7 @@ class Pricing {
     FourScratch scratch_;
     std::vector<Asked> asked_;
     std::vector<State> states_;
-    std::vector<double> w_, omega_, delta_;
+    std::vector<double> w_, omega_, delta_, configurations_;
 };
 
 }  // namespace planner

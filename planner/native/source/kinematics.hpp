@@ -188,11 +188,16 @@ FOR_THIS_PROCESSOR inline void points_of_four(const Chain& chain, int last, Vec 
     for (int l = 0; l < 4; ++l) found[l] = {there.x[l], there.y[l], there.z[l]};
 }
 
+// The rows of a Jacobian from `first` to before `stop`: linear ones are 0 to 2, angular ones 3 to 5.
+struct JacobianRows {
+    int first, stop;
+};
+
 // Yoshikawa's manipulability w of a point that joint `last` carries at the four configurations of the scratch: the
-// volume that the first `rows` rows of its Jacobian span, or its columns where these are fewer.
-FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int last, Vec tool, int rows, FourScratch& s,
-                                                      double* w) {
-    const int dof = chain.dof();
+// volume that `span` of the rows of its Jacobian span, or their columns where these are fewer.
+FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int last, Vec tool, JacobianRows span,
+                                                      FourScratch& s, double* w) {
+    const int dof = chain.dof(), rows = span.stop - span.first;
     chain.place(s.q, s.frames);
     chain.jacobian(s.frames, last, tool, s.linear, s.angular);
     const bool by_row = rows <= dof;
@@ -200,7 +205,8 @@ FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int la
         const VecOf<Four>&l = s.linear[j], &a = s.angular[j];
         const Four* const column[6] = {&l.x, &l.y, &l.z, &a.x, &a.y, &a.z};
         for (int r = 0; r < 6; ++r)
-            if (r < rows) s.vectors[by_row ? r * dof + j : j * rows + r] = *column[r];
+            if (r >= span.first && r < span.stop)
+                s.vectors[by_row ? (r - span.first) * dof + j : j * rows + r - span.first] = *column[r];
     }
     Four volume;
     spanned_volume(s.vectors, by_row ? rows : dof, by_row ? dof : rows, volume);

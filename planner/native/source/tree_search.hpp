@@ -60,7 +60,8 @@ struct SearchSpace {
     double longest;               // rad: from a root of one tree to a state and on to one of the other
     double floor;                 // of manipulability, or 0
     double floor_apart;           // rad between the states in which it is looked at
-    int tool_joint, tool_rows;
+    int tool_joint;
+    JacobianRows tool_rows;
     Vec tool;
 };
 

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, distinct_rows
+from planner.base.arrays import Floats, Ints
 from planner.base.cache import cached
 from planner.base.errors import FileError, Note, choices
 from planner.base.files import StrPath
@@ -74,7 +74,7 @@ def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
             f"mesh file {path} cannot be read ({reason}): check 'scale', or export it again as STL, OBJ, PLY, DAE or "
             "GLB."
         ) from None
-    return Mesh(*_join(mesh.vertices[mesh.triangles].reshape(-1, 3)))
+    return mesh.joined()
 
 
 def link_mesh(path: Path, scale: Floats) -> Mesh:
@@ -203,15 +203,6 @@ def collada_notes(files: Iterable[Path]) -> Iterator[Note]:
     if turned := [path.name for path, content in read.items() if _AXIS.search(content)]:
         text = f"an up_axis other than Z_UP is not followed, as in MoveIt: of {choices(turned)} z stays z."
         yield Note(text, grave=False)
-
-
-def _join(corners: Floats) -> tuple[Floats, Ints]:
-    """Vertices (n, 3), equal ones joined, in the order of ``corners`` (3 m, 3), and the triangles (m, 3) of these."""
-    first, which = distinct_rows(corners)
-    order = np.argsort(first)
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    return corners[first[order]], rank[which].reshape(-1, 3)
 
 
 def thinned(mesh: Mesh) -> Mesh:

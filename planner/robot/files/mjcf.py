@@ -18,7 +18,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats
 from planner.base.cache import content_hash
-from planner.base.errors import InstallationError, Note, RobotError, choices
+from planner.base.errors import Note, RobotError, choices, require_extra
 from planner.robot.shapes import Mesh
 
 _JOINTS = ("free", "ball", "slide", "hinge")  # in the order of mjtJoint
@@ -62,13 +62,9 @@ def convert_mjcf(path: Path, name: str) -> tuple[ET.Element, dict[str, Mesh], Si
 
 
 def _compiled(path: Path) -> _Model:
-    try:
-        import mujoco  # an extra
-    except ImportError:
-        raise InstallationError(
-            f"{path} is MJCF, which needs the Python package mujoco: run pip install 'gabf-planner[mjcf]', or "
-            "convert it to a URDF."
-        ) from None
+    require_extra("mujoco", "mjcf")
+    import mujoco
+
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)  # otherwise MuJoCo writes a file into the working directory
     try:

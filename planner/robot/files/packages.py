@@ -5,6 +5,7 @@ As in ROS, a xacro file holds expressions that are evaluated, and names other fi
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import itertools
 import os
@@ -15,7 +16,7 @@ from glob import glob
 from pathlib import Path
 from typing import Any
 
-from planner.base.errors import InstallationError, RobotError
+from planner.base.errors import RobotError, require_extra
 from planner.base.resources import robots_folder
 from planner.base.silenced import PROCESS
 from planner.base.yamlfile import read_bytes, shown
@@ -44,6 +45,17 @@ def find_package(name: str, *files: Path) -> Path:
     raise LookupError(f"package {shown(name)} not found: name its folder in ROS_PACKAGE_PATH")
 
 
+def find_meshes(root: ET.Element, path: Path) -> None:
+    """Give meshes that the URDF names by a package their paths; where the package is not found the name stays."""
+    find = cache(find_package)
+    for mesh in root.iter("mesh"):
+        kind, _, place = mesh.get("filename", "").partition("://")
+        name, _, inside = place.lstrip("/").partition("/")  # talos writes package:///
+        if kind in ("package", "model"):
+            with contextlib.suppress(LookupError):
+                mesh.set("filename", f"file://{find(name, path) / inside}")
+
+
 def _name_in(file: Path) -> str:
     try:
         return (ET.parse(file).findtext("name") or "").strip()
@@ -58,29 +70,24 @@ def example_robot_data() -> Path:
     return next(Path(str(file.locate())).resolve().parent for file in files if file.name == "package.xml")
 
 
-def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> ET.Element:
-    """The root element of an XML file, expanded with ``arguments`` where its name ends in .xacro.
+def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None, text: str | None = None) -> ET.Element:
+    """The root element of an XML file, or of its ``text``, expanded with ``arguments`` where its name ends in .xacro.
 
     Raises :class:`RobotError` for a file that cannot be read, :class:`InstallationError` without xacro.
     """
-    content = read_bytes(path, what)
+    content = read_bytes(path, what) if text is None else text.strip()
     try:
         root = ET.fromstring(_expand(path, arguments or {}) if path.suffix.lower() == ".xacro" else content)
     except (ET.ParseError, ValueError, LookupError) as error:  # the latter two of encodings
         raise RobotError(f"{what} {path} is not well-formed XML ({error}): mend the file.") from None
     if any(_XACRO in str(element.tag) for element in root.iter()):
-        raise RobotError(f"{what} {path} holds elements of xacro that are not expanded: call it {path.name}.xacro.")
+        remedy = "expand them first" if text is not None else f"call it {path.name}.xacro"
+        raise RobotError(f"{what} {path} holds elements of xacro that are not expanded: {remedy}.")
     return root
 
 
 def _expand(path: Path, arguments: Mapping[str, str]) -> bytes:
-    try:
-        import xacro  # pyright: ignore[reportMissingImports]  # an extra
-        from xacro import substitution_args  # pyright: ignore[reportMissingImports]
-    except ImportError:
-        raise InstallationError(
-            f"{path} needs the Python package xacro: pip install 'gabf-planner[xacro]', or expand it to a URDF first."
-        ) from None
+    xacro, substitution_args = (require_extra(name, "xacro") for name in ("xacro", "xacro.substitution_args"))
     try:
         with PROCESS:  # xacro keeps the files that it is in as a global list; by itself it finds packages of ROS 2 only
             substitution_args._eval_find = lambda name: str(find_package(name, *map(Path, reversed(xacro.filestack))))

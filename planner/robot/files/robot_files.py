@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,16 +13,16 @@ from typing import Literal
 import pinocchio as pin
 import pydantic
 
-from planner.base.errors import InstallationError, Note, RobotError, choices
+from planner.base.errors import Note, RobotError, choices, require_extra
 from planner.base.files import StrPath
 from planner.base.resources import robot_names, robots_folder
 from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
+from planner.kinematics.arm import frame_id
+from planner.problem.options import Rows
 from planner.problem.targets import HOME
 from planner.robot.files import urdf
 from planner.robot.files.packages import example_robot_data
 from planner.robot.files.srdf import Srdf, group_joints, group_tip, read_srdf
-
-Rows = Literal["pose", "translation", "planar"]
 
 _ROBOT_FILE = "robot.yaml"
 _DESCRIPTIONS = "robot_descriptions"  # a Python package; names of its robots end in _description
@@ -117,7 +116,7 @@ class RobotFiles:
 
         A joint that is ``held`` follows no other.
         """
-        joint = self.model.frames[urdf.frame_id(self.model, frame)].parentJoint
+        joint = self.model.frames[frame_id(self.model, frame)].parentJoint
         joints = [self.model.names[k] for k in self.model.supports[joint] if k != 0]
         leaders = {self.description.mimic(joint, held).leader for joint in joints}
         return [joint for joint in self.model.names[1:] if joint in leaders]
@@ -145,7 +144,7 @@ class RobotFiles:
             if len(tips) != 1:
                 raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
             return tips[0]
-        urdf.frame_id(self.model, tool)
+        frame_id(self.model, tool)
         return tool
 
     def _group_joints(self, group: str) -> list[str]:
@@ -209,9 +208,12 @@ class RobotFiles:
 
 
 def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
-    """The files of a robot given by name, or by the path of its robot.yaml or URDF; ``srdf`` replaces its own."""
-    name, (folder, file) = os.fspath(name), find_robot(os.fspath(name))
-    description = urdf.read_description(file.urdf.path(folder), file.urdf.args)
+    """The files of a robot given by name, by path, or by the text of its URDF; ``srdf`` replaces its own."""
+    name = os.fspath(name)
+    text = name if name.lstrip().startswith("<") else None
+    folder, file = find_robot(name) if text is None else (Path(), RobotFile(urdf=Source(file="<string>")))
+    description = urdf.read_description(file.urdf.path(folder), file.urdf.args, text)
+    name = name if text is None else "the text of a URDF"
     called = file.name or (name if name in robot_names() else description.name)
     if srdf is not None:
         return RobotFiles(called, name, file, description, read_srdf(Path(srdf)))
@@ -246,11 +248,7 @@ def find_robot(name: str) -> tuple[Path, RobotFile]:
 
 def _described(name: str) -> RobotFile:
     """A robot of the package robot_descriptions, whose module downloads its files where they are not in its cache."""
-    if importlib.util.find_spec(_DESCRIPTIONS) is None:
-        raise InstallationError(
-            f"robot '{name}' would come from the Python package robot_descriptions: run pip install "
-            "'gabf-planner[descriptions]'."
-        )
+    require_extra(_DESCRIPTIONS, "descriptions")
     try:
         said = vars(importlib.import_module(f"{_DESCRIPTIONS}.{name}"))
         path = next(said[kind] for kind in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH") if said.get(kind))

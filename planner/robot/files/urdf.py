@@ -7,18 +7,19 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Floats
 from planner.base.errors import Note, RobotError, choices
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, nearest, number, shown
+from planner.kinematics.arm import Mimic, frame_id
 from planner.robot.files.mjcf import Sites, convert_mjcf
-from planner.robot.files.packages import find_package, read_root
+from planner.robot.files.packages import find_meshes, read_root
 from planner.robot.poses import se3
 from planner.robot.shapes import Mesh
 
@@ -26,16 +27,6 @@ MJCF = "mujoco"  # the root element of MJCF files
 _LINK = " (link)"
 _MOST = 1000.0  # rad, m: a joint that follows goes no farther
 _SAME = 1e-9  # relative to rad, m: limits that are nearer to each other are the same
-
-
-@dataclass(frozen=True)
-class Mimic:
-    """A joint whose value is ``multiplier`` times that of the joint ``leader``, plus ``offset`` (rad, m)."""
-
-    joint: str
-    leader: str
-    multiplier: float
-    offset: float
 
 
 @dataclass(frozen=True)
@@ -53,6 +44,8 @@ class Description:
     joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
     meshes: Mapping[str, Mesh] = field(default_factory=dict)  # of an MJCF, by their names in ``xml``
     sites: Sites = field(default_factory=dict)  # of an MJCF
+    model: pin.Model | None = None  # where it is given as such, with its geometry by kind
+    geometry: Mapping[str, pin.GeometryModel] = field(default_factory=dict)
     notes: tuple[Note, ...] = ()
 
     @cached_property
@@ -77,13 +70,13 @@ class Description:
         )
 
 
-def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> Description:
-    """The URDF at ``path``; continuous joints become revolute ones of one turn, so that every joint is one angle.
+def read_description(path: Path, arguments: Mapping[str, str] | None = None, text: str | None = None) -> Description:
+    """The URDF at ``path``, or its ``text``; continuous joints become revolute ones of one turn: each is one angle.
 
     It may be xacro, which is expanded with ``arguments``, or MuJoCo's MJCF. Capsules are read only from version 1.1 on
     (they vanish otherwise), so the version is raised.
     """
-    root = read_root(path, "URDF", arguments)
+    root = read_root(path, "URDF", arguments, text)
     meshes, sites, notes = {}, {}, ()
     if root.tag == MJCF:
         root, meshes, sites, notes = convert_mjcf(path, root.get("model") or path.stem)
@@ -91,7 +84,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
         raise RobotError(f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
     root.set("version", "1.1")
     _require_known_words(root, path)
-    _find_meshes(root, path)
+    find_meshes(root, path)
     links, joints = {_name(link): link for link in root.iterfind("link")}, root.findall("joint")
     if "universe" in {*links, *map(_name, joints)}:
         raise RobotError(f"URDF {path} calls a link or joint 'universe', as Pinocchio calls the world: rename it.")
@@ -171,17 +164,6 @@ def _end(joint: ET.Element, kind: str) -> str:
     return "" if element is None else element.get("link", "")
 
 
-def _find_meshes(root: ET.Element, path: Path) -> None:
-    """Give meshes that the URDF names by a package their paths; where the package is not found the name stays."""
-    find = cache(find_package)
-    for mesh in root.iter("mesh"):
-        kind, _, place = mesh.get("filename", "").partition("://")
-        name, _, inside = place.lstrip("/").partition("/")  # talos writes package:///
-        if kind in ("package", "model"):
-            with contextlib.suppress(LookupError):
-                mesh.set("filename", f"file://{find(name, path) / inside}")
-
-
 def number_of(element: ET.Element, key: str, default: float = math.nan) -> float:
     """The finite number that an attribute holds; :class:`RobotError` for any other text."""
     text = element.get(key, repr(default))
@@ -228,6 +210,8 @@ def _make_revolute(joint: ET.Element) -> str:
 
 def build_model(description: Description) -> pin.Model:
     """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
+    if description.model is not None:
+        return description.model.copy()
     printed = Silenced()
     try:
         with printed:
@@ -330,11 +314,6 @@ def narrow(model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[s
     return endless, notes
 
 
-def slides(model: pin.Model) -> Bools:
-    """(joints,) which joints of ``model`` slide (their values are metres)."""
-    return np.array([joint.shortname().startswith("JointModelP") for joint in list(model.joints)[1:]])
-
-
 def reduce(
     model: pin.Model,
     geometry: pin.GeometryModel,
@@ -387,11 +366,3 @@ def tips_of(model: pin.Model) -> list[str]:
     links = [k for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
     sites = [[f.name for f in model.frames if f.parentFrame == k and f.type == pin.FrameType.OP_FRAME] for k in links]
     return [own[0] if len(own) == 1 else model.frames[k].name for k, own in zip(links, sites, strict=True)]
-
-
-def frame_id(model: pin.Model, name: str) -> int:
-    """The index of the frame called ``name``, the link where a joint has the same name; raises naming the frames."""
-    matches = [k for k, frame in enumerate(model.frames) if frame.name == name]
-    if not matches:
-        raise RobotError(f"frame {shown(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")
-    return next((k for k in matches if model.frames[k].type == pin.FrameType.BODY), matches[0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -33,19 +33,20 @@ def read_bodies(
 ) -> tuple[pin.Model, tuple[Body, ...]]:
     """The ``full`` model reduced as by :func:`planner.robot.files.urdf.reduce`, and the geometry of one ``kind``."""
     geometry, meshes = read_geometry(description, full, kind)
-    links = {item.name: full.frames[item.parentFrame].name for item in geometry.geometryObjects}
+    links = [full.frames[item.parentFrame].name for item in geometry.geometryObjects]
     model, placed = urdf.reduce(full, geometry, moving, held, base)
     try:
         return model, tuple(
             Body(
                 name=item.name,
-                link=links[item.name],
+                link=link,
                 joint=int(item.parentJoint),
-                shape=meshes.get(item.name) or shape_of(item.geometry),
+                shape=meshes.get(item.name) or shape_of(item.geometry, kind),
                 placement=frozen(item.placement.homogeneous),
                 color=tuple(item.meshColor.tolist()),
             )
-            for item in placed.geometryObjects
+            for item, link in zip(placed.geometryObjects, links, strict=True)
+            if kind == "visual" or not item.disableCollision
         )
     except SceneError as error:
         raise RobotError(f"the {kind} geometry of {description.path}: {error}") from None
@@ -55,6 +56,8 @@ def read_geometry(
     description: urdf.Description, model: pin.Model, kind: Kind
 ) -> tuple[pin.GeometryModel, dict[str, Mesh]]:
     """The geometry of one ``kind``, placed by Pinocchio with a ball for each mesh, and the meshes by their names."""
+    if description.geometry:
+        return description.geometry[kind].copy(), {}
     xml, meshes = _without_meshes(description, kind)
     printed = Silenced()
     try:
@@ -129,8 +132,10 @@ def _places(description: urdf.Description, name: str) -> Iterator[Path]:
     return (path for path in found if os.path.isfile(path))
 
 
-def shape_of(geometry: coal.CollisionGeometry) -> Shape:
-    """A coal geometry as a shape of ours; :class:`RobotError` for another kind."""
+def shape_of(geometry: coal.CollisionGeometry, kind: Kind = "collision") -> Shape:
+    """A coal geometry as a shape of ours, meshes that collide thinned; :class:`RobotError` for another kind."""
+    if isinstance(geometry, coal.ShapeBase) and geometry.getSweptSphereRadius() > 0:
+        raise RobotError("a shape with a swept sphere radius is not supported: make the shape itself larger.")
     match geometry:
         case coal.Box():
             x, y, z = (float(2 * half) for half in geometry.halfSide)
@@ -141,4 +146,13 @@ def shape_of(geometry: coal.CollisionGeometry) -> Shape:
             return Capsule(float(geometry.radius), float(2 * geometry.halfLength))
         case coal.Cylinder():
             return Cylinder(float(geometry.radius), float(2 * geometry.halfLength))
+        case coal.Convex():
+            return _mesh(geometry.points(), map(geometry.polygons, range(geometry.num_polygons)), kind)
+        case coal.BVHModelBase():
+            return _mesh(geometry.vertices(), map(geometry.tri_indices, range(geometry.num_tris)), kind)
     raise RobotError(f"{type(geometry).__name__} is not supported: use box, sphere, cylinder, capsule or mesh.")
+
+
+def _mesh(points: Floats, triangles: Iterable[coal.Triangle], kind: Kind) -> Mesh:
+    mesh = Mesh(points, np.array([(each[0], each[1], each[2]) for each in triangles])).joined()
+    return thinned(mesh) if kind == "collision" else mesh

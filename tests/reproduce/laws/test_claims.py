@@ -1,7 +1,5 @@
 """Verdicts on Section 4.1: ideal measurements confirm them, doctored ones do not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The random graphs of section (comparison)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -55,12 +53,6 @@ def test_the_source_is_the_middle_node(graphs) -> None:
     for graph in graphs:
         distance = np.linalg.norm(graph.position - SIDE / 2, axis=1)
         assert graph.source == np.argmin(distance)
-
-
-def test_the_same_generator_draws_the_same_graph() -> None:
-    one, other = (draw_graph(np.random.default_rng([3, 1]), 80) for _ in range(2))
-    assert np.array_equal(one.network.indices, other.network.indices)
-    assert np.array_equal(one.position, other.position)
 
 
 def test_redraws_are_counted() -> None:

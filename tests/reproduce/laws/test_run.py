@@ -1,7 +1,5 @@
 """``python -m reproduce laws``: a small whole run."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from reproduce.laws.cases import CASES, FREE, PRESCRIBED, Trace
 from reproduce.laws.run import history_rows, law_table, run_laws, study_graph
@@ -71,8 +68,3 @@ def test_a_row_of_panels_holds_one_parameter_and_varies_the_other() -> None:
     above = history_rows([Trace(case, 4, (t, t, t)) for case in FREE if case.start == "above"])
     assert [title for title, _ in above] == ["m1/m2 = 9/7", "p1/p2 = 3/5"]
     assert [len(curves) for _, curves in above] == [4, 4]
-
-
-def test_too_few_nodes_are_refused() -> None:
-    with pytest.raises(OptionError, match="nodes"):
-        run_laws(graphs=1, nodes=20)

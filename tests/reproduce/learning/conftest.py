@@ -1,7 +1,5 @@
 """One graph's study and one small whole run, made once."""
 
-from __future__ import annotations
-
 import pytest
 
 from reproduce.learning import study as learning_study

@@ -1,7 +1,5 @@
 """Verdicts on Section 4.3: a real graph confirms them, a doctored one does not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

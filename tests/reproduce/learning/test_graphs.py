@@ -1,7 +1,5 @@
 """The grid graphs of Section 4.3, and training in turn."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,14 +1,8 @@
 """``python -m reproduce learning``: a small whole run."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
-from typing import Any
 
-import pytest
-
-from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from reproduce.learning.run import run_learning
 from reproduce.learning.study import GraphStudy
@@ -58,9 +52,3 @@ def test_interrupted_runs_say_so() -> None:
     nothing = run_learning(graphs=5, iterations=1, progress=Progress(stop=lambda: True))
     assert nothing.complete is False
     assert nothing.table == () == nothing.verdicts
-
-
-@pytest.mark.parametrize("bad", [{"graphs": 0}, {"iterations": 0}])
-def test_numbers_out_of_range_are_refused(bad: dict[str, Any]) -> None:
-    with pytest.raises(OptionError, match="must be at least 1"):
-        run_learning(**bad)

@@ -1,7 +1,5 @@
 """One seed's study and one small whole run, made once."""
 
-from __future__ import annotations
-
 import pytest
 
 from planner.problem.request import SweepRequest

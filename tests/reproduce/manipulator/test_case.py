@@ -1,7 +1,5 @@
 """One seed of the manipulator study."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

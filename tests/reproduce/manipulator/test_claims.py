@@ -1,7 +1,5 @@
 """Verdicts on Section 4.2: ideal cases confirm them, doctored ones do not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """Geometry of tool paths."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

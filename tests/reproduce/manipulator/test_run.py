@@ -1,24 +1,20 @@
 """``python -m reproduce manipulator``: a small whole run, and which paths go into which figure."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.query.query import Query
 from reproduce.manipulator import run as experiment
 from reproduce.manipulator.case import LABELS, SeedStudy
 from reproduce.manipulator.run import manipulator_figures, run_manipulator, shown_case
 from reproduce.report import Report, write_report
+from tests.figures.panels import lines
 from tests.reproduce.manipulator.conftest import SMALL
 from tests.reproduce.manipulator.test_claims import BLUE_Q, HALF, OTHER, changed, ideal
-from tests.view.figures.panels import lines
 
 
 def test_the_drawn_case_is_one_that_falls_as_the_papers_does() -> None:
@@ -65,14 +61,8 @@ def test_a_stop_keeps_whole_seeds_or_leaves_an_empty_report(tmp_path: Path) -> N
 
 
 def test_one_curve_per_group_and_costs_of_every_seed(case: SeedStudy, query: Query) -> None:
-    profiles = manipulator_figures(query, case, [case, case])["manipulator_profiles.png"]
+    profiles = manipulator_figures(query, case, [case, case])["manipulator_w.png"]
     labels = [text.get_text() for text in profiles.legends[0].get_texts()]
     assert labels == [*("β = " + ", ".join(f"{beta:g}" for beta in group) for group in case.groups), "RRT"]
     costs = manipulator_figures(query, case, [case, case])["manipulator_costs.png"].axes[0]
     assert lines(costs)["GABF, median"][1].tolist() == [case.way(b).manipulability_cost for b in experiment.BETAS]
-
-
-@pytest.mark.parametrize(("seeds", "nodes", "word"), [(0, 80, "seeds"), (1, 1, "nodes")])
-def test_numbers_out_of_range_are_refused(seeds: int, nodes: int, word: str) -> None:
-    with pytest.raises(OptionError, match=word):
-        run_manipulator(seeds, nodes)

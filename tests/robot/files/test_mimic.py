@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from planner.kinematics.arm import Mimic
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.robot.files.robot_files import JointChoice
-from planner.robot.files.urdf import Mimic
 from planner.robot.robot import Robot, with_carried, with_tool
 from planner.robot.shapes import Carried, Sphere
 from tests.refusals import refusal_of

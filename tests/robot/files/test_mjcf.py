@@ -119,8 +119,8 @@ def require_shape(shape: Shape, model: mujoco.MjModel, geom: int) -> None:
             vertices = model.mesh_vert[model.mesh_vertadr[k] :]
             expected = vertices[model.mesh_face[model.mesh_faceadr[k] :][: model.mesh_facenum[k]]]
             # the order of a triangle's corners, and of triangles, is free in a mesh to look at
-            found = (np.unique(rows.reshape(-1, 3), axis=0) for rows in (shape.vertices[shape.triangles], expected))
-            np.testing.assert_array_equal(*found)
+            corners = shape.vertices[shape.triangles].reshape(-1, 3)
+            np.testing.assert_array_equal(np.unique(corners, axis=0), np.unique(expected.reshape(-1, 3), axis=0))
         case Box():
             np.testing.assert_array_equal(shape.size, 2 * size)
         case Sphere():

@@ -1,3 +1,4 @@
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false
 """A robot's files: which joints are planned, what holds the others, and robots of robot_descriptions."""
 
 from __future__ import annotations
@@ -6,7 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+import trimesh
 
+import planner
 from planner.base.errors import InstallationError, RobotError
 from planner.robot.files import robot_files
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, read_robot
@@ -67,3 +70,24 @@ def test_robots_of_the_package_robot_descriptions(arm: Path, monkeypatch: pytest
         with pytest.raises(RobotError, match=said):
             Robot.load(f"{name}_description")
     assert "descriptions_of_a_test.arm_description" in sys.modules
+
+
+def test_the_text_of_a_urdf_is_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its mesh files are relative to the working directory."""
+    trimesh.creation.icosphere().export(tmp_path / "ball.stl")
+    mesh = link_xml("b", '<mesh filename="ball.stl" scale="0.1 0.1 0.1"/>')
+    text = f'<robot name="arm">{link_xml("a")}{mesh}{joint_xml("j", "a", "b")}</robot>'
+    (tmp_path / "arm.urdf").write_text(text)
+    read = Robot.load(tmp_path / "arm.urdf")
+    with pytest.raises(RobotError, match=r"mesh file 'ball.stl' of <string> not found"):
+        Robot.load(text)
+    monkeypatch.chdir(tmp_path)
+    made = Robot.load('\n<?xml version="1.0"?>' + text)
+    assert (made.name, made.identity, made.description) == ("arm", read.identity, "from the text of a URDF")
+    found = planner.plan(robot=text, scene=None, start=[0.0], goal=[0.5], nodes=4, effort=0)
+    found.save("out")
+    assert planner.check("out").ok
+    with pytest.raises(RobotError, match="URDF <string> is not well-formed XML"):
+        Robot.load("<robot")
+    with pytest.raises(RobotError, match="elements of xacro that are not expanded: expand them first"):
+        Robot.load('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/></robot>')

@@ -134,6 +134,8 @@ def test_a_saved_scene_is_planned_to_the_same_ends(page: LivePage, tmp_path: Pat
     assert f"Written: {tmp_path / 'saved.yaml'}" in page.outcome.value
     again = Scene.load(str(tmp_path / "saved.yaml"))
     np.testing.assert_allclose(again.obstacles[1].placement, page._session.scene.obstacles[1].placement)
-    found = plan(PlanRequest.from_options(robot="planar_2r", scene=str(tmp_path / "saved.yaml"), nodes=80))
+    found = plan(
+        request=PlanRequest.from_options(robot="planar_2r", scene=str(tmp_path / "saved.yaml"), nodes=80), timing=None
+    )
     np.testing.assert_allclose(found.path[0], [-1.0, 0.8])
     np.testing.assert_allclose(tool_positions(load("planar_2r"), found.path)[-1, :2], [0.3, 0.6], atol=1e-5)

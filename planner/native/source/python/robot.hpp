@@ -24,10 +24,12 @@ inline void require_joint(const Chain& chain, int joint) {
     require(joint >= 0 && joint <= chain.size(), "there is no such joint");
 }
 
-inline Tool tool_of(const Chain& chain, int last, const double* point, int rows) {
+using RowSpan = std::pair<int, int>;  // the first row of a Jacobian, and the one behind the last
+
+inline Tool tool_of(const Chain& chain, int last, const double* point, const RowSpan& rows) {
     require_joint(chain, last);
-    require(rows >= 1 && rows <= 6, "a Jacobian has from one to six rows");
-    return {last, vec_at(point), rows};
+    require(rows.first >= 0 && rows.first < rows.second && rows.second <= 6, "a Jacobian has from one to six rows");
+    return {last, vec_at(point), {rows.first, rows.second}};
 }
 
 // Leaders, factors and zeros; without them every joint is planned.
@@ -142,7 +144,8 @@ void fill_manipulability(const Chain& chain, const Tool& tool, int64_t all, cons
         });
 }
 
-inline Made<double, 1> manipulability(const Chain& chain, const States& q, int last, const Floats<3>& point, int rows) {
+inline Made<double, 1> manipulability(const Chain& chain, const States& q, int last, const Floats<3>& point,
+                                      const RowSpan& rows) {
     const int dof = chain.dof();
     Made<double, 1> w(q.of({any, dof}).count());
     fill_manipulability(
@@ -151,7 +154,8 @@ inline Made<double, 1> manipulability(const Chain& chain, const States& q, int l
 }
 
 inline Made<double, 2> manipulability_along(const Chain& chain, const States& start, const States& delta,
-                                            const Floats<any>& shares, int last, const Floats<3>& point, int rows) {
+                                            const Floats<any>& shares, int last, const Floats<3>& point,
+                                            const RowSpan& rows) {
     const int dof = chain.dof(), states = shares.count(), n = start.of({any, dof}).count();
     delta.of({n, dof});
     Made<double, 2> w(n, states);
@@ -221,18 +225,36 @@ inline Made<double, 1> manipulability_cost_sums(const States& w, const Floats<an
     return sums;
 }
 
+// A measure that a Python function computes, from configurations (n, dof) to values (n,).
+struct MeasureOfPython : Measure {
+    nb::callable function;
+    int dof;
+
+    MeasureOfPython(nb::callable given, int width) : function(std::move(given)), dof(width) {}
+
+    void fill(size_t n, const double* q, double* w) const override {
+        const nb::gil_scoped_acquire python;
+        Made<double, 2> states = copied(q, Made<double, 2>(n, dof));
+        const auto values = nb::cast<Floats<any>>(function(std::move(states)));
+        values.of({static_cast<int64_t>(n)});
+        std::copy(values.data(), values.data() + n, w);
+    }
+};
+
 // What motions of an arm are charged.
 struct Charge {
     Chain chain;
+    std::unique_ptr<Measure> measure;
     Tool tool;
     std::vector<uint8_t> wraps;
     Prices prices;
 
     // `numbers`: low, high, zeta of omega, unit, beta, floor, longest, spacing, chord, see Prices.
     Charge(const Chain& of, const std::array<double, 9>& numbers, int kind, bool at_end, int fewest,
-           const Bools& wrapping, int last, const Floats<3>& point, int rows)
-        : chain(of), tool(tool_of(of, last, point, rows)),
-          wraps(wrapping.of({of.dof()}).data(), wrapping.data() + of.dof()),
+           const Bools& wrapping, int last, const Floats<3>& point, const RowSpan& rows,
+           const std::optional<nb::callable>& function)
+        : chain(of), measure(function ? std::make_unique<MeasureOfPython>(*function, of.dof()) : nullptr),
+          tool(tool_of(of, last, point, rows)), wraps(wrapping.of({of.dof()}).data(), wrapping.data() + of.dof()),
           prices{omega_of(numbers[0], numbers[1], numbers[2], kind),
                  numbers[3],
                  numbers[4],
@@ -243,6 +265,7 @@ struct Charge {
                  fewest,
                  at_end,
                  wraps.data()} {
+        tool.measure = measure.get();
         require(fewest >= 3 && fewest < 1000 && fewest % 2, "Simpson's rule takes an odd number of states");
         require(within(numbers.data(), 9, infinity) && numbers[3] > 0.0,
                 "a price is no number, or lengths are divided by none above 0");
@@ -402,7 +425,8 @@ inline void bind_robot(nb::module_& m) {
              "Lengths (n,) of the paths of a point along straight joint motions from start by delta (n, dof):\n"
              "chords between pieces (n,) + 1 evenly spaced states.")
         .def("manipulability", &manipulability, "q"_a, "joint"_a, "point"_a, "rows"_a, at_work,
-             "The volume (n,) that the first rows of the Jacobian of a point span; columns, where fewer.")
+             "The volume (n,) that rows of the Jacobian of a point span, from the first to before the second.\n\n"
+             "That of the columns, where these are fewer.")
         .def("manipulability_along", &manipulability_along, "start"_a, "delta"_a, "shares"_a, "joint"_a, "point"_a,
              "rows"_a, at_work, "The same (n, k) at start + share delta, (n, dof) each, for each of shares (k,).")
         .def("inverse", &solve_inverse, "seeds"_a, "joint"_a, "tool"_a, "targets"_a, "oriented"_a, "limits"_a,
@@ -414,14 +438,16 @@ inline void bind_robot(nb::module_& m) {
              "in squares. Ends (n, dof), distances (n,) and angles (n,) left there.");
     nb::class_<Charge>(m, "Charge", "What straight motions of an arm cost.")
         .def(nb::init<const Chain&, const std::array<double, 9>&, int, bool, int, const Bools&, int, const Floats<3>&,
-                      int>(),
+                      const RowSpan&, const std::optional<nb::callable>&>(),
              "chain"_a, "numbers"_a, "kind"_a, "at_end"_a, "fewest"_a, "wraps"_a, "joint"_a, "point"_a, "rows"_a,
+             "measure"_a = nb::none(),
              "numbers: low, high and zeta of omega, what lengths are divided by, beta, the floor under w, the longest\n"
              "motion (rad), how far apart (rad) w is looked at, and the chords (rad) along which the path of the tool\n"
              "is measured, 0 where the motion of the joints is. kind of omega as in manipulability_costs; at_end:\n"
              "charged for the last state, not for the mean; fewest states per motion, an odd number; wraps (dof,):\n"
              "joints that turn by half a turn at most. The tool is a point (3,) that joint carries; rows of its\n"
-             "Jacobian count.")
+             "Jacobian, from the first to before the second, count. measure takes configurations (n, dof) to values\n"
+             "(n,) in place of w.")
         .def("costs", &Charge::costs, "start"_a, "end"_a, at_work, "Costs (n,) from start to end (n, dof).");
     nb::class_<Keeping>(m, "NativeKeeping",
                         "Convex pieces of the poses y (12,) = position and rows of the rotation of frames (f,).\n\n"

@@ -445,7 +445,7 @@ inline auto walk(const World& world, const Bounds& bounds, const Coefficients& c
 }
 
 inline auto tree_path(const World& world, const Bounds& bounds, const Limits& limits, const Bools& wraps,
-                      double longest, const std::tuple<int, Floats<3>, int>& tool, double floor, double floor_apart,
+                      double longest, const std::tuple<int, Floats<3>, RowSpan>& tool, double floor, double floor_apart,
                       const States& starts, const States& goals, double step, double look_apart, uint64_t seed,
                       int limit) {
     const int dof = world.chain.dof();

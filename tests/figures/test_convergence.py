@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
-from planner import gabf
-from planner.view import figures
+from planner import figures, gabf
 from reproduce.example import nine_node
-from tests.view.figures.panels import data, lines, require_labels
+from tests.figures.panels import data, lines, require_labels
 
 
 @pytest.fixture(scope="module")
@@ -49,22 +46,3 @@ def test_error_decay_is_the_distance_from_the_optimum(laws: dict[str, gabf.CostT
     error = np.abs(course.x - laws["singularity-free"].x).max(axis=1)  # the other law's answer, no oracle's
     assert shown["nominal"][1] == pytest.approx(np.maximum(error, 1e-10), rel=1e-6)
     assert axes.get_xlim() == (0.0, 3.0)
-
-
-T = np.linspace(0.0, 2.0, 5)
-HISTORY = (T, np.array([3.0, 1.0, 0.1, 0.0, 0.0]), np.array([-4.0, -2.0, -1.0, 0.0, 0.0]))
-
-
-def test_a_nodes_error_and_input_stand_beside_each_other() -> None:
-    figure = figures.node_histories([("h = 1", {"one": HISTORY, "two": HISTORY}), ("h = 2", {"one": HISTORY})], 3, 4.0)
-    parts: Any = figure.subfigs
-    assert len(parts) == 2
-    errors, sizes, inputs = parts[0].axes
-    shown = lines(errors)
-    assert set(shown) == {"one", "two"}
-    np.testing.assert_array_equal(shown["one"], [[*T, 4.0], [3.0, 1.0, 0.1, 0.0, 0.0, 0.0]])
-    assert data(sizes.get_lines()[0])[1].min() == 1e-10, "zero has no place on a log axis"
-    assert data(inputs.get_lines()[0])[1, 0] == -4.0
-    assert "x_{3}" in errors.get_ylabel()
-    assert "(km/s)" in inputs.get_ylabel()
-    assert errors.get_xlim()[1] <= 4.0

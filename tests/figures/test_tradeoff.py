@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pytest
 
+from planner import figures
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
 from planner.tradeoff.result import Interval, Tradeoff
-from planner.view import figures
-from tests.view.figures.panels import lines, require_labels
+from tests.figures.panels import data, require_labels
 
 NONE: Any = None
 
@@ -44,11 +43,10 @@ POINTS = np.array([[1.0, 10.0], [2.0, 7.0], [5.0, 4.0]])
 
 
 def test_the_front_shows_each_path_with_its_interval() -> None:
-    figure = figures.tradeoff_front(tradeoff(*THREE))
+    figure = figures.pareto_front(tradeoff(*THREE))
     require_labels(figure)
     (axes,) = figure.axes
-    shown = lines(axes)
-    assert np.array_equal(shown["optimal for some $\\beta$"].T, POINTS)
+    assert np.array_equal(data(axes.get_lines()[0]).T, POINTS)
     assert [text.get_text() for text in axes.texts] == [
         "$\\beta$ 0 to 0.25",
         "$\\beta$ 0.25 to 0.5",
@@ -56,12 +54,9 @@ def test_the_front_shows_each_path_with_its_interval() -> None:
     ]
 
 
-def test_the_envelope_is_the_least_cost() -> None:
-    figure = figures.cost_envelope(tradeoff(*THREE))
-    require_labels(figure)
-    shown = lines(figure.axes[0])
-    beta = np.linspace(0, 1, 101)
-    least = np.min([(1 - beta) * i.manipulability_cost + beta * i.distance_cost for i in THREE], axis=0)
-    assert np.interp(beta, *shown["least cost"]) == pytest.approx(least, abs=1e-12)
-    assert len(shown) == 4
-    assert np.array_equal(shown["path 2"], [[0, 1], [2.0, 7.0]])
+def test_labels_of_near_paths_do_not_lie_on_each_other() -> None:
+    near = [interval(k / 9, (k + 1) / 9, 1.0 + 0.01 * k, 5.0 - 0.01 * k) for k in range(8)]
+    axes = figures.pareto_front(tradeoff(interval(0, 0, 0.5, 9.0), *near)).axes[0]
+    heights = np.array([text.get_position()[1] for text in axes.texts])
+    low, high = axes.get_ylim()
+    assert np.diff(heights).max() < -0.05 * (high - low)

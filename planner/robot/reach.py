@@ -33,7 +33,7 @@ class Reach:
         """Reach of the robot's own bodies, or of any others that its joints carry."""
         if bodies is None:
             return _own_reach(robot)
-        chain, reach = Chain.of(robot), [_reach_of(robot.arm, body) for body in bodies]
+        chain, reach = Chain.of(robot), [_reach_of(robot.without_payload, body) for body in bodies]
         return Reach(frozen(np.reshape(reach, (len(bodies), len(chain.parent)))), chain)
 
     def motion(self, delta: Floats) -> Floats:
@@ -81,7 +81,7 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
     Where the first hangs above the second, a joint between them as well moves the one as seen from the other: whichever
     body reaches less far from its axis bounds the change. So it is never more than :meth:`Reach.relative`.
     """
-    return _pair_reach(robot.arm, first, second)
+    return _pair_reach(robot.without_payload, first, second)
 
 
 @lru_cache(maxsize=2048)

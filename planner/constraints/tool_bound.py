@@ -18,7 +18,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
 from planner.kinematics.forward import Chain, joint_placements, tool_joint
-from planner.kinematics.reach import Reach
+from planner.robot.reach import Reach
 from planner.robot.robot import Robot
 from planner.robot.shapes import Body, Sphere
 

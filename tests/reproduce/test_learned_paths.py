@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from planner.gabf import learning
-from planner.view import figures
+from reproduce.figures import learned_paths
 
 POSITION = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.5]])
 # from node 0 to the source 2 over node 1, or over node 3, which is shorter
@@ -21,7 +21,7 @@ def test_links_are_shaded_by_weight_and_both_paths_drawn() -> None:
     trained = replace(network, weight=np.array([WBAR[i, j] for i, j in arcs.tolist()]))
     stage = learning.planning_stage(trained, iteration=6)
     assert stage.path(0).tolist() == [0, 1, 2]
-    figure = figures.learned_paths({"rule": [stage, stage]}, POSITION, np.array([0, 3, 2]))
+    figure = learned_paths({"rule": [stage, stage]}, POSITION, np.array([0, 3, 2]))
     axes: Any = figure.axes[0]
     (links,) = (c for c in axes.collections if type(c).__name__ == "LineCollection")
     assert links.get_array().tolist() == sorted(WBAR.values()), "dark ones on top, so last"

@@ -9,13 +9,12 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from planner import gabf
+from planner import figures, gabf
+from planner.figures.space import blocked_grid, determinant_grid
 from planner.search.network import build_network
-from planner.view import figures
-from planner.view.figures.space import blocked_grid, determinant_grid
 from tests import worlds
 from tests.coal_judge import CoalWorld
-from tests.view.figures.panels import data, lines, require_labels
+from tests.figures.panels import data, lines, require_labels
 
 
 @pytest.fixture(scope="module")

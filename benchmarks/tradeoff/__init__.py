@@ -1,0 +1,1 @@
+"""How a plan at one beta compares with the path of a sweep."""

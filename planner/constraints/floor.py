@@ -1,0 +1,93 @@
+"""Proofs that Yoshikawa's manipulability w stays above a floor along curves.
+
+Column i of the tool's Jacobian is (z_i x (p - p_i), z_i) for a joint that turns about z_i. Turning joint k by dq_k
+turns all that it carries, so that for k <= i the linear part changes at the rate z_k x (z_i x (p - p_i)) and z_i at
+the rate z_k x z_i; for k > i only p moves, by z_k x (p - p_k), and z_i stays. With R_j no less than the tool's
+distance from axis j the rate of column i is at most (R_max(i,k), [k < i]) in its linear and its angular part. Where
+joints move by no more than ``spread``, J changes by no more than e in the Frobenius norm, so no singular value falls
+by more than e (Weyl 1912), and w, their product, is at least prod max(0, sigma_i - e).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, numbers
+from planner.base.polynomials import bernstein, derivative, evaluate, part
+from planner.constraints.tool_bound import column_rates
+from planner.kinematics.manipulability import jacobians, rows_of
+from planner.robot.robot import Robot
+
+_FINEST = 2e-5  # rad (m): intervals on which no joint moves further are not halved again
+_SAFE = 1e-9  # relative: rounding of Jacobians and singular values
+_SHORTEST = 1e-9  # m: a tool that reaches less far from every axis counts as reaching as far
+
+
+@dataclass(frozen=True, eq=False)
+class FloorProofs:
+    """For each of m curves: ``holds`` where w is proven to stay at or above its floor, ``broken`` where it falls below.
+
+    Where neither is True w comes so close to the floor that nothing is proven. ``lowest`` (m,) is a lower bound on w
+    along the curves whose floor holds, and the smallest w seen along the others.
+    """
+
+    holds: Bools
+    broken: Bools
+    lowest: Floats
+
+
+class ManipulabilityBound:
+    """Lower bounds on a robot's w around configurations.
+
+    bound = ManipulabilityBound(robot)
+    w, least = bound(q, spread)       # w at q (n,), and a bound on w wherever no joint is further off than spread
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        linear, angular = column_rates(robot)
+        first, stop = rows_of(robot)
+        # linear rows in units of a length weigh like angular ones; their product then wants that length back
+        self._unit = max(0.5 * float(linear.max()), _SHORTEST) if (first, stop) == (0, 6) and robot.dof >= 6 else 1.0
+        self._rate = np.hypot(linear / self._unit if first == 0 else 0.0, angular if stop == 6 else 0.0)
+
+    def __call__(self, q: Floats, spread: Floats) -> tuple[Floats, Floats]:
+        matrices = jacobians(self.robot, q)
+        scale = 1.0
+        if self._unit != 1.0:
+            matrices[:, :3] /= self._unit
+            scale = self._unit**3
+        values = np.linalg.svd(matrices, compute_uv=False)
+        change = np.sqrt((np.einsum("ik,nk->ni", self._rate, spread) ** 2).sum(axis=1))
+        least = np.maximum(values * (1.0 - _SAFE) - change[:, None], 0.0).prod(axis=1)
+        return scale * values.prod(axis=1), scale * least
+
+
+def prove_floor(robot: Robot, coefficients: Floats, floor: Floats | float) -> FloorProofs:
+    """Whether w stays at or above ``floor`` (m,) on the curves sum_k c_k s^k, s in [0, 1], (m, degree + 1, dof).
+
+    Every interval is looked at in its middle; what the bound there does not cover is halved. :class:`ArrayError` for
+    arrays of other shapes, or with what is no finite number.
+    """
+    coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", robot.dof))
+    m = len(coefficients)
+    bound, slopes = ManipulabilityBound(robot), derivative(coefficients)
+    floor = numbers("floor", np.broadcast_to(floor, (m,)), (m,))
+    proofs = FloorProofs(np.ones(m, dtype=bool), np.zeros(m, dtype=bool), np.full(m, np.inf))
+    curve, low, high = np.arange(m), np.zeros(m), np.ones(m)
+    while len(curve):
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        speed = np.abs(bernstein(part(slopes[curve], low, high))).max(axis=1) * (1.0 + _SAFE)
+        spread = half[:, None] * speed
+        w, least = bound(evaluate(coefficients[curve], middle), spread)
+        covered, below = least >= floor[curve], w < floor[curve]
+        proofs.broken[curve[below]] = True
+        stuck = ~covered & (below | ~(spread.max(axis=1) >= _FINEST))
+        proofs.holds[curve[stuck]] = False
+        np.minimum.at(proofs.lowest, curve, np.where(covered, least, w))
+        again = ~covered & proofs.holds[curve]
+        curve, low, middle, high = curve[again], low[again], middle[again], high[again]
+        curve, low, high = np.tile(curve, 2), np.concatenate([low, middle]), np.concatenate([middle, high])
+    return proofs

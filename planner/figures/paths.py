@@ -1,0 +1,255 @@
+"""What happens along paths and motions, and what they cost. A door to matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from planner.base.arrays import Floats, lengths_along, numbers
+from planner.base.errors import OptionError
+from planner.collision.checker import CollisionChecker
+from planner.figures.style import COLUMN, RAMP, SMALL, journal, labelled, leave_headroom, marked, sheet, single
+from planner.kinematics.manipulability import manipulability as w_at
+from planner.kinematics.manipulability import unit_of
+from planner.planning.result import Plan
+from planner.robot.robot import Robot
+from planner.tasks.result import TaskPlan
+from planner.tradeoff.result import Interval, Tradeoff
+from planner.trajectory.limits import KINDS
+from planner.trajectory.measure import NOTHING_NEAR, dense_path, path_clearance
+from planner.trajectory.moving_obstacles import clearance_in_time
+from planner.trajectory.trajectory import Trajectory
+
+Drawn: TypeAlias = Plan | Trajectory | Floats
+Shown: TypeAlias = Tradeoff | Drawn | Mapping[str, Drawn]
+"""Every path of a trade-off; a plan, a motion or a path (k, dof) rad; or several of these by the label they get."""
+Over: TypeAlias = Literal["path", "time"]
+Curve: TypeAlias = tuple[Floats, Floats]
+
+_ABSCISSA: dict[Over, str] = {"path": "joint motion from the start (rad)", "time": "time (s)"}
+_MOMENTS = 2001  # at which a motion is drawn: at a column's width, about as many as a printer has dots
+
+
+@dataclass(frozen=True)
+class Way:
+    """A joint path (k, dof) to draw with its label and its world, and the motion along it, if there is one."""
+
+    label: str
+    checker: CollisionChecker
+    path: Floats
+    motion: Trajectory | None = None
+
+    def states(self, over: Over, moments: int = _MOMENTS) -> Curve:
+        """Where along the axis (n,), rad or s, and the configuration (n, dof) there."""
+        if over == "path":
+            q = dense_path(self.path)
+            return lengths_along(q), q
+        motion = require_motion(self.motion)
+        t = np.linspace(motion.times[0], motion.times[-1], moments)
+        return t, motion.at(t)
+
+    def clearance(self, over: Over) -> Curve:
+        """Where along the axis (n,), and the distance (n,) m of the nearest thing there; in time what moves counts."""
+        if over == "path":
+            q, clearance = path_clearance(self.checker, self.path)
+            return lengths_along(q), clearance
+        t, _ = self.states(over, _MOMENTS // 8)
+        return t, clearance_in_time(require_motion(self.motion), self.checker, t)
+
+
+def ways(shown: Shown, checker: CollisionChecker | None = None) -> list[Way]:
+    """What ``shown`` holds to draw, with ``checker`` as the world of what comes without one."""
+    if isinstance(shown, Tradeoff):
+        return [Way(f"$\\beta$ {i.betas}", shown.checker, i.path) for i in intervals_of(shown)]
+    items = shown if isinstance(shown, Mapping) else {"": shown}
+    return [_way(label, thing, checker) for label, thing in items.items()]
+
+
+def _way(label: str, thing: Drawn, checker: CollisionChecker | None) -> Way:
+    if isinstance(thing, Plan):
+        path, checker, motion = thing.path, thing.checker, thing.trajectory
+    elif checker is None:
+        raise OptionError("a path alone has no robot and no scene: add checker=planner.make_checker(robot, scene).")
+    elif isinstance(thing, Trajectory):
+        path, motion = thing.at(np.linspace(thing.times[0], thing.times[-1], _MOMENTS)), thing
+    else:
+        path, motion = numbers("path", thing, ("k", checker.robot.dof)), None
+    if not len(path):
+        raise OptionError(f"{label or 'the plan'} has no path to draw: leave it out.")
+    return Way(label, checker, path, motion)
+
+
+def require_motion(motion: Trajectory | None) -> Trajectory:
+    """The motion; :class:`OptionError` where there is none."""
+    if motion is None:
+        raise OptionError("a path has no motion to draw: make one with planner.time_path(path, checker).")
+    return motion
+
+
+@journal
+def manipulability(shown: Shown, over: Over = "path", checker: CollisionChecker | None = None) -> Figure:
+    """w along paths, over the joint motion so far (rad) or, along motions, ``over`` time (s).
+
+        planner.figures.manipulability(plan).savefig("w.pdf")
+        planner.figures.manipulability({"fast": plan, "good": other}, over="time")
+
+    A ``checker`` is the world of a path (k, dof) or a trajectory that comes without one. w is drawn every 0.01 rad.
+    Raises :class:`OptionError` where there is no path, and over time where there is no motion.
+    """
+
+    def w_of(way: Way) -> Curve:
+        x, q = way.states(over)
+        return x, w_at(way.checker.robot, q)
+
+    drawn = ways(shown, checker)
+    return _profile(drawn, over, f"manipulability $w$ ({unit_of(drawn[0].checker.robot)})", w_of)
+
+
+@journal
+def clearance(shown: Shown, over: Over = "path", checker: CollisionChecker | None = None) -> Figure:
+    """Distance (m) of the nearest checked thing along paths, every centimetre of motion, or ``over`` time.
+
+        planner.figures.clearance(plan).savefig("clearance.pdf")
+
+    Arguments and errors as of :func:`manipulability`. Over time obstacles that move are where they are then; along a
+    path only what stands still counts.
+    """
+    return _profile(ways(shown, checker), over, "clearance (m)", lambda way: way.clearance(over))
+
+
+def _profile(drawn: list[Way], over: Over, label: str, curve: Callable[[Way], Curve]) -> Figure:
+    figure, axes = single(COLUMN, 2.1, _ABSCISSA[over], label)
+    for k, way in enumerate(drawn):
+        x, y = curve(way)
+        axes.plot(x, np.where(np.isfinite(y), y, np.nan), label=way.label, **_look(k, len(drawn)))
+        if not np.isfinite(y).any():
+            axes.set_title(NOTHING_NEAR)
+    leave_headroom(axes, bottom=0.0)
+    axes.set_xlim(left=min(float(np.asarray(line.get_xdata())[0]) for line in axes.get_lines()))
+    if any(way.label for way in drawn):
+        figure.legend(loc="outside upper center", ncols=min(2, len(drawn)))
+    return figure
+
+
+def _look(k: int, count: int) -> dict[str, Any]:
+    """The look of the k-th of ``count`` lines; where they are many they differ in lightness, from the first dark on."""
+    look = {"linestyle": "-", "color": "black"} if count == 1 else marked(k, every=0.24)
+    return look | {"color": RAMP(0.8 * k / (count - 1))} if count > 4 else look
+
+
+_ROWS = "$q$ ({})", "$\\dot q$ ({}/s)", "$\\ddot q$ ({}/s²)", "jerk $\\dddot q$ ({}/s³)"
+_MARGIN = 0.022  # of the duration: between the marks of two joints in the margin
+_LETTERS = 60.0  # that a legend has room for
+_NOTE: dict[str, Any] = {"color": "0.4", "fontsize": SMALL, "ha": "center", "va": "center"}
+
+
+@journal
+def motion(shown: Plan | TaskPlan | Trajectory, robot: Robot | None = None) -> Figure:
+    """Position, velocity, acceleration and jerk of every joint over time (s), each against its limits.
+
+        planner.figures.motion(plan).savefig("motion.pdf")
+
+    Thin lines are limits; in the margin on the right the mark of each joint stands at its own. Limits of positions are
+    those of the ``robot``, which a plan has by itself. A limit more than three times beyond a row's curves is left
+    out, and the row says so. Raises :class:`OptionError` where there is no motion.
+    """
+    if not isinstance(shown, Trajectory):
+        shown, robot = require_motion(shown.trajectory), shown.robot
+    slides = np.zeros(len(shown.joints), dtype=bool) if robot is None else robot.prismatic
+    unit = "rad" if not slides.any() else "m" if slides.all() else "rad, m"
+    figure = sheet(COLUMN, 5.2)
+    rows = figure.subplots(4, 1, sharex=True)
+    t = np.linspace(shown.times[0], shown.times[-1], _MOMENTS)
+    for order, (axes, name) in enumerate(zip(rows, _ROWS, strict=True)):
+        labelled(axes, y=name.format(unit))
+        values = shown.at(t, order)
+        for k, (joint, column) in enumerate(zip(shown.joints, values.T, strict=True)):
+            axes.plot(t, column, label=joint, **marked(k, every=0.3, linewidth=0.8, markersize=3.0))
+        leave_headroom(axes, *_draw_limits(axes, _limits(shown, robot, order), values, t))
+    labelled(rows[-1], "time (s)", rows[-1].get_ylabel())
+    rows[-1].set_xlim(t[0], t[-1] + (t[-1] - t[0]) * _MARGIN * (1 + len(shown.joints)))
+    rows[-1].set_xticks([tick for tick in rows[-1].get_xticks() if t[0] <= tick <= t[-1]])
+    same, names = _shortened(shown.joints)
+    look: dict[str, Any] = {"handlelength": 2.4, "handletextpad": 0.4, "columnspacing": 0.9, "title": same}
+    look["ncols"] = max(1, int(_LETTERS / (7 + max(map(len, names)))))
+    figure.legend(rows[0].get_lines()[: len(names)], names, loc="outside upper center", **look)
+    return figure
+
+
+def _shortened(names: tuple[str, ...]) -> tuple[str, list[str]]:
+    """The letters that all names begin with, and what is left of each; none where that would leave nothing of one."""
+    alike = [len(set(letters)) == 1 for letters in zip(*names, strict=False)]
+    count = [*alike, False].index(False) % min(map(len, names))
+    return f"{names[0][:count]}…" if count else "", [name[count:] for name in names]
+
+
+def _limits(trajectory: Trajectory, robot: Robot | None, order: int) -> Floats:
+    """(2, dof) least and largest value that each joint may have; infinite where nothing says so."""
+    if order and trajectory.limits is not None:
+        most = getattr(trajectory.limits, KINDS[order - 1])
+        return np.stack([-most, most])
+    if order == 0 and robot is not None:
+        return np.where(robot.continuous, np.inf, np.stack([robot.lower, robot.upper]))
+    return np.full((2, len(trajectory.joints)), np.inf)
+
+
+def _draw_limits(axes: Axes, limits: Floats, values: Floats, t: Floats) -> Floats:
+    """Draw the limits (2, dof) that are near the ``values`` (n, dof); those that are drawn."""
+    near = np.isfinite(limits) & (np.abs(limits) <= 3.0 * float(np.abs(values).max()))
+    apart, dof = _MARGIN * (t[-1] - t[0]), limits.shape[1]
+    axes.axvspan(t[-1], t[-1] + 2.0 * dof * apart, color="0.94", zorder=0)
+    axes.text(
+        t[-1] + 0.5 * apart * (1 + dof), 0.5, "limits", rotation=90, transform=axes.get_xaxis_transform(), **_NOTE
+    )
+    for k in range(dof):
+        for value in limits[near[:, k], k]:
+            axes.axhline(value, color="0.55", linewidth=0.5, zorder=1)
+            axes.plot(t[-1] + apart * (1 + k), value, **marked(k, linestyle="none", markersize=3.0))
+    far = np.abs(limits[np.isfinite(limits) & ~near])
+    if len(far):
+        axes.text(0.5, 0.92, f"limits from $\\pm${far.min():.4g} on, not shown", transform=axes.transAxes, **_NOTE)
+    return limits[near]
+
+
+OMEGA, DISTANCE = "manipulability cost $\\Omega$ (no unit)", "distance cost $D$ (no unit)"
+BETA = "$\\beta$ (no unit)"
+
+
+@journal
+def pareto_front(tradeoff: Tradeoff) -> Figure:
+    """The paths of a trade-off in the plane of their two costs, each with the betas it is optimal for.
+
+        planner.figures.pareto_front(tradeoff).savefig("front.pdf")
+
+    The line is the lower convex hull, which is all that beta can reach. Raises
+    :class:`OptionError` where there is no path.
+    """
+    intervals = intervals_of(tradeoff)
+    figure, axes = single(COLUMN, 2.8, OMEGA, DISTANCE)
+    points = np.array([[i.manipulability_cost, i.distance_cost] for i in intervals])
+    axes.plot(*points.T, zorder=3, **marked(0))
+    leave_headroom(axes)
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    axes.set_xlim(left, right + 0.45 * (right - left))
+    places, gap = points.copy(), 0.06 * (high - low)
+    for k in range(len(places) - 2, -1, -1):  # a label that would lie on the next one stands above it
+        if places[k, 1] < places[k + 1, 1] + gap:
+            places[k] = places[k + 1] + [0.0, gap]
+    places[:, 0] += 0.06 * (right - left)
+    look: dict[str, Any] = {"va": "center", "fontsize": SMALL, "bbox": {"fc": "white", "ec": "none", "pad": 0.5}}
+    line = {"arrowstyle": "-", "linewidth": 0.4, "color": "0.5", "shrinkA": 0, "shrinkB": 3}
+    for interval, point, place in zip(intervals, points, places, strict=True):
+        axes.annotate(f"$\\beta$ {interval.betas}", point, place, arrowprops=line, **look)
+    return figure
+
+
+def intervals_of(tradeoff: Tradeoff) -> tuple[Interval, ...]:
+    """The intervals; :class:`OptionError` where there is none."""
+    if not tradeoff.intervals:
+        raise OptionError(f"the trade-off has no path to draw: {tradeoff.outcome.value}")
+    return tradeoff.intervals

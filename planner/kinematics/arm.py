@@ -1,0 +1,122 @@
+"""An arm as kinematics sees it: joints with limits, and a tool frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.errors import RobotError, choices
+from planner.base.yamlfile import shown
+from planner.problem.options import Measure, Rows
+
+HALF_TURN = np.pi - 1e-9
+"""The farthest (rad) that a joint without limits turns on a motion given by its ends; rounding is smaller."""
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint whose value is ``multiplier`` times that of the joint ``leader``, plus ``offset`` (rad, m)."""
+
+    joint: str
+    leader: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Arm:
+    """The planned joints of a robot, their limits and a tool; configurations are (n, dof), rad (m where prismatic).
+
+    A continuous joint is one angle like any other; ``continuous`` says which may wrap.
+    """
+
+    model: pin.Model
+    joints: tuple[str, ...]
+    lower: Floats  # (dof,)
+    upper: Floats  # (dof,)
+    continuous: Bools  # (dof,)
+    tool: str
+    home: Floats  # (dof,)
+    jacobian_rows: Rows  # the rows of the tool's Jacobian that w is computed from
+    measure: Measure = "yoshikawa"
+    followers: tuple[Mimic, ...] = ()  # the joints that follow planned ones, which ``model`` has too
+
+    @property
+    def dof(self) -> int:
+        return len(self.joints)
+
+    @property
+    def prismatic(self) -> Bools:
+        """(dof,) which joints slide (their values are metres)."""
+        return sliding_joints(self.model)[self.rows]
+
+    @cached_property
+    def rows(self) -> Ints:
+        """(dof,) the numbers of the planned joints among those of ``model``, which followers belong to as well."""
+        return frozen([self.model.getJointId(joint) - 1 for joint in self.joints], np.int64)
+
+    @cached_property
+    def tool_id(self) -> int:
+        return frame_id(self.model, self.tool)
+
+    @cached_property
+    def without_payload(self) -> Arm:
+        """The arm before it carried anything: the key of all that depends on joints and limits only."""
+        return self
+
+    def difference(self, a: Floats, b: Floats) -> Floats:
+        """The joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
+        return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
+
+    def is_below_half_turn(self, delta: Floats) -> Bools:
+        """(...,) which joint motions (..., dof) turn every continuous joint by less than half a turn."""
+        return np.all(np.abs(delta[..., self.continuous]) < HALF_TURN, axis=-1)
+
+    def unwound(self, path: Floats) -> Floats:
+        """A path (k, dof) whose continuous joints are counted on from its first row, so that it has no jump.
+
+        A path without whole turns stays the same to the last bit.
+        """
+        path = np.asarray(path)
+        if not self.continuous.any():
+            return np.array(path)
+        turns = np.rint((self.difference(path[:-1], path[1:]) - np.diff(path, axis=0)) / (2 * np.pi))
+        return path + 2 * np.pi * np.vstack([np.zeros(path.shape[1]), np.cumsum(turns, axis=0)])
+
+    def normalise(self, q: Floats) -> Floats:
+        """Continuous joints brought into [-pi, pi)."""
+        return np.where(self.continuous, in_one_turn(np.asarray(q) + np.pi) - np.pi, q)
+
+
+def shorter_way(delta: Floats, turns: Bools) -> Floats:
+    """Joint motions (..., dof) in the shorter direction for joints that turn freely; back is the exact opposite.
+
+    A motion of half a turn, but for rounding, keeps the sign of ``delta``: so does its path however it is unwound.
+    """
+    if not turns.any():
+        return delta
+    turned = np.mod(np.abs(delta) + np.pi, 2 * np.pi) - np.pi
+    turned = np.where(turned < -HALF_TURN, turned + 2 * np.pi, turned)
+    return np.where(turns, np.copysign(1.0, delta) * turned, delta)
+
+
+def in_one_turn(angles: Floats) -> Floats:
+    """Angles brought into [0, 2 pi); twice, as an angle below 0 by less than rounding becomes 2 pi."""
+    return np.mod(np.mod(angles, 2 * np.pi), 2 * np.pi)
+
+
+def sliding_joints(model: pin.Model) -> Bools:
+    """(joints,) which joints of ``model`` slide (their values are metres)."""
+    return np.array([joint.shortname().startswith("JointModelP") for joint in list(model.joints)[1:]])
+
+
+def frame_id(model: pin.Model, name: str) -> int:
+    """The index of the frame ``name``, the link where a joint has the same name; the error lists the frames."""
+    matches = [k for k, frame in enumerate(model.frames) if frame.name == name]
+    if not matches:
+        raise RobotError(f"frame {shown(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")
+    return next((k for k in matches if model.frames[k].type == pin.FrameType.BODY), matches[0])

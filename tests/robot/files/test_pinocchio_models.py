@@ -1,0 +1,205 @@
+"""A robot given as Pinocchio's models is the robot of the file that these were made of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import planner
+from planner.base.errors import RobotError
+from planner.kinematics.forward import tool_pose
+from planner.robot.files.packages import example_robot_data
+from planner.robot.robot import Robot, load_visuals
+from planner.robot.shapes import Body, Mesh
+from planner.robot.solids import is_watertight
+from tests.worlds import joint_xml, link_xml, load
+
+ROBOTS = ("iiwa14", "panda", "planar_2r", "ur5")
+ARM = f"""<robot name="arm">{link_xml("base", '<box size="0.1 0.1 0.1"/>')}{link_xml("a", '<sphere radius="0.1"/>')}
+{link_xml("b", '<cylinder radius="0.05" length="0.3"/>', '<origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/>')}{
+    link_xml("tip")
+}
+{link_xml("l")}{link_xml("r", '<box size="0.1 0.02 0.1"/>')}
+{joint_xml("j1", "base", "a", axis="0 0 -1", xyz="0 0 1", rpy="0.3 0 0", limit="-2 2")}
+{joint_xml("j2", "a", "b", "continuous", axis="0 0.6 0.8", xyz="1 0 0")}{
+    joint_xml("j3", "b", "tip", "fixed", xyz="0.5 0 0")
+}
+{joint_xml("f1", "tip", "l", "prismatic", axis="0 1 0", limit="0 0.04")}
+{
+    joint_xml("f2", "tip", "r", "prismatic", axis="0 1 0", limit="-0.02 0").replace(
+        "<limit", '<mimic joint="f1" multiplier="-0.5" offset="0"/><limit'
+    )
+}</robot>"""
+
+
+def models_of(robot: Robot) -> tuple[pin.Model, pin.GeometryModel, pin.GeometryModel]:
+    """As Pinocchio reads the robot's URDF, with the collision pairs that the robot has."""
+    folders = [example_robot_data().parent, *robot.source.path.resolve().parents]
+    model, collision, visual = pin.buildModelsFromUrdf(str(robot.source.path), package_dirs=list(map(str, folders)))
+    links = [model.frames[item.parentFrame].name for item in collision.geometryObjects]
+    for i in range(collision.ngeoms if robot.disabled_pairs is not None else 0):
+        for j in range(i):
+            if frozenset((links[i], links[j])) not in (robot.disabled_pairs or ()) and links[i] != links[j]:
+                collision.addCollisionPair(pin.CollisionPair(j, i))
+    return model, collision, visual
+
+
+def content(body: Body) -> list[Any]:
+    """A body as plain data; Assimp, which Pinocchio reads meshes by, has their triangles in another order."""
+    shape = body.shape
+    rows = [shape.content()]
+    if isinstance(shape, Mesh):
+        corners = [sorted(map(tuple, triangle.tolist())) for triangle in shape.vertices[shape.triangles]]
+        rows = [sorted(corners), len(shape.vertices), shape.radius]
+    return [body.name, body.link, body.joint, body.placement.tolist(), body.color, *rows]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_model_is_what_its_file_is(name: str) -> None:
+    read = load(name)
+    made = Robot.from_pinocchio(*models_of(read), tool=read.tool, fixed_joints=read.fixed_joints)
+    assert (made.joints, made.fixed_joints, made.name) == (read.joints, read.fixed_joints, read.name)
+    for row in ("lower", "upper", "velocity", "continuous"):
+        np.testing.assert_array_equal(getattr(made, row), getattr(read, row))
+    for q in np.random.default_rng(3).uniform(read.lower, read.upper, (20, read.dof)):
+        np.testing.assert_array_equal(tool_pose(made, q).homogeneous, tool_pose(read, q).homogeneous)
+    assert list(map(content, made.bodies)) == list(map(content, read.bodies))
+    assert len(load_visuals(made)) == len(load_visuals(read))
+    for each in ("links", "bare", "continuous"):
+        assert getattr(made.source, each) == getattr(read.source, each)
+    assert dict(made.source.joints) == dict(read.source.joints)
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "panda"])
+def test_its_plan_is_that_of_its_file(name: str) -> None:
+    read = load(name)
+    made = Robot.from_pinocchio(*models_of(read), read.tool, read.fixed_joints)
+    ours, theirs = (planner.make_checker(robot, planner.Scene.load("paper")).world for robot in (made, read))
+    np.testing.assert_array_equal(ours.self_pairs, theirs.self_pairs)
+    scene = {"iiwa14": "paper", "panda": "shelf"}[name]
+    found, wanted = (planner.plan(robot=robot, scene=scene, nodes=60, effort=0, seed=1) for robot in (made, read))
+    assert wanted.solved
+    np.testing.assert_array_equal(found.path, wanted.path)
+
+
+def test_joints_that_mimic_and_turn_without_end() -> None:
+    """Pinocchio keeps no limits of its own for a joint that mimics: it keeps those of its leader."""
+    read = Robot.load(ARM, "tip")
+    assert read.continuous.tolist() == [False, True]
+    for mimic in (False, True):
+        model = pin.buildModelFromXML(ARM, mimic)
+        before = model.saveToString()
+        geometry = pin.buildGeomFromUrdfString(model, ARM, pin.GeometryType.COLLISION)
+        made = Robot.from_pinocchio(model, geometry, tool="tip")
+        assert made.joints == read.joints
+        for row in ("lower", "upper", "velocity", "continuous"):
+            np.testing.assert_array_equal(getattr(made, row), getattr(read, row))
+        q = np.array([0.3, 2.9])
+        np.testing.assert_array_equal(tool_pose(made, q).homogeneous, tool_pose(read, q).homogeneous)
+        assert list(map(content, made.bodies)) == list(map(content, read.bodies))
+        moved = Robot.from_pinocchio(model, geometry, tool="r")
+        assert moved.joints == (("j1", "j2", "f1") if mimic else ("j1", "j2", "f2"))
+        assert [(item.joint, item.multiplier) for item in moved.followers] == ([("f2", -0.5)] if mimic else [])
+        want = tool_pose(Robot.load(ARM, "r"), np.array([0.3, 2.9, 0.01])).homogeneous
+        found = tool_pose(moved, np.array([0.3, 2.9, 0.01 if mimic else -0.005])).homogeneous
+        np.testing.assert_allclose(found, want, atol=1e-15)
+        assert model.saveToString() == before
+
+
+def sample() -> tuple[pin.Model, pin.GeometryModel]:
+    model = pin.buildSampleModelManipulator()
+    return model, pin.buildSampleGeometryModelManipulator(model)
+
+
+def test_a_model_made_by_hand() -> None:
+    """Its joints hang on joints, not on links; it stands where Pinocchio puts it, and plans."""
+    model, geometry = sample()
+    robot = Robot.from_pinocchio(model, geometry, tool="effector_body", base=planner.pose([0, 0, 1]))
+    data, frame = model.createData(), model.getFrameId("effector_body")
+    for q in np.random.default_rng(0).uniform(robot.lower, robot.upper, (20, robot.dof)):
+        pin.framesForwardKinematics(model, data, q)
+        want = pin.SE3(np.eye(3), np.array([0.0, 0.0, 1.0])) * data.oMf[frame]
+        np.testing.assert_allclose(tool_pose(robot, q).homogeneous, want.homogeneous, atol=1e-12)
+    found = planner.plan(robot=robot, scene=None, start=np.zeros(6), goal=0.5 * np.ones(6), nodes=20, effort=0)
+    assert found.solved
+    np.testing.assert_array_equal(found.scene.obstacles, ())
+
+
+def test_collision_pairs_say_what_is_checked() -> None:
+    model, geometry = sample()
+    geometry.addAllCollisionPairs()
+    names = [item.name for item in geometry.geometryObjects]
+    geometry.removeCollisionPair(pin.CollisionPair(names.index("shoulder_object"), names.index("effector_object")))
+    robot = Robot.from_pinocchio(model, geometry, tool="effector_body")
+    world = planner.make_checker(robot, None).world
+    checked = {frozenset(robot.bodies[k].name for k in pair) for pair in world.self_pairs.tolist()}
+    assert checked == {frozenset((names[pair.first], names[pair.second])) for pair in geometry.collisionPairs}
+    geometry.geometryObjects[names.index("elbow_object")].disableCollision = True
+    robot = Robot.from_pinocchio(model, geometry, tool="effector_body")
+    assert {body.name for body in robot.bodies} == {*names} - {"elbow_object"}
+
+
+def test_shapes() -> None:
+    """Hulls and meshes of coal are meshes; a geometry that names a joint and no frame is a link of its own name."""
+    model, geometry = sample()
+    rng, joint = np.random.default_rng(2), model.getJointId("wrist2_joint")
+    corners, points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), rng.normal(size=(40, 3))
+    mesh, cloud = (coal.BVHModelOBBRSS() for _ in range(2))
+    for made, vertices in ((mesh, corners), (cloud, points)):
+        made.beginModel(4, len(vertices))
+        made.addVertices(vertices)
+        made.addTriangles(np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+        made.endModel()
+    cloud.buildConvexHull(True, "Qt")
+    for name, shape in (("hull", cloud.convex), ("mesh", mesh)):
+        geometry.addGeometryObject(pin.GeometryObject(name, joint, pin.SE3.Identity(), shape))
+    bodies = {body.name: body for body in Robot.from_pinocchio(model, geometry, tool="effector_body").bodies}
+    assert [bodies[name].link for name in ("hull", "mesh")] == ["hull", "mesh"]
+    for name, given in (("hull", points), ("mesh", corners)):
+        shape = bodies[name].shape
+        assert isinstance(shape, Mesh)
+        assert is_watertight(shape)
+        for direction in rng.normal(size=(50, 3)):
+            assert (shape.vertices @ direction).max() == pytest.approx((given @ direction).max())
+
+
+def with_joint(joint: pin.JointModel) -> tuple[pin.Model, pin.GeometryModel]:
+    model = pin.Model()
+    model.addJoint(0, joint, pin.SE3.Identity(), "odd")
+    model.addJointFrame(1)
+    return model, pin.GeometryModel()
+
+
+@pytest.mark.parametrize(
+    "joint", [pin.JointModelFreeFlyer(), pin.JointModelHX(0.3), pin.JointModelSpherical(), pin.JointModelPlanar()]
+)
+def test_other_joints_are_refused(joint: pin.JointModel) -> None:
+    with pytest.raises(RobotError, match=f"joint 'odd' of the pinocchio.Model is a {joint.shortname()}: only revolute"):
+        Robot.from_pinocchio(*with_joint(joint), tool="odd")
+
+
+def test_a_joint_without_limits_turns_without_end() -> None:
+    robot = Robot.from_pinocchio(*with_joint(pin.JointModelRX()), tool="odd")
+    assert robot.continuous.all()
+    assert (robot.lower[0], robot.upper[0], robot.velocity[0]) == (-np.pi, np.pi, 0.0)
+    with pytest.raises(RobotError, match="give it real ones, in metres"):
+        Robot.from_pinocchio(*with_joint(pin.JointModelPX()), tool="odd")
+
+
+def test_other_shapes_are_refused() -> None:
+    inflated = coal.Sphere(0.1)
+    inflated.setSweptSphereRadius(0.01)
+    for shape, words in ((coal.Cone(0.1, 0.2), "Cone is not supported"), (inflated, "swept sphere radius")):
+        model, geometry = sample()
+        geometry.addGeometryObject(pin.GeometryObject("odd", 1, pin.SE3.Identity(), shape))
+        with pytest.raises(RobotError, match=words):
+            Robot.from_pinocchio(model, geometry, tool="effector_body")
+
+
+def test_a_model_in_place_of_a_robot_names_the_remedy() -> None:
+    with pytest.raises(TypeError, match=r"got Model: see planner.Robot.from_pinocchio"):
+        planner.plan(robot=sample()[0], scene=None)
