@@ -139,7 +139,6 @@ def sweep(
     limits: TimingRequest = TimingRequest(),  # noqa: B008
     no_timing: Flag = False,
     out: Out = Path("sweep"),
-    no_page: NoPage = False,
     debug: Debug = False,
 ) -> int:
     """The whole trade-off between manipulability and distance: every path in a roadmap that some beta makes optimal.
@@ -165,7 +164,7 @@ def sweep(
     def find(progress: Progress) -> Tradeoff:
         return find_tradeoff(request=SweepRequest(what, quality), timing=motion, progress=progress)
 
-    result, record, files, code = written(find, out, page=not no_page)
+    result, record, files, code = written(find, out)
     ending, count = result.outcome.value, len(result.intervals)
     if result.outcome is Outcome.SOLVED:
         ending = f"{count} path{'s' if count != 1 else ''} of this roadmap, each optimal in its interval of beta."
@@ -187,7 +186,6 @@ def task(
     limits: TimingRequest = TimingRequest(),  # noqa: B008
     no_timing: Flag = False,
     out: Out = Path("out"),
-    no_page: NoPage = False,
     json: Flag = False,
     debug: Debug = False,
 ) -> int:
@@ -213,7 +211,7 @@ def task(
 
     request = TaskRequest(what, quality)
     found, record, files, code = written(
-        lambda progress: plan_task(file, request=request, timing=motion, progress=progress), out, page=not no_page
+        lambda progress: plan_task(file, request=request, timing=motion, progress=progress), out
     )
     if json:
         say(json_text(record.to_dict()))

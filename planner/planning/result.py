@@ -45,7 +45,7 @@ from planner.trajectory.measure import (
 )
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
-from planner.view.motion import ShownPath, clearance_along, path_rows, shown_motion
+from planner.view.motion import ShownPath, path_rows, shown_motion
 from planner.view.page import Page, command_line
 
 Curve: TypeAlias = tuple[tuple[int, float], ...]
@@ -256,18 +256,18 @@ class Plan(Result[PlanRecord]):
         costs = self.cost.manipulability, self.cost.distance
         rows, field = path_rows(self.robot, self.path, *costs), self.node_costs
         motion, near = None if self.trajectory is None else shown_motion(self.trajectory, self.checker), self.clearance
-        of_path: dict[str, Any] = {"cost_to_go": field, "motion": motion}
-        if near is not None:
-            of_path["nearest"] = near.motion or near.path
-        if motion is None:
-            of_path["clearance"] = clearance_along(self.path, self.checker)
+        nearest = None if near is None else near.motion or near.path
+        of_path: dict[str, Any] = {"cost_to_go": field, "motion": motion, "nearest": nearest}
         if self.scene.moving:  # the earliest motion, which no beta has chosen
             return [ShownPath(self.path, rows, **of_path)], 0
         for k, other in enumerate(shown):
             assert other.interval is not None
             assert other.costs is not None
             if np.isclose(other.costs, costs, rtol=1e-9).all() and other.interval[0] <= beta <= other.interval[1]:
-                shown[k] = ShownPath(self.path, rows, other.interval, costs=costs, **of_path)
+                own = {"duration": None if motion is None else motion.trajectory.duration}
+                own["clearance"] = None if nearest is None else nearest.min
+                choice = None if other.choice is None else other.choice | own
+                shown[k] = ShownPath(self.path, rows, other.interval, costs=costs, choice=choice, **of_path)
                 return shown, k
         # as good as the others at this one beta, as may be at 0, at 1 and where two intervals meet
         place = sum(other.interval is not None and other.interval[0] < beta for other in shown)

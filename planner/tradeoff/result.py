@@ -230,7 +230,8 @@ class Tradeoff(Result[SweepRecord]):
             details.append(("error against oracle", f"{self.max_error_vs_oracle:.1e} relative"))
         current = next((k for k, shown in enumerate(paths) if shown.interval and beta <= shown.interval[1]), 0)
         q = paths[current].path[0] if paths else self.roadmap.nodes[self.roadmap.starts[0]]
-        command = command_line("sweep", self.request)
+        timed = not paths or any(item.trajectory is not None for item in self.intervals)
+        command = command_line("sweep" if timed else "sweep --no-timing", self.request)
         page = Page(self.robot, self.scene, q, message, details, notes=self.end_notes, command=command)
         page.add_roadmap(self.roadmap)
         if paths:

@@ -70,8 +70,7 @@ class Canvas:
     def packed(self) -> tuple[str, list[int]]:
         """All commands in MessagePack, one after another, as gzip in base64; and the length of each in bytes."""
         packages = [umsgpack.packb(command) for command in self.commands]
-        content = gzip.compress(b"".join(packages), _GZIP_LEVEL, mtime=0)
-        return base64.b64encode(content).decode(), [len(package) for package in packages]
+        return _packed(b"".join(packages)), [len(package) for package in packages]
 
     def _object(self, path: str, thing: g.Object) -> None:
         # meshcat draws identifiers from the clock; with names made of the path the same scene gives the same bytes
@@ -88,7 +87,7 @@ def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
         "VIEWER": _viewer(),
         "SCRIPT": _assets(*_SCRIPTS),
         "SCENE": scene,
-        "DATA": script_json({**data, "lengths": lengths}),
+        "DATA": _packed(json.dumps({**data, "lengths": lengths}, allow_nan=False).encode()),
     }
     # one pass: the text of a part is not searched for placeholders, whatever a scene is called
     return re.sub(r"@@([A-Z]+)@@", lambda found: parts[found[1]], _assets("page.html"))
@@ -99,21 +98,16 @@ def _assets(*names: str) -> str:
     return "".join((folder / name).read_text("utf-8") for name in names)
 
 
-def script_json(data: Any) -> str:
-    """JSON that may stand in any script element: no text in it ends the element, opens a comment in it or a line.
-
-    Raises ValueError for a number that is not finite.
-    """
-    # json escapes all that is not ASCII, with it U+2028 and U+2029 and halves of surrogate pairs
-    text = json.dumps(data, allow_nan=False, ensure_ascii=True)
-    return text.translate({ord(c): f"\\u{ord(c):04x}" for c in "<>&"})
+def _packed(content: bytes, level: int = _GZIP_LEVEL) -> str:
+    """Gzip in base64, which may stand in any script element: the page unpacks it."""
+    return base64.b64encode(gzip.compress(content, level, mtime=0)).decode()
 
 
 @cache
 def _viewer() -> str:
-    """meshcat's own viewer, as its wheel ships it, as gzip in base64: the page unpacks it."""
+    """meshcat's own viewer, as its wheel ships it."""
     script = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
-    return base64.b64encode(gzip.compress(script.read_bytes(), mtime=0)).decode()
+    return _packed(script.read_bytes(), 9)
 
 
 def _geometry(shape: Shape) -> g.Geometry:

@@ -10,7 +10,6 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, so_far
 from planner.base.resolutions import CLEARANCES_OF_MOTION, SHOWN_STATES
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import Clearance
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobians, manipulability, unit_of
 from planner.problem.outcome import Rows
@@ -39,13 +38,6 @@ class ShownMotion:
         return self.trajectory.at(np.linspace(self.trajectory.times[0], self.trajectory.times[-1], SHOWN_STATES))
 
 
-def clearance_along(path: Floats, checker: CollisionChecker) -> Floats | None:
-    """The clearance (n,) m at even shares of a path (k, dof); None where nothing is checked."""
-    q = configurations_at(path, path_shares(path)[0], np.linspace(0.0, 1.0, CLEARANCES_OF_MOTION))
-    clearance = Clearance(checker)(q)
-    return clearance if np.isfinite(clearance).all() else None
-
-
 def shown_motion(trajectory: Trajectory, checker: CollisionChecker) -> ShownMotion:
     """A trajectory with its clearance, from its beginning to its end."""
     times = np.linspace(trajectory.times[0], trajectory.times[-1], CLEARANCES_OF_MOTION)
@@ -60,7 +52,7 @@ class ShownPath:
     ``costs``: Omega and D. A path with costs but without an interval is non-dominated, and no beta makes it optimal.
     With a ``motion`` the robot is shown at its times. ``choice``: what is gained and paid by these betas, as
     :meth:`planner.tradeoff.record.IntervalNumbers.choice` has it. ``nearest``: where the path, or its motion, comes
-    nearest to anything; ``clearance`` (n,) m at even shares of a path that has no motion.
+    nearest to anything.
     """
 
     path: Floats
@@ -71,7 +63,6 @@ class ShownPath:
     motion: ShownMotion | None = None
     choice: dict[str, Any] | None = None
     nearest: Nearest | None = None
-    clearance: Floats | None = None
 
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
@@ -92,7 +83,7 @@ def motion_data(robot: Robot, shown: ShownPath) -> dict[str, Any]:
 
     With a motion its states at evenly spaced times take the place of the path's waypoints: shares are of time then.
     """
-    path, motion, clearance = shown.path, shown.motion, shown.clearance
+    path, motion = shown.path, shown.motion
     (shares, total), even = path_shares(path), np.linspace(0.0, 1.0, SHOWN_STATES)
     if motion is None:
         waypoints, states, fine = path, configurations_at(path, shares, even), dense_path(path)
@@ -102,7 +93,7 @@ def motion_data(robot: Robot, shown: ShownPath) -> dict[str, Any]:
         waypoints = states = motion.states
         trajectory, shares, fine = motion.trajectory, even, np.linspace(0.0, 1.0, _FINE)
         worst = worst_points(robot, trajectory.at(trajectory.times[0] + fine * trajectory.duration), fine)
-        seconds, in_time, clearance = trajectory.duration, _in_time(robot, motion), motion.clearance
+        seconds, in_time = trajectory.duration, _in_time(robot, motion)
     return {
         "waypoints": np.round(waypoints, 9).tolist(),
         "shares": shares.tolist(),
@@ -112,7 +103,7 @@ def motion_data(robot: Robot, shown: ShownPath) -> dict[str, Any]:
         "w": np.round(manipulability(robot, states), 7).tolist(),
         "condition": [None if value > _SINGULAR else value for value in _few_digits(robot.condition_number(states))],
         "ellipsoids": np.round(ellipsoids(robot, states[::2]), 4).tolist(),
-        "clearance": None if clearance is None else np.round(clearance, 5).tolist(),
+        "clearance": None if motion is None or motion.clearance is None else np.round(motion.clearance, 5).tolist(),
         "nearest": None if shown.nearest is None else shown.nearest.to_dict(),
         "motion": in_time,
     }

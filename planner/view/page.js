@@ -7,7 +7,7 @@ let share = 0; // of its joint motion
 let playing = false;
 
 const shownPath = () => data.paths[current];
-const short = (w) => (w >= 5e-4 || w === 0 ? w.toFixed(4) : w.toExponential(1));
+const short = (w) => (w === 0 ? "0" : w >= 5e-4 ? w.toFixed(4) : w.toExponential(1));
 const percent = (part) => `${Math.round(100 * part)} %`;
 
 // The scene is MessagePack commands, one after another; the viewer decodes them one by one.
@@ -114,14 +114,15 @@ function markWorst(path, other) {
 }
 
 function placeMarks() {
-  const right = element("plots").hidden || narrow() ? innerWidth : element("plots").offsetLeft;
+  const free = freeArea(), seen = dots.children.map((dot) => dot.getWorldPosition(new THREE.Vector3()).project(viewer.camera));
+  const xs = seen.map((place) => ((place.x + 1) / 2) * innerWidth), first = xs.indexOf(Math.min(...xs));
   [...element("marks").children].forEach((mark, k) => {
-    const place = dots.children[k].getWorldPosition(new THREE.Vector3()).project(viewer.camera);
-    const x = ((place.x + 1) / 2) * innerWidth;
-    mark.style.left = `${x}px`;
-    mark.style.top = `${((1 - place.y) / 2) * innerHeight}px`;
-    mark.hidden = place.z > 1;
-    mark.classList.toggle("left", k === 1 || x > right - 90); // so that two that are close do not cover each other
+    mark.style.left = `${xs[k]}px`;
+    mark.style.top = `${((1 - seen[k].y) / 2) * innerHeight}px`;
+    mark.hidden = seen[k].z > 1;
+    // words away from each other, where there is room for them
+    const outward = k === first && xs.length > 1 && xs[k] > free.x + 90;
+    mark.classList.toggle("left", outward || xs[k] > free.x + free.width - 90);
   });
 }
 

@@ -14,7 +14,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import OptionError, Reason
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import rows_of, unit_of
+from planner.kinematics.manipulability import BANDS, measure_name, rows_of, unit_of
 from planner.problem.outcome import NoWay, Rows
 from planner.problem.request import Request
 from planner.roadmap.roadmap import Roadmap
@@ -71,6 +71,7 @@ class Page:
         names |= draw_scene(self.canvas, scene, red)
         self._bodies = bodies or robot.bodies
         self._looks = [q[None]]
+        self._ends: list[Floats] = []  # starts and goals of the roadmap
         self._points = [np.zeros((0, 3))]
         self._nodes: Any = slice(None)
         self._data: dict[str, Any] = {
@@ -95,7 +96,9 @@ class Page:
             "ramp": ramp_stops(),
             "gradient": css_gradient(),
             "unit": unit_of(robot),
-            "rows": rows_of(robot),
+            "rows": [robot.jacobian_rows, *rows_of(robot)],
+            "measure": measure_name(robot.measure),
+            "gauge": None,
             "scene": scene.name,
             "robot": robot.name,
             "marks": mark_scale(robot),
@@ -113,6 +116,11 @@ class Page:
         if not edges.all():
             self._data["about"].append(("drawn", f"{int(edges.sum())} of {len(edges)} edges, evenly"))
         self._data["cost"] = self._field(cost_to_go)
+        self._ends = [roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]]
+        typical = float(np.median(roadmap.manipulability))
+        if typical > 0.0:
+            bands = [(name, share * typical) for name, share in BANDS.items()]
+            self._data["gauge"] = {"typical": typical, "most": float(roadmap.manipulability.max()), "bands": bands}
         self._points.append(tool_positions(self.robot, roadmap.nodes[self._nodes]))
 
     def add_paths(
@@ -158,6 +166,7 @@ class Page:
     def html(self) -> str:
         """HTML text that needs nothing but a browser; without paths the robot stands still."""
         if not self._data["paths"]:
+            self._looks += self._ends
             self.add_paths([ShownPath(self.q[None], [])])
         q = np.vstack(self._looks)
         centre, radius = extent(self.robot, self.scene, self._bodies, q, np.vstack(self._points))

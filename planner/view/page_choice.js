@@ -65,12 +65,14 @@ function markCosts() {
 // A row for each path of a sweep: what its betas buy and cost. Of the path that is shown the sentence too.
 function drawChoices() {
   const { choice } = shownPath(), share = (part) => (part === null ? "" : percent(part)), all = data.paths.map((path, k) => [path, k]);
-  element("buys").textContent = choice ? `${choice.buys.replace("beta", "β")}${choice.knee ? ". This is the knee: beyond it more length buys less." : ""}` : "";
+  element("buys").textContent = !choice ? "" : choice.gain || choice.added_length
+    ? `${choice.buys.replace("beta", "β")}${choice.knee ? ". This is the knee: beyond it more length buys less." : ""}`
+    : choice.buys && `β ${choice.beta}: the shortest path, without any of the gain in w`;
   const rows = all.filter(([path]) => path.choice && path.interval).map(([path, k]) => {
-    const { w_min: w, duration, clearance, gain, added_length: added, knee } = path.choice, row = document.createElement("tr");
+    const { w_min: w, duration, clearance, gain, added_length: added, knee } = path.choice, none = "–", row = document.createElement("tr");
     const [low, high] = path.interval.map((beta) => String(Number(beta.toFixed(3))));
-    const cells = [`${knee ? "◆ " : ""}${low === high ? betas(path.interval) : `${low} – ${high}`}`, short(w), duration === null ? "" : duration.toFixed(2),
-      clearance === null ? "" : (1000 * clearance).toFixed(1), share(gain), share(added)];
+    const cells = [`${knee ? "◆ " : ""}${low === high ? betas(path.interval) : `${low} – ${high}`}`, short(w), duration === null ? none : duration.toFixed(2),
+      clearance === null ? none : (1000 * clearance).toFixed(1), share(gain), share(added)];
     cells.forEach((text) => { row.insertCell().textContent = text; });
     row.className = [k === current ? "on" : "", knee ? "knee" : ""].join(" ");
     row.onclick = () => choosePath(k);

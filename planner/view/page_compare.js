@@ -9,7 +9,7 @@ function jacobianAt(q) {
     const linear = plus(toolPosition(ahead), toolPosition(behind), -1), [a, b] = [ahead, behind].map((frames) => frames[data.chain.tool.parent].rotation);
     const turn = product(a, [b[0], b[3], b[6], b[1], b[4], b[7], b[2], b[5], b[8]]);
     const angular = [turn[7] - turn[5], turn[2] - turn[6], turn[3] - turn[1]].map((value) => value / 2);
-    return [...linear, ...angular].slice(0, data.rows).map((value) => value / (2 * STEP_OF_JOINT));
+    return [...linear, ...angular].slice(...data.rows.slice(1)).map((value) => value / (2 * STEP_OF_JOINT));
   });
 }
 
@@ -31,6 +31,7 @@ function manipulabilityAt(q) {
 function pathOfRecord(record, name) {
   const { path, joints, cost, clearance, trajectory, path_length: length } = record;
   if (!path?.length || !Array.isArray(joints)) throw new Error("this is no plan.json with a path.");
+  if (data.measure !== "yoshikawa") throw new Error(`this page measures ${data.measure} in place of w, which no plan.json holds along its path.`);
   if (joints.join() !== data.joints.names.join()) throw new Error(`its joints are ${joints.join(", ")}: open a plan of the same joints.`);
   const steps = path.slice(1).map((q, k) => Math.hypot(...q.map((value, j) => value - path[k][j])));
   const along = steps.reduce((sums, step) => [...sums, sums.at(-1) + step], [0]), total = along.at(-1);

@@ -25,7 +25,7 @@ function plotsOf(path) {
   const { motion, clearance } = path, q = EVEN.map((share) => configurationAt(path, share)), { joints } = data;
   const [unit, none] = [[...new Set(joints.unit)].join(", "), [null, null]];
   const plots = [{ key: "w", title: "manipulability w", unit: data.unit, rows: [path.w], limits: [[data.floor || null, null]], zero: true }];
-  if (path.condition) plots.push({ key: "condition", title: "condition number of the tool's Jacobian", unit: "", rows: [path.condition], wide: true });
+  if (path.condition) plots.push({ key: "condition", title: "condition number", unit: "", rows: [path.condition], wide: true });
   if (clearance) plots.push({ key: "clearance", title: "clearance", unit: "mm", rows: [clearance.map((c) => 1000 * c)], zero: true });
   const between = joints.names.map((_, j) => (joints.free[j] ? none : [joints.lower[j], joints.upper[j]]));
   plots.push({ key: "q", title: "joint positions q", unit, rows: joints.names.map((_, j) => q.map((values) => values[j])), limits: between });
@@ -52,7 +52,7 @@ function activeLimit(plot, visible) {
 function ticksBetween(low, high, log) {
   const step = log ? 1 : niceStep((high - low) / 1.6), first = Math.ceil(low / step);
   const values = Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => (first + k) * step);
-  return values.map((value) => [value, log ? brief(10 ** value) : tick(value, step)]);
+  return values.map((value) => [value, log ? brief(10 ** value) : tick(value, step).replace("-", "−")]);
 }
 
 function drawPlot(path, plot, other, width) {
@@ -72,7 +72,7 @@ function drawPlot(path, plot, other, width) {
   const stroke = (d, ink, more = {}) => vector("path", { d, fill: "none", stroke: ink, "stroke-width": 1.4, ...more });
   const text = (at, height, words, more = {}) => vector("text", { x: at, y: height, fill: colour("soft"), ...more }, words);
   const colourOf = (k) => (many ? JOINT_COLOURS[k % JOINT_COLOURS.length] : colour("curve"));
-  const title = `${plot.title}${plot.unit && `, ${plot.unit}`}${cut ? `, at most ${MOST}` : ""}`;
+  const title = `${plot.title}${plot.unit && `, ${plot.unit}`}${cut ? `, cut at ${MOST}` : ""}`;
   const pieces = [text(0, 12, title, { "font-size": 12, fill: colour("ink") })];
   for (const [value, words] of ticksBetween(low, high, log)) {
     pieces.push(stroke(`M${LEFT} ${y(value)}H${right}`, colour("line"), { "stroke-width": 1 }));
@@ -113,6 +113,7 @@ function drawPlots(path, other) {
   panel.hidden = root.dataset.plots !== "true" || path.waypoints.length < 2;
   panel.replaceChildren();
   if (panel.hidden) return;
+  if (other) panel.append(Object.assign(document.createElement("p"), { textContent: `dashed: ${pathName(data.paths.indexOf(other))}, at the same shares of its own way` }));
   for (const plot of plotsOf(path)) {
     const frame = document.createElement("div"), made = drawPlot(path, plot, other, panel.clientWidth - 28);
     const png = Object.assign(document.createElement("button"), { textContent: "PNG", onclick: () => savePicture(plot.key, made) });
@@ -126,7 +127,7 @@ function drawPlots(path, other) {
 
 // The line of the moment, and in each legend the values there.
 function markMoment() {
-  for (const { plot, lastChild } of element("plots").children) {
+  for (const { plot, lastChild } of element("plots").querySelectorAll("div")) {
     const at = LEFT + share * (lastChild.viewBox.baseVal.width - 8 - LEFT), single = plot.names.length === 1;
     lastChild.querySelector(".here").setAttribute("d", `M${at.toFixed(1)} ${TOP}v${HEIGHT}`);
     lastChild.querySelectorAll(".entry text").forEach((words, k) => {

@@ -2,7 +2,6 @@
 // The viewer, and where a configuration puts the robot in it: forward kinematics as planner.kinematics.forward has it.
 
 const THREE = MeshCat.THREE;
-const data = JSON.parse(element("data").textContent);
 const viewer = new MeshCat.Viewer(element("viewer"));
 
 const group = (path) => viewer.scene_tree.find(["meshcat", ...path.split("/")]).object;

@@ -49,11 +49,12 @@ function setTheme(theme) {
   drawPlots(shownPath(), otherPath());
 }
 
-// The command that makes the path that is shown: of the plan's own, or on its roadmap at another beta.
+// The command that makes a path: the plan's own, or another of its roadmap or its sweep.
 function commandOf(k) {
-  const path = data.paths[k], beta = path.choice?.beta ?? Number(Number(element("beta").value).toFixed(6));
+  const beta = data.paths[k].choice?.beta ?? Number(Number(element("beta").value).toFixed(6));
   const folder = `'${decodeURIComponent(location.pathname).replace(/\/[^/]*$/, "").replace(/'/g, "'\\''")}'`;
-  if (path.choice) return `${data.command}\nplanner export ${location.protocol === "file:" ? folder : "sweep"} --beta ${beta}`;
+  if (data.command.startsWith("planner sweep"))
+    return location.protocol === "file:" ? `planner export ${folder} --beta ${beta}` : `${data.command}\nplanner export sweep --beta ${beta}`;
   if (data.beta === null || !data.command.startsWith("planner plan")) return data.command;
   if (k === data.current) return `${data.command} --beta ${data.beta}`;
   return `${data.command.replace(/ --(nodes|effort) \S+/g, "")} --roadmap ${folder.slice(0, -1)}/roadmap.npz' --beta ${beta}`;

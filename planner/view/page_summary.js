@@ -1,18 +1,11 @@
 // What counts first: how it ended, warnings, duration, the lowest w on a gauge, clearance, and the nearest limit.
 
-// Each band ends at a share of the median w of the roadmap's nodes; below the first, a configuration counts as singular.
-const BANDS = [["singular", 0.01], ["poor", 0.1], ["fair", 0.5], ["good", Infinity]];
-const LEAST = 1e-3; // the share at which the gauge begins
+const { gauge } = data; // w that is typical of the roadmap, the largest, and where bands end; null without a roadmap
+const LEAST = 1e-3; // the share of the typical w at which the gauge begins
 
-// The median and the largest w of the roadmap, or null where there is none to compare with.
-const usualW = (() => {
-  const sorted = [...(data.roadmap?.w || [])].sort((a, b) => a - b);
-  const median = sorted.length ? (sorted[(sorted.length - 1) >> 1] + sorted[sorted.length >> 1]) / 2 : 0;
-  return median > 0 ? { median, most: sorted.at(-1) } : null;
-})();
-
-const bandOf = (w) => (usualW ? BANDS.find(([, share]) => w < share * usualW.median)[0] : "");
-const ofMedian = (w) => `${Number(((100 * w) / usualW.median).toPrecision(2))} %`;
+const bandOf = (w) => (gauge ? (gauge.bands.find(([, end]) => w < end) || ["good"])[0] : "");
+const shareOf = (w) => `${Number(((100 * w) / gauge.typical).toPrecision(2))} %`;
+const ofTypical = (w) => `${shareOf(w)} of the roadmap's median`;
 const whereAt = (path, part) => `at ${moment(path, part)}${path.motion ? "" : " of the way"}`;
 const millimetres = (metres) => `${(1000 * metres).toFixed(metres < 0.0995 ? 1 : 0)} mm`;
 
@@ -54,12 +47,12 @@ function drawFacts(path, other) {
 }
 
 function drawGauge(path, other) {
-  element("gauge-section").hidden = !usualW;
-  if (!usualW) return;
-  const least = LEAST * usualW.median, most = Math.max(usualW.most, ...data.paths.flatMap((each) => each.w));
+  element("gauge-section").hidden = !gauge;
+  if (!gauge) return;
+  const least = LEAST * gauge.typical, most = Math.max(gauge.most, ...data.paths.flatMap((each) => each.w));
   const place = (w) => Math.min(Math.max(Math.log(w / least) / Math.log(most / least), 0), 1);
-  const ends = BANDS.map(([, share]) => place(share * usualW.median));
-  const bands = BANDS.map(([name], k) => {
+  const named = [...gauge.bands, ["good", most]], ends = named.map(([, end]) => place(end));
+  const bands = named.map(([name], k) => {
     const band = Object.assign(document.createElement("i"), { className: name, textContent: name });
     band.style.flexGrow = ends[k] - (ends[k - 1] || 0);
     return band;
@@ -69,36 +62,38 @@ function drawGauge(path, other) {
     needle.style.left = `${100 * place(each.worst[0].w)}%`;
     return needle;
   });
-  const { w } = path.worst[0], rows = { 6: "position and orientation", 3: "position", 2: "position in the plane" }[data.rows];
+  const { w } = path.worst[0], [measured] = data.rows;
+  const rows = { pose: "position and orientation", translation: "position", rotation: "orientation", planar: "position in the plane" }[measured];
   element("gauge").replaceChildren(...bands, ...needles);
   element("gauge").setAttribute("aria-label", `lowest w ${short(w)} ${data.unit}: ${bandOf(w)}`);
-  element("gauge-text").textContent = `w of ${rows}: ${ofMedian(w)} of the median of the roadmap's nodes, ${short(usualW.median)} ` +
-    `${data.unit}. Below 1 % of it counts as singular, below 10 % as poor, from 50 % as good.`;
+  element("gauge-text").textContent = `${data.measure === "yoshikawa" ? "w" : data.measure} of ${rows}: ${ofTypical(w)}, ${short(gauge.typical)} ` +
+    `${data.unit}. Below ${gauge.bands.map(([name, end]) => `${shareOf(end)}: ${name}`).join(", ")}.`;
 }
 
-// Sentences on what may go wrong with a path: what Python found of the plan's own, and what is seen of any.
+// Sentences on a path's dangers, as Python found them of the plan's own and as they are seen of any, and on what is
+// assumed, which leaves the verdict as it is.
 function warningsOf(path) {
   const own = path === data.paths[data.current] ? data.about.filter(([name]) => data.wrong.includes(name)).map(([, text]) => text) : [];
   const found = [], limit = nearestLimit(path), { w, share } = path.worst[0], moves = path.waypoints.length > 1;
   for (const [name, at] of moves ? [["start", path.w[0]], ["goal", path.w.at(-1)]] : [])
-    if (bandOf(at) === "singular") found.push(`The ${name} is singular: w there is below 1 % of the roadmap's median.`);
+    if (bandOf(at) === "singular") found.push(`The ${name} is singular: w is ${short(at)} ${data.unit} there.`);
   if (moves && !found.length && !own.length && ["singular", "poor"].includes(bandOf(w)))
-    found.push(`w is ${bandOf(w)} ${whereAt(path, share)}: ${ofMedian(w)} of the roadmap's median.`);
+    found.push(`w is ${bandOf(w)} ${whereAt(path, share)}: ${ofTypical(w)}.`);
   if (limit?.room < 0) found.push(`${limitText(path)}.`);
   if (path.motion && !path.motion.proven) found.push("The motion is not proven as a whole to be free and within limits.");
   const assumed = Object.entries(path.motion?.limits?.source || {}).filter(([, source]) => source.startsWith("assumed")).map(([kind]) => kind);
-  if (assumed.length) found.push(`The limits on ${assumed.join(" and ")} are assumed: no file of the robot gives them.`);
-  return [...found, ...own, ...data.notes.filter(([, grave]) => grave).map(([text]) => text)];
+  const mild = assumed.length ? [`The limits on ${assumed.join(" and ")} are assumed: no file of the robot gives them.`] : [];
+  return [[...found, ...own, ...data.notes.filter(([, grave]) => grave).map(([text]) => text)], mild];
 }
 
 const listItems = (texts) => texts.map((text) => Object.assign(document.createElement("li"), { textContent: text }));
 
 function drawSummary(path, other) {
-  const warnings = warningsOf(path), moves = path.waypoints.length > 1;
+  const [warnings, mild] = warningsOf(path), moves = path.waypoints.length > 1;
   const outside = data.wrong.some((name) => data.joints.names.includes(name));
   const failed = !moves && (data.roadmap || data.blamed || data.touching.length || outside);
   element("message").className = failed ? "failed" : warnings.length ? "warned" : "fine";
-  element("warnings").replaceChildren(...listItems(warnings));
+  element("warnings").replaceChildren(...listItems([...warnings, ...mild]));
   const notes = data.notes.filter(([, grave]) => !grave).map(([text]) => text);
   element("notes").replaceChildren(...listItems(notes));
   element("notes-section").hidden = !notes.length;
