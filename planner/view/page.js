@@ -315,6 +315,7 @@ async function main() {
     render.call(viewer);
     placeMarks();
   };
+  data.paths.forEach((path, k) => { if (path.waypoints.length > 1) drawWay(path, k); });
   lightAll();
   fold(narrow() || flat()); // so that on a phone the robot is seen
   startPanel();

@@ -137,10 +137,7 @@ class Page:
 
         ``curve``: (rounds of effort, best cost). ``tool_speed`` (m/s) is a limit that was asked for.
         """
-        for k, shown in enumerate(paths):
-            if len(shown.path) > 1:
-                along = shown.path if shown.motion is None else shown.motion.states
-                draw_path(self.canvas, f"paths/{k}", self.robot, along)
+        for shown in paths:
             self._looks.append(configurations_at(shown.path, path_shares(shown.path)[0], np.linspace(0.0, 1.0, _LOOKS)))
             self._points.append(tool_positions(self.robot, shown.path))
         self._data |= {

@@ -48,12 +48,6 @@ function pathOfRecord(record, name) {
   return made;
 }
 
-function drawWay(path, k) {
-  const points = EVEN.map((part) => new THREE.Vector3(...toolPosition(placements(configurationAt(path, part)))));
-  const tube = new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), 240, 0.006 * data.marks, 8);
-  viewer.set_object(["meshcat", "paths", String(k)], new THREE.Mesh(tube, new THREE.MeshPhongMaterial({ color: COLOURS.other })));
-}
-
 async function compareWithFile() {
   const [file] = element("file").files, said = element("file-said");
   element("file").value = "";

@@ -135,6 +135,17 @@ def test_the_camera_fits_robot_and_path(opened: Callable[..., Tab], solved: Plan
     tab.call("Emulation.setDeviceMetricsOverride", **DESKTOP)
 
 
+def test_the_path_is_a_tube_around_the_tools_way(opened: Callable[..., Tab], moving: Plan) -> None:
+    tab, motion = opened(moving), moving.trajectory
+    assert motion is not None
+    shape = f"drawn('paths/{dataset(tab, 'path')}').geometry"
+    points = np.array(tab.run(f"Array.from({shape}.attributes.position.array)")).reshape(-1, 3)
+    dense = tool_positions(moving.robot, motion.at(np.linspace(0.0, motion.duration, 2000)))
+    off = np.linalg.norm(points[:, None] - dense[None], axis=2)
+    assert 0.004 < off.min(axis=1).max() < 0.008
+    assert off.min(axis=0).max() < 0.015, "all of it"
+
+
 # curves
 
 
@@ -235,7 +246,7 @@ def test_a_copied_address_opens_the_same_view(opened: Callable[..., Tab], tradeo
     address, before = tab.run("location.href"), tab.run(look)
     assert "beta=" in address
     assert "camera=" in address
-    assert tab.open("about:blank") is False or True
+    tab.call("Page.navigate", url="about:blank")
     assert tab.open(address), tab.console
     after = tab.run(look)
     assert after[0] == before[0] == "1"
@@ -325,8 +336,9 @@ def test_the_page_is_dark_where_that_is_preferred_and_by_its_switch(opened: Call
     for ink in ("ink", "soft", "bad", "warn", "good", "shown", "other", "worst"):
         assert contrast(tab, ink) > 4.5, ink
     tab.call("Emulation.setEmulatedMedia", features=[])
+    tab = opened(moving)
     for ink in ("ink", "soft", "bad", "warn", "good", "other", "worst"):
-        assert contrast(opened(moving), ink) > 4.5, ink
+        assert contrast(tab, ink) > 4.5, ink
 
 
 def contrast(tab: Tab, ink: str) -> float:
