@@ -69,8 +69,8 @@ def task(
 class TaskPlanner:
     """A task with everything that does not depend on beta or on where the arm is: plan again on what is known.
 
-    planner_ = TaskPlanner.of("task.yaml")
-    planner_.plan(beta=0.2), planner_.plan(start=q)
+    known = planner.TaskPlanner.of("task.yaml")
+    known.plan(beta=0.2), known.plan(start=q), known.intervals()
     """
 
     request: TaskRequest
