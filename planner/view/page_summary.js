@@ -77,8 +77,8 @@ function warningsOf(path) {
   const found = [], limit = nearestLimit(path), { w, share } = path.worst[0], moves = path.waypoints.length > 1;
   for (const [name, at] of moves ? [["start", path.w[0]], ["goal", path.w.at(-1)]] : [])
     if (bandOf(at) === "singular") found.push(`The ${name} is singular: w is ${short(at)} ${data.unit} there.`);
-  if (moves && !found.length && !own.length && ["singular", "poor"].includes(bandOf(w)))
-    found.push(`w is ${bandOf(w)} ${whereAt(path, share)}: ${ofTypical(w)}.`);
+  const low = { singular: "The arm is singular", poor: "w is poor" }[bandOf(w)];
+  if (moves && low && !found.length && !own.length) found.push(`${low} ${whereAt(path, share)}: w is ${ofTypical(w)}.`);
   if (limit?.room < 0) found.push(`${limitText(path)}.`);
   if (path.motion && !path.motion.proven) found.push("The motion is not proven as a whole to be free and within limits.");
   const assumed = Object.entries(path.motion?.limits?.source || {}).filter(([, source]) => source.startsWith("assumed")).map(([kind]) => kind);

@@ -230,6 +230,13 @@ def test_the_sweeps_table_says_what_a_beta_buys(opened: Callable[..., Tab], trad
     assert "This is the knee" in text(tab, "buys")
 
 
+def test_a_path_through_a_singular_configuration_is_warned_of(opened: Callable[..., Tab], tradeoff: Tradeoff) -> None:
+    """The arm's elbow changes sides on every path here, so that it is straight at some time."""
+    tab = opened(tradeoff)
+    assert tab.run("element('message').className") == "warned"
+    assert "The arm is singular at " in text(tab, "warnings")
+
+
 # what is taken away
 
 
