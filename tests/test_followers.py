@@ -46,7 +46,7 @@ from tests.random_shapes import random_pose
 from tests.refusals import refusal_of
 from tests.worlds import joint_xml, link_xml, random_q, scene_of
 
-SEEDS = range(12)
+SEEDS = range(6)
 LINKAGES = ["palletizer", *SEEDS]
 
 
@@ -333,7 +333,7 @@ def test_the_checker_knows_how_far_all_joints_move_at_most(which: str | int) -> 
         assert (moved[rows] >= 0.3 * most[k]).all()
 
 
-@pytest.mark.parametrize("which", SEEDS[:6])
+@pytest.mark.parametrize("which", SEEDS[:3])
 def test_certificates_of_random_linkages_are_true(which: int, tmp_path: Path) -> None:
     made = linkage(which)
     checker = make_checker(made.robot, among(made, which))
@@ -350,7 +350,7 @@ def test_certificates_of_random_linkages_are_true(which: int, tmp_path: Path) ->
     assert whole
 
 
-@pytest.mark.parametrize("which", ["palletizer", 6, 11])
+@pytest.mark.parametrize("which", ["palletizer", 5])
 def test_nothing_that_the_gate_calls_safe_touches(which: str | int) -> None:
     attack = Attack(linkage(which).robot)
     attack.run(60, np.random.default_rng(1))

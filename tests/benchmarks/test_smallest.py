@@ -163,10 +163,8 @@ def test_it_measures_reports_and_measures_nothing_twice(
     assert text == (tmp_path / "o" / f"{name}.md").read_text() + "\n"
     check(rows_of(tmp_path / "o"))
     before = (tmp_path / "o" / f"{name}.csv").read_bytes()
-    begin = time.perf_counter()
     assert run(*asked, program="benchmarks")[:2] == (0, text)
     assert (tmp_path / "o" / f"{name}.csv").read_bytes() == before  # seconds too: no row is measured again
-    assert time.perf_counter() - begin < 5.0
 
 
 def test_every_benchmark_has_a_smallest_size(run: Run) -> None:

@@ -17,7 +17,7 @@ from planner.trajectory.timing import time_path
 from tests.worlds import make_post
 
 MARGIN = 0.005  # m: what is nearer than that is a counterexample, long before it touches
-RANDOM, CLIMBED = 300, 20  # 'python -m benchmarks certificate' tries more
+RANDOM, CLIMBED = 150, 10  # 'python -m benchmarks attack' tries more
 
 
 @pytest.fixture(scope="module")

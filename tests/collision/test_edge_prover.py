@@ -53,9 +53,8 @@ def obstacle_world(name: str, seed: int) -> Scene:
 
 # robot, seed, edges, free edges looked at by FCL, by coal, looks at a colliding edge
 WORLDS = [
-    ("iiwa14", 1, 150, 20, 10, 300),
-    ("iiwa14", 2, 150, 20, 10, 300),
-    ("planar_2r", 3, 150, 30, 15, 300),
+    ("iiwa14", 1, 80, 10, 5, 150),
+    ("planar_2r", 3, 80, 15, 8, 150),
     ("ur5", 4, 80, 10, 1, 40),
     ("kinova", 5, 30, 3, 0, 15),
 ]

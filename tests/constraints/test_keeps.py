@@ -79,7 +79,7 @@ def test_states_hold_what_the_words_say(panda, text):
 def test_proven_curves_do_not_stray(panda, text):
     """An optimiser climbs along each proven curve, and finds nowhere where it strays."""
     keeps, rng = Keeps(panda, parse_keeps(text)), np.random.default_rng(2)
-    start, good = keeps.projected(rng.uniform(panda.lower, panda.upper, size=(120, panda.dof)), 0.8)
+    start, good = keeps.projected(rng.uniform(panda.lower, panda.upper, size=(60, panda.dof)), 0.8)
     start = start[good]
     curves = np.stack([start, *(rng.normal(size=start.shape) * size for size in (0.1, 0.08, 0.05))], axis=1)
     curves[:, 1:] *= rng.uniform(0.02, 2.0, size=(len(curves), 1, 1))
@@ -117,23 +117,23 @@ def grown(curves, factor):
     return np.concatenate([curves[:, :1], factor[:, None, None] * curves[:, 1:]], axis=1)
 
 
-@pytest.mark.parametrize("degree", [0, 1, 2, 5, 12])
+@pytest.mark.parametrize("degree", [0, 1, 3, 12])
 @pytest.mark.parametrize("text", TEXTS)
 def test_the_compiled_proof_says_what_the_one_by_arrays_says(panda, text, degree):
     """Of any curves, and of ones grown until they are hardly proven, and hardly not; halved, and not at all."""
     keeps, rng = Keeps(panda, parse_keeps(text)), np.random.default_rng(degree)
-    start = rng.uniform(panda.lower, panda.upper, (300, panda.dof))
-    start, _ = keeps.projected(start, rng.uniform(0.0, 0.9, 300))
+    start = rng.uniform(panda.lower, panda.upper, (150, panda.dof))
+    start, _ = keeps.projected(start, rng.uniform(0.0, 0.9, 150))
     start[::10] = rng.uniform(panda.lower, panda.upper, start[::10].shape)
     curves = np.concatenate([start[:, None], rng.normal(size=(len(start), degree, panda.dof))], axis=1)
     curves = grown(curves, 10.0 ** rng.uniform(-4.0, -0.3, len(curves)))
     proven = keeps.proven(curves)
-    assert 20 < proven.sum() < len(curves)
+    assert 10 < proven.sum() < len(curves)
     np.testing.assert_array_equal(proven, proven_in_python(keeps, curves))
     for finest in (_FINEST, 1e3) if degree else ():
-        edge = curves[proven_in_python(keeps, curves, finest)][:30]
+        edge = curves[proven_in_python(keeps, curves, finest)][:15]
         low, high = np.ones(len(edge)), np.full(len(edge), 64.0)
-        for _ in range(40):
+        for _ in range(34):
             middle = 0.5 * (low + high)
             held = proven_in_python(keeps, grown(edge, middle), finest)
             low, high = np.where(held, middle, low), np.where(held, high, middle)

@@ -67,7 +67,7 @@ FIXED = st.builds(
 LINEAR = st.builds(gabf.PrescribedTime, T=st.floats(0.01, 100), h=st.floats(0.1, 8), gamma=st.floats(0.1, 20))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(runs(), FIXED)
 def test_singularity_free_settles_before_T_on_the_oracle_and_within_every_bound(run, law):
     net, x0 = run

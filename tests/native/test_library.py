@@ -34,14 +34,14 @@ def close(*shapes: tuple[Shape, np.ndarray], linked: bool = False) -> float:
 @pytest.mark.parametrize("linked", [False, True])
 def test_a_close_bound_holds_and_is_close(first: str, second: str, linked: bool) -> None:
     rng, apart = np.random.default_rng(7), 0
-    for _ in range(25):
+    for _ in range(15):
         a, b = (random_shape(rng, kind, REGIMES[int(rng.integers(3))]) for kind in (first, second))
         placed = (a, random_pose(rng)), (b, random_pose(rng))
         true, gap = true_distance(*placed), close(*placed, linked=linked)
         assert gap <= true.high + 1e-12
         assert true.low - gap <= 2e-6 or Mesh in (type(a), type(b))  # dents of far meshes are not looked into
         apart += true.low > 0.0
-    assert apart > 5
+    assert apart > 3
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -134,7 +134,7 @@ def test_a_dip_of_w_between_the_states_of_edges_is_told() -> None:
     """Refinement seeks what is priced too low: with 1/w a path cost a quarter more than was said."""
     plan = planner.plan(
         robot="kinova", scene="empty", start="home", goal="xyz:0.3,0.3,0.5", beta=0.0, manipulability_cost="inverse",
-        nodes=300, timing=None,
+        nodes=150, timing=None,
     )  # fmt: skip
     record, scale = plan.to_dict(), plan.roadmap.scale
     states = dense_path(plan.path, 1e-3)

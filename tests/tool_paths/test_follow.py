@@ -266,10 +266,8 @@ def test_a_deviation_is_told_of_the_motion_too_which_rounds_corners() -> None:
     assert "proven within 2 mm" in told
 
 
-@pytest.mark.parametrize(
-    "kinds", ["axis quaternion", "quaternion axis", "axis quaternion axis", "cone quaternion cone"]
-)
-@pytest.mark.parametrize("spin", [0.0, 2.5, -2.5])
+@pytest.mark.parametrize("kinds", ["axis quaternion axis", "cone quaternion cone"])
+@pytest.mark.parametrize("spin", [0.0, 2.5])
 def test_lines_between_an_axis_and_a_quaternion_are_followed_in_their_tube(kinds: str, spin: float) -> None:
     """The axis along the great arc, whatever the spin; the motion meets each quaternion, at a rounded corner too."""
     lean, points = [[0.2, -0.1, 0.0], [0.35, 0.2, 0.0], [-0.1, 0.15, 0.0]], []

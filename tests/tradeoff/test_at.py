@@ -64,11 +64,10 @@ def test_each_motion_is_proven_and_the_other_library_finds_no_contact(made: Trad
         np.testing.assert_allclose(motion.at(motion.times[[0, -1]]), item.path[[0, -1]], atol=1e-9)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize(("robot", "scene"), WORLDS)
-def test_a_plan_costs_no_more_than_the_path_of_the_sweep(robot: str, scene: str, seed: int) -> None:
+def test_a_plan_costs_no_more_than_the_path_of_the_sweep(robot: str, scene: str) -> None:
     """For 20 seeds and the whole roadmap: python -m benchmarks tradeoff."""
-    options = {"robot": robot, "scene": scene, "seed": seed, "nodes": 200, "effort": 6}
+    options = {"robot": robot, "scene": scene, "nodes": 150, "effort": 4}
     whole = sweep(request=SweepRequest.from_options(**options), timing=None)
     for beta in (0.0, 0.2, 0.5, 0.85):
         alone, swept = plan(request=PlanRequest.from_options(**options, beta=beta), timing=None), whole.at(beta)
