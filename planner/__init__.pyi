@@ -43,6 +43,7 @@ from .session.gate import Gate as Gate
 from .session.session import Session as Session
 from .session.verdict import Verdict as Verdict
 from .tasks.check import check as check
+from .tasks.plan import TaskPlanner as TaskPlanner
 from .tasks.plan import task as task
 from .tasks.result import TaskPlan as TaskPlan
 from .tasks.result import load as load

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import ast
 import base64
+import csv
+import dataclasses
+import importlib
 import itertools
+import re
 from pathlib import Path
 from typing import Any
 
 import nbformat
 import pytest
 from nbclient import NotebookClient
+
+from benchmarks.tradeoff import run as tradeoff
 
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
@@ -57,6 +63,18 @@ def test_is_kept_small_with_its_pictures(path: Path) -> None:
     assert not any(output.get("name") == "stderr" for output in outputs(path)), "warnings teach nothing"
 
 
+def test_the_bands_of_notebook_02_are_a_whole_table_of_the_benchmark() -> None:
+    with (FOLDER / "tradeoff.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert set(rows[0]) == {field.name for field in dataclasses.fields(tradeoff.Row)}
+    assert {row["software"] for row in rows} == {rows[0]["software"]}
+    betas = {row["beta"] for row in rows}
+    worlds = ("iiwa14", "paper"), ("panda", "shelf")
+    asked = [(*world, str(seed), beta) for world in worlds for seed in range(20) for beta in betas]
+    assert sorted((row["robot"], row["scene"], row["seed"], row["beta"]) for row in rows) == sorted(asked)
+    assert all(float(row["duration"]) > 0 for row in rows)
+
+
 @each
 def test_says_nothing_of_the_machine_it_ran_on(path: Path) -> None:
     for line in texts(path):
@@ -66,12 +84,33 @@ def test_says_nothing_of_the_machine_it_ran_on(path: Path) -> None:
     assert set(notebook.metadata) <= {"kernelspec", "language_info"}
 
 
-def test_the_first_tutorial_imports_only_the_package_itself() -> None:
-    """What a newcomer needs is there by its public name."""
-    cells = nbformat.read(FOLDER / "01_first_plan.ipynb", as_version=4).cells
+@each
+def test_uses_public_names_only(path: Path) -> None:
+    """All of `planner` that a notebook names stands in the reference; the first tutorial imports the package alone."""
+    cells = nbformat.read(path, as_version=4).cells
     code = "\n".join(line for c in cells if c.cell_type == "code" for line in c.source.splitlines() if line[:1] != "%")
-    imports = [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Import | ast.ImportFrom)]
-    assert [ast.unparse(node) for node in imports] == ["import planner"]
+    named, imports = set[tuple[str, str]](), list[str]()
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Import):
+            imports += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            imports.append(node.module or "")
+            named |= {(node.module or "", alias.name) for alias in node.names}
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name | ast.Attribute):
+            named.add((ast.unparse(node.value), node.attr))
+    documented = {name: set(importlib.import_module(name).__all__) for name in documented_modules()}
+    assert {name for name in imports if name.split(".")[0] == "planner"} <= set(documented)
+    hidden = [f"{of}.{name}" for of, name in named if of in documented and name not in documented[of]]
+    assert not hidden, f"not in docs/reference: {hidden}"
+    assert path.stem != "01_first_plan" or imports == ["planner"]
+
+
+def documented_modules() -> list[str]:
+    """The modules whose names docs/reference lists."""
+    pages = "".join(page.read_text() for page in (FOLDER.parent / "docs/reference").glob("*.md"))
+    modules = re.findall(r"\{public-names\} (\S+)", pages)
+    assert "planner" in modules
+    return modules
 
 
 @each

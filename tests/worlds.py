@@ -14,6 +14,7 @@ from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
+from planner.robot.files.packages import example_robot_data
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -23,6 +24,8 @@ ROBOTS = robot_names()
 
 
 SCENES = scene_names()
+
+UR3 = str(example_robot_data() / "robots/ur_description/urdf/ur3_robot.urdf")  # no SRDF; links of several pieces
 
 
 @cache

@@ -1,7 +1,9 @@
-"""Measures how much a plan at one beta costs, as a share of the sweep's path at that beta on the same seed.
+"""Measures what each beta buys, and how much a plan at it costs as a share of the sweep's path on the same seed.
 
-How. Both costs are sums along the path of the network that each searched, on one scale: that of the roadmap as it grew,
-which both share. Seconds are of the processor, all stages without the page; a sweep's are those of all its motions.
+How. Omega, D, w, length, duration and clearance are of the sweep's path at that beta. Omega and D have no unit, and
+each roadmap its own scale: compare shares of them over seeds. Both costs are sums along the path of the network that
+each searched, on one scale: that of the roadmap as it grew, which both share. Seconds are of the processor, all stages
+without the page; a sweep's are those of all its motions.
 Limitations. Two scenes.
 """
 
@@ -17,6 +19,8 @@ from benchmarks import bench
 from planner.base.progress import Progress
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, SweepRequest
+from planner.tradeoff.record import interval_at
+from planner.tradeoff.result import Tradeoff
 from planner.tradeoff.sweep import sweep
 
 _WORLDS = (("iiwa14", "paper"), ("panda", "shelf"))
@@ -25,71 +29,103 @@ _MOST = 1.005
 
 @dataclass(frozen=True)
 class Row(bench.Row):
-    """A plan and the sweep's path at its ``beta``; ``ratio`` of their costs, ``cpu_s`` of the plan and of the sweep."""
+    """The sweep's path at ``beta``, and a plan there: ``ratio`` of their costs, ``cpu_s`` of the plan and of the sweep.
+
+    The path is the best one from ``beta_min`` to ``beta_max``, w_min is in m³, length in rad, duration in s, clearance
+    in m; ``gain`` and ``added_length`` are its shares of what beta 0 saves in Omega and adds in D over beta 1;
+    ``knee`` says whether it is the knee of the front.
+    """
 
     robot: str
     scene: str
     nodes: int
     seed: int
     beta: float
+    plans: bool
     software: str
     plan_cost: float | None = None
     sweep_cost: float | None = None
     ratio: float | None = None
     plan_cpu_s: float | None = None
     sweep_cpu_s: float | None = None
+    beta_min: float | None = None
+    beta_max: float | None = None
+    omega: float | None = None
+    distance: float | None = None
+    w_min: float | None = None
+    length: float | None = None
+    duration: float | None = None
+    clearance: float | None = None
+    gain: float | None = None
+    added_length: float | None = None
+    knee: bool | None = None
 
 
 def tradeoff(
     out: bench.Out = Path("bench-tradeoff"),
     seeds: int = 20,
-    betas: tuple[float, ...] = (0.0, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0),
+    betas: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0),
     nodes: int = 1012,
+    plans: bool = True,
     debug: bench.Debug = False,
 ) -> int:
-    """Plans at single betas against the paths of a sweep at these betas, on the same seeds.
+    """What each beta buys, over seeds, and plans at these betas against the sweep's paths.
 
-    Writes tradeoff.csv, one row a plan, and tradeoff.md. Exit code 4: a plan costs more than 1.005 of the sweep's path.
+    Writes tradeoff.csv, one row a seed and beta, and tradeoff.md. With --no-plans it writes the rows of
+    notebooks/tradeoff.csv, which notebook 02 draws. Exit code 4: a plan costs more than 1.005 of the sweep's path.
 
     Args:
         seeds: Seeds from 0 on.
         betas: Trade-offs to plan at.
         nodes: Configurations in the roadmaps.
+        plans: Plan at each beta too.
     """
     here, cases = bench.software(), []
-    for (robot, scene), seed in itertools.product(_WORLDS, range(seeds)):
-        cases.append(
-            bench.Case(
-                tuple(Row(robot, scene, nodes, seed, beta, here) for beta in betas), (robot, scene, nodes, seed, betas)
-            )
-        )
+    for world, seed in itertools.product(_WORLDS, range(seeds)):
+        rows = tuple(Row(*world, nodes, seed, beta, plans, here) for beta in betas)
+        cases.append(bench.Case(rows, rows))
     return bench.run_bench(BENCH, out, cases, _measure)
 
 
-def _measure(task: tuple[str, str, int, int, tuple[float, ...]], progress: Progress) -> list[bench.Columns] | None:
-    robot, scene, nodes, seed, betas = task
-    options, columns, begin = {"robot": robot, "scene": scene, "nodes": nodes, "seed": seed}, [], time.process_time()
+def _measure(rows: tuple[Row, ...], progress: Progress) -> list[bench.Columns] | None:
+    options: bench.Columns = {name: getattr(rows[0], name) for name in ("robot", "scene", "nodes", "seed")}
+    begin, columns = time.process_time(), list[bench.Columns]()
     swept = sweep(request=SweepRequest.from_options(**options), progress=progress)
     sweep_s = time.process_time() - begin
-    for beta in betas:
-        begin = time.process_time()
-        alone = plan(request=PlanRequest.from_options(**options, beta=beta), progress=progress)
-        plan_s = time.process_time() - begin
-        if progress.stopped:
-            return None
-        own, path = alone.cost, swept.at(beta).cost
-        if own is None or path is None:
-            columns.append({})
+    for row in rows:
+        columns.append(_of_path(swept, row.beta))
+        if not row.plans:
             continue
-        costs = {"plan_cost": own.total, "sweep_cost": path.total, "ratio": own.total / path.total}
-        columns.append(costs | {"plan_cpu_s": plan_s, "sweep_cpu_s": sweep_s})
-    return columns
+        begin = time.process_time()
+        alone = plan(request=PlanRequest.from_options(**options, beta=row.beta), progress=progress)
+        columns[-1] |= {"plan_cpu_s": time.process_time() - begin, "sweep_cpu_s": sweep_s}
+        own, path = alone.cost, swept.at(row.beta).cost
+        if own is not None and path is not None:
+            columns[-1] |= {"plan_cost": own.total, "sweep_cost": path.total, "ratio": own.total / path.total}
+    return None if progress.stopped else columns
+
+
+def _of_path(swept: Tradeoff, beta: float) -> bench.Columns:
+    """What the sweep's path at ``beta`` measures, to four digits; nothing where there is none."""
+    item, _ = interval_at(swept.intervals, beta)
+    if item is None:
+        return {}
+    names = {"omega": "manipulability_cost", "distance": "distance_cost", "length": "joint_length"}
+    same = ("beta_min", "beta_max", "w_min", "duration", "clearance", "gain", "added_length")
+    names |= {name: name for name in same}
+    numbers = {name: getattr(item, field) for name, field in names.items()}
+    short = {name: None if value is None else float(f"{value:.4g}") for name, value in numbers.items()}
+    return short | {"knee": item is swept.knee}
 
 
 def tables(rows: Sequence[Row]) -> list[str]:
     """A line per world and beta."""
     columns: dict[str, bench.Pick] = {
-        "plans": len,
+        "seeds": len,
+        "duration (s)": bench.middle("duration"),
+        "smallest w": bench.middle("w_min"),
+        "length (rad)": bench.middle("length"),
+        "in the knee": bench.total("knee"),
         "ratio": bench.middle("ratio"),
         "largest": bench.most("ratio"),
         "plan (CPU s)": bench.middle("plan_cpu_s"),
@@ -100,7 +136,7 @@ def tables(rows: Sequence[Row]) -> list[str]:
 
 def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
     """What is meant to hold."""
-    held = [row.ratio is not None and row.ratio <= _MOST for row in rows]
+    held = [row.ratio is not None and row.ratio <= _MOST for row in rows if row.plan_cpu_s is not None]
     return (bench.tally(f"A plan costs at most {_MOST:g} of the sweep's path at its beta.", held, ""),)
 
 

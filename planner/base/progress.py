@@ -9,14 +9,31 @@ from types import MappingProxyType
 
 Report = Callable[[str, int, int], None]
 
+_COUNTED = {  # by unit, the stages of work that count it
+    "steps": ("setup", "files"),
+    "motions": ("first path", "shorter paths", "proofs", "timing"),
+    "nodes": ("roadmap",),
+    "edges": ("links", "clearance", "edges"),
+    "rounds": ("improve",),
+    "looks": ("second look", "contacts"),
+    "pieces": ("nearest",),
+    "paths": ("path", "modes"),
+    "%": ("beta", "other betas"),
+    "rungs": ("ladder",),
+    "plans": ("plans",),
+}
+UNITS = {stage: unit for unit, stages in _COUNTED.items() for stage in stages}
+
 
 class Progress:
     """What long work reports to, and asks whether it is to stop.
 
         progress = Progress(report=print, stop=stop_request)
-        progress("links", 3, 10)          # called with (stage, done, total)
+        progress("links", 3, 10)          # called with (stage, done, total), in the stage's unit of ``UNITS``
         if progress.stopped: ...          # end as soon as possible and hand back the partial result
 
+    A stage ends with all of ``total`` done and may begin anew, with 0; where its end is not known ``total`` is 0.
+    Work without a name for its stage reports nothing.
     Stopping is asked for, never raised: an exception must not fly through OMPL's C++.
     """
 
@@ -24,7 +41,7 @@ class Progress:
         self._report, self._stop = report, stop
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        if self._report is not None:
+        if self._report is not None and stage:
             self._report(stage, done, total)
 
     @property

@@ -422,10 +422,11 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
     for link in root.findall("link"):
         for k, element in enumerate(link.iter("collision")):
             name, geometry = f"{link.get('name')}_{k}", element.find("geometry")[0]
-            cut = geometry.tag == "mesh" and name in meta["cuts"]  # into slabs, which are not compared
-            item, (joint, at) = f"{name}, slab 1" if cut else name, place(data, meta, links, link.get("name"))
-            here = [n for n, body in enumerate(meta["items"]) if body == item and data["joint"][n] == joint]
-            require(len(here) == 1, f"'{name}' hangs on another joint in {file}, or is no body of the certificate.")
+            joint, at = place(data, meta, links, link.get("name"))
+            named = [n for n, body in enumerate(meta["items"]) if f"{body}, ".startswith(f"{name}, ")]
+            here = [n for n in named if data["joint"][n] == joint]
+            require(len(here) > 0, f"'{name}' hangs on another joint in {file}, or is no body of the certificate.")
+            cut = geometry.tag == "mesh" and meta["items"][here[0]] != name  # into pieces or slabs: not compared
             unread += [repr(name)] * ((shape := None if cut else shape_in(geometry, file)) is None)
             if shape is not None:
                 require(shape[1] >= 0.0, f"'{name}' has no shape in {file}.")

@@ -66,11 +66,14 @@ def written(
     clock = Stopwatch({"import": time.perf_counter() - STARTED})
     with working() as progress:
         result = find(progress)
+        progress("files", 0, 2)
         place = folder_for_interrupted(out, result.FILES) if result.outcome is Outcome.INTERRUPTED else out
         record = result.save_without_page(place, clock, certificate and not progress.stopped)
+        progress("files", 1, 2)
         with leaving_on_interrupt(f"stopping without the page. Written: {_files(result, place)}."):
             if page and not progress.stopped:
                 record = result.save_page(place, record, clock)
+                progress("files", 2, 2)
     code = Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code
     return result, record, f"Written: {_files(result, place)}{kept(out, place)}", code
 

@@ -26,7 +26,7 @@ def robot_yaml(
 
     These are pairs of links that one joint joins, or that touch in nearly every random configuration. Then the robot is
     tried: its home, random configurations and targets; pairs of links that stand in the way are named. Where no file
-    says where home is, and links touch with all joints at zero, a home is chosen where none do. Example:
+    says where home is, and links touch or the arm is singular with all joints at zero, another one is chosen. Example:
 
     planner robot-yaml robots/examples/arm.urdf --tool tip --out mine/robot.yaml
 
@@ -35,7 +35,7 @@ def robot_yaml(
     Args:
         robot: The path of a URDF, xacro, MJCF or robot.yaml, or the name of a robot.
         srdf: An SRDF: its disabled pairs hold, its groups and named states are known.
-        tool: Frame that targets and manipulability speak of; the tip of --group, or the only tip, where left out.
+        tool: Frame that targets and manipulability speak of; the tip of --group, or a likely frame, where left out.
         group: Planning group of the SRDF: its joints are planned, the others held.
         joints: Joints to plan, with commas between, the others held; those between base and tool where left out.
         out: The file to write; an existing file is not overwritten.

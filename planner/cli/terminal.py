@@ -13,14 +13,14 @@ from typing import Any, Self, TypeVar
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 from rich.table import Table
 
 from planner.base.errors import printable
 from planner.base.files import require_writable_folder
 from planner.base.interrupts import StopRequest
-from planner.base.progress import Progress
+from planner.base.progress import UNITS, Progress
 
 T = TypeVar("T")
 _OF_TEXT = "\n\t\x7f"  # the last one does nothing, and JSON that is printed may hold it
@@ -113,13 +113,17 @@ class _Stages:
     def report(self, stage: str, done: int, total: int) -> None:
         """Draw the bar of a stage; see :class:`planner.base.progress.Progress`."""
         if self._bars is None:
-            words = TextColumn("{task.description:10}"), BarColumn(), MofNCompleteColumn()
-            times = TimeElapsedColumn(), TextColumn("left about"), TimeRemainingColumn()
-            self._bars = Bars(*words, *times, console=Console(stderr=True))
+            columns = TextColumn("{task.description:13}"), BarColumn(), TextColumn("{task.fields[count]:18}")
+            self._bars = Bars(*columns, TimeElapsedColumn(), console=Console(stderr=True))
             self._bars.start()
         if stage not in self.drawn:
-            self.drawn[stage] = self._bars.add_task(stage, total=total)
-        self._bars.update(self.drawn[stage], completed=min(done, total), total=total)
+            self.drawn[stage] = self._bars.add_task(stage, total=None, count="", before=0, last=0)
+        bar = self._bars.tasks[self.drawn[stage]]
+        before, last = bar.fields["before"], bar.fields["last"]
+        before += last if done < last else 0  # it begins anew, and its bar goes on
+        whole = before + total if total else None
+        count = f"{before + done}{f'/{whole}' if whole else ''} {UNITS.get(stage, '')}"
+        self._bars.update(bar.id, completed=before + done, total=whole, count=count, before=before, last=done)
 
 
 def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:

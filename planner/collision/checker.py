@@ -127,8 +127,10 @@ class CollisionChecker(Protocol):
         """
         return self.distances_in(rotation[:, None], position[:, None], np.zeros_like(pairs), pairs)
 
-    def distances_in(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
-        """The same (k,) of ``pairs`` (k,) in configurations ``rows`` (k,).
+    def distances_in(
+        self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float = np.inf
+    ) -> Floats:
+        """The same (k,) of ``pairs`` (k,) in configurations ``rows`` (k,); lower bounds beyond ``enough`` (k,) m.
 
         ``rotation`` (joints + 1, n, 3, 3), ``position`` (joints + 1, n, 3).
         """

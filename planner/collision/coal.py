@@ -104,7 +104,9 @@ class CoalChecker(CollisionChecker):
         """
         return self._broad.phase.touching(self.world, q, _with_error(apart))
 
-    def distances_in(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
+    def distances_in(
+        self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float = np.inf
+    ) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`."""
         self.queries += len(pairs)
         placed = {row: _Placed(self, rotation[:, row], position[:, row]) for row in set(rows.tolist())}

@@ -82,14 +82,15 @@ class EdgeProver:
 
     Planes between the shapes prove; the checker says what touches where they cannot. A motion that is not decided is
     ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop, everything that is still open
-    is undecided. What the world's motions keep (:class:`planner.constraints.keeps.Keeps`) is proven of all that is
-    called free; what is not proven to keep it is undecided, with no pair. So is a motion on which a slide leaves what
-    its limits allow, as reaches hold no farther; limits of other joints are not looked at. :class:`PlannerError` for
-    arrays of other shapes, or with what is no finite number.
+    is undecided; it hears how many motions are done if they are a ``stage``. What the world's motions keep
+    (:class:`planner.constraints.keeps.Keeps`) is proven of all that is called free; what is not proven to keep it is
+    undecided, with no pair. So is a motion on which a slide leaves what its limits allow, as reaches hold no farther;
+    limits of other joints are not looked at. :class:`PlannerError` for arrays of other shapes, or with what is no
+    finite number.
     """
 
-    def __init__(self, checker: CollisionChecker, progress: Progress = QUIET) -> None:
-        self.checker, self.progress = checker, progress
+    def __init__(self, checker: CollisionChecker, progress: Progress = QUIET, stage: str = "") -> None:
+        self.checker, self.progress, self.stage = checker, progress, stage
         self.world: World = checker.world
         self.robot = checker.robot
         self.native, self.bounds = checker.bound.native, checker.bound.of_all
@@ -182,13 +183,16 @@ class EdgeProver:
 
     def _proven_free(self, coefficients: Floats, room: float, contacts: bool) -> Proofs:
         """As :meth:`prove_curves`, whatever motions keep besides."""
+        self.progress(self.stage, 0, len(coefficients))
         proofs, where = self._prove_batch(coefficients[:_BATCH], room)
         for first in range(_BATCH, len(coefficients), _BATCH):
+            self.progress(self.stage, first, len(coefficients))
             if self.progress.stopped:
                 proofs = proofs.and_then(Proofs.alike(len(coefficients) - first, Verdict.UNDECIDED))
                 break
             more, there = self._prove_batch(coefficients[first : first + _BATCH], room)
             proofs, where = proofs.and_then(more), np.append(where, there)
+        self.progress(self.stage, len(coefficients), len(coefficients))
         if contacts:
             self._find_contacts(proofs, coefficients, where)
         free = np.flatnonzero(proofs.free)

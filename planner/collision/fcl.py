@@ -197,7 +197,9 @@ class FclChecker(CollisionChecker):
                 return int(rows[nearest]), int(pairs[nearest])
         return None
 
-    def distances_in(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
+    def distances_in(
+        self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float = np.inf
+    ) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`: FCL says what touches, planes how far apart.
 
         No distance that FCL reports can be used as it is. Its GJK stops early: 20 mm where 0.7 mm were left between
@@ -205,9 +207,9 @@ class FclChecker(CollisionChecker):
         """
         with self._alone:
             self.queries += len(pairs)
-            return self._gaps(rotation, position, rows, pairs)
+            return self._gaps(rotation, position, rows, pairs, enough)
 
-    def _gaps(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: float = np.inf) -> Floats:
+    def _gaps(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float) -> Floats:
         gaps = self.bound.close(rotation, position, rows, pairs, enough)
         for k in np.flatnonzero(gaps <= 0.0).tolist():
             if self.world.rounding[pairs[k]] == 0:

@@ -159,10 +159,11 @@ class Clearance:
         """
         best, order = np.full(len(bounds), np.inf), np.argsort(bounds, axis=1, kind="stable")
         for pairs, least in zip(order.T, np.take_along_axis(bounds, order, axis=1).T, strict=True):
-            rows = np.flatnonzero(least < np.minimum(best, below))
+            nearest = np.minimum(best, below)
+            rows = np.flatnonzero(least < nearest)
             if not len(rows):
                 break
-            found = self._checker.distances_in(rotation, position, rows, pairs[rows])
+            found = self._checker.distances_in(rotation, position, rows, pairs[rows], nearest[rows])
             best[rows] = np.minimum(best[rows], np.maximum(found, 0.0))
         farther = np.where(bounds >= below, bounds, np.inf).min(axis=1, initial=np.inf)
         return np.minimum(best, farther)
@@ -173,19 +174,21 @@ def second_look(
     coefficients: Floats,
     step: float = RECHECK,
     second: CollisionChecker | None = None,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Seen | None:
     """The first contact on pieces (m, degree + 1, dof) that one of two libraries sees; None where both see none.
 
     The ``checker`` samples every ``RECHECK_BY_BACKEND`` (m) of motion, or every ``step`` where that is longer, and
-    coal every ``step`` (m). ``second`` takes the place of coal's checker. ``progress`` is called with the number of
-    pieces that have been sampled.
+    coal every ``step`` (m). ``second`` takes the place of coal's checker. ``progress`` is called with how many looks at
+    a piece by a library are done, and how many there are.
     """
     judges = dict([(checker, max(step, RECHECK_BY_BACKEND)), (second or second_checker(checker), step)])
-    first = None
-    for judge, apart in judges.items():
+    first, count, total = None, len(coefficients), len(judges) * len(coefficients)
+    for number, (judge, apart) in enumerate(judges.items()):
+        progress(number * count, total)
         before = coefficients if first is None else coefficients[: first.piece + 1]
-        seen = first_seen(judge, before, apart, progress)
+        seen = first_seen(judge, before, apart, lambda done, number=number: progress(number * count + done, total))
         if seen is not None and (first is None or (seen.piece, seen.s) < (first.piece, first.s)):
             first = seen
+    progress(total, total)
     return first

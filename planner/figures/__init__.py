@@ -16,7 +16,7 @@ except ModuleNotFoundError:
     ) from None
 
 from planner.figures.dynamics import convergence, error_decay
-from planner.figures.paths import clearance, manipulability, motion, pareto_front
+from planner.figures.paths import clearance, manipulability, motion, over_beta, pareto_front
 from planner.figures.space import configuration_space
 from planner.figures.workspace import roadmap, tool_paths
 
@@ -27,6 +27,7 @@ __all__ = [
     "error_decay",
     "manipulability",
     "motion",
+    "over_beta",
     "pareto_front",
     "roadmap",
     "tool_paths",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -15,8 +15,9 @@ from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker
 from planner.figures.style import COLUMN, RAMP, SMALL, journal, labelled, leave_headroom, marked, sheet, single
 from planner.kinematics.manipulability import manipulability as w_at
-from planner.kinematics.manipulability import unit_of
+from planner.kinematics.manipulability import measure_name, unit_of
 from planner.planning.result import Plan
+from planner.problem.request import DEFAULT_MEASURE
 from planner.robot.robot import Robot
 from planner.tasks.result import TaskPlan
 from planner.tradeoff.result import Interval, Tradeoff
@@ -107,7 +108,7 @@ def manipulability(shown: Shown, over: Over = "path", checker: CollisionChecker 
         return x, w_at(way.checker.robot, q)
 
     drawn = ways(shown, checker)
-    return _profile(drawn, over, f"manipulability $w$ ({unit_of(drawn[0].checker.robot)})", w_of)
+    return _profile(drawn, over, w_label(drawn[0].checker.robot), w_of)
 
 
 @journal
@@ -120,6 +121,12 @@ def clearance(shown: Shown, over: Over = "path", checker: CollisionChecker | Non
     path only what stands still counts.
     """
     return _profile(ways(shown, checker), over, "clearance (m)", lambda way: way.clearance(over))
+
+
+def w_label(robot: Robot) -> str:
+    """The name of the robot's measure at an axis, with its unit."""
+    name = "manipulability $w$" if robot.measure == DEFAULT_MEASURE else measure_name(robot.measure)
+    return f"{name} ({unit_of(robot) or 'no unit'})"
 
 
 def _profile(drawn: list[Way], over: Over, label: str, curve: Callable[[Way], Curve]) -> Figure:
@@ -218,6 +225,8 @@ def _draw_limits(axes: Axes, limits: Floats, values: Floats, t: Floats) -> Float
 
 OMEGA, DISTANCE = "manipulability cost $\\Omega$ (no unit)", "distance cost $D$ (no unit)"
 BETA = "$\\beta$ (no unit)"
+_THIN: dict[str, Any] = {"color": "0.5", "linewidth": 0.6}
+Row: TypeAlias = Literal["cost", "duration", "w", "clearance"]
 
 
 @journal
@@ -240,11 +249,49 @@ def pareto_front(tradeoff: Tradeoff) -> Figure:
     for k in range(len(places) - 2, -1, -1):  # a label that would lie on the next one stands above it
         if places[k, 1] < places[k + 1, 1] + gap:
             places[k] = places[k + 1] + [0.0, gap]
-    places[:, 0] += 0.06 * (right - left)
+    places += [0.05 * (right - left), 0.5 * gap]
     look: dict[str, Any] = {"va": "center", "fontsize": SMALL, "bbox": {"fc": "white", "ec": "none", "pad": 0.5}}
     line = {"arrowstyle": "-", "linewidth": 0.4, "color": "0.5", "shrinkA": 0, "shrinkB": 3}
     for interval, point, place in zip(intervals, points, places, strict=True):
         axes.annotate(f"$\\beta$ {interval.betas}", point, place, arrowprops=line, **look)
+    return figure
+
+
+@journal
+def over_beta(tradeoff: Tradeoff, rows: Sequence[Row] = ("cost", "duration", "w", "clearance")) -> Figure:
+    """What every beta gets: the least cost, and of its path the duration (s), the smallest w and clearance (m).
+
+        planner.figures.over_beta(tradeoff).savefig("beta.pdf")
+        planner.figures.over_beta(tradeoff, rows=["duration"])
+
+    All betas of an interval have one path, so a row is made of steps; cost is the least of the thin lines, which are
+    the paths: (1 - beta) Omega + beta D. The grey band is the knee. Raises :class:`OptionError` where there is no path,
+    and for a row that has no numbers, as durations without motions.
+    """
+    intervals, knee, unit = intervals_of(tradeoff), tradeoff.knee, unit_of(tradeoff.robot) or "no unit"
+    labels = {"cost": "cost (no unit)", "duration": "duration (s)", "w": f"smallest $w$ ({unit})"}
+    figure = sheet(COLUMN, 0.6 + 1.1 * len(rows))
+    panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+    betas = np.array([[item.beta_min, item.beta_max] for item in intervals])
+    for axes, row in zip(panels, rows, strict=True):
+        labelled(axes, y=labels.get(row, "clearance (m)"))
+        if knee is not None:
+            axes.axvspan(knee.beta_min, knee.beta_max, color="0.88", zorder=0, label="knee")
+        if row == "cost":
+            paths = axes.plot([0, 1], [[item.at(beta) for item in intervals] for beta in (0.0, 1.0)], **_THIN)
+            paths[0].set_label("a path")
+            values = np.array([[item.at(beta) for beta in ends] for item, ends in zip(intervals, betas, strict=True)])
+        else:
+            known = [getattr(item, "w_min" if row == "w" else row) for item in intervals]
+            if None in known:
+                raise OptionError(f"the trade-off has no {row} for every path: leave this row out.")
+            values = np.repeat(np.array(known)[:, None], 2, axis=1)
+        corners = {"marker": "o", "markerfacecolor": "white"} if row == "cost" else {}
+        axes.plot(betas.ravel(), values.ravel(), color="black", label="the best path", **corners)
+        leave_headroom(axes, bottom=0.0)
+    labelled(panels[-1], BETA, panels[-1].get_ylabel())
+    panels[-1].set_xlim(-0.02, 1.02)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
 
 

@@ -13,10 +13,10 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
-from planner.figures.paths import Shown, ways
+from planner.figures.paths import Shown, w_label, ways
 from planner.figures.style import COLUMN, MARKS, RAMP, SMALL, JournalFigure, journal, stroke
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.kinematics.manipulability import manipulability, unit_of
+from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
 from planner.robot.robot import Robot
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
@@ -127,15 +127,17 @@ def _panel(checker: CollisionChecker, points: Floats) -> tuple[Figure, Any]:
 def _add_bar(figure: Figure, robot: Robot, shaded: Any) -> None:
     """The scale of w on the right side of the figure."""
     bar = figure.colorbar(shaded, cax=figure.add_axes((0.825, 0.22, 0.017, 0.56)))
-    bar.set_label(f"manipulability $w$ ({unit_of(robot)})")
+    bar.set_label(w_label(robot))
     bar.ax.tick_params(labelsize=SMALL)
 
 
 def _mark(axes: Any, name: str, places: Floats) -> None:
     """The start white, the goal black, at places (k, 3), of which the first is named."""
-    fill, side = ("white", "left") if name == "start" else ("black", "right")
+    fill, text, look = "black", f"{name}   ", {"ha": "right"}
+    if name == "start":  # below it: the ticks of z are often on its right
+        fill, text, look = "white", f"\n{name}", {"ha": "center", "va": "top"}
     axes.plot(*places.T, "o", color="black", markersize=5, mfc=fill, linestyle="none", zorder=40)
-    axes.text(*places[0], f"   {name}   ", ha=side, zorder=41, path_effects=_HALO)
+    axes.text(*places[0], text, zorder=41, path_effects=_HALO, **look)
 
 
 def _arm(robot: Robot, q: Floats) -> Floats:

@@ -10,7 +10,7 @@ Needs NumPy and the compiled library. Nothing here knows of robots.
 
 from planner.base.errors import ArrayError, AssumptionError, OptionError, PlannerError, StateError
 from planner.gabf import learning
-from planner.gabf.certificates import Assumption, Certificate, T_star_corrected, T_star_printed, T_star_sharp, certify
+from planner.gabf.certificates import Assumption, Certificate, T_star, certify
 from planner.gabf.healing import Healing, heal, raised_start
 from planner.gabf.kernels import (
     Additive,
@@ -45,8 +45,7 @@ from planner.gabf.oracle import (
 )
 from planner.gabf.path import cheapest_path, extract_path
 from planner.gabf.problem import Premises, overestimate
-from planner.gabf.result import CostToGo, Ending, FieldHistory
-from planner.gabf.solve import solve
+from planner.gabf.solve import CostToGo, Ending, FieldHistory, solve
 from planner.gabf.splitting import Splitting
 
 __all__ = [
@@ -76,9 +75,7 @@ __all__ = [
     "Splitting",
     "StateError",
     "Structure",
-    "T_star_corrected",
-    "T_star_printed",
-    "T_star_sharp",
+    "T_star",
     "TradeOff",
     "UniformClock",
     "UserKernel",

@@ -11,37 +11,20 @@ from planner.gabf.flows import Flow
 from planner.gabf.problem import Premises, Problem, ceiling
 from planner.gabf.splitting import parents_of
 
-WIDTH = 0.5
-"""Share of the latest settling tau that a bracket may be wide before it is computed again with smaller steps.
-
-It takes about three times the work of a run, at 0.1 ten times.
-"""
-
-_STEPS = 64
-_ROUNDS = 6
-_MOST_STEPS = 40_000
-"""Steps of one side in one round, and of one in all rounds before the last: a rise over X at arcs of cost c takes X / c
-at least.
-"""
-
-_MOST_WORK = 10_000_000
-"""Rows times hops, the least work of a side: each step looks at every row and goes on by one hop. About 3 s."""
-
-_BLUR = 64 * np.finfo(float).eps
-"""Rounding of a state, relative to max(1, |x*|), that counts for neither side of a band; 1e-5 of the default one."""
-
+WIDTH = (
+    0.5  # share of the latest settling tau that a bracket may be wide; takes three times a run's work, 0.1 ten times
+)
+_STEPS, _ROUNDS = 64, 6
+_MOST_STEPS = 40_000  # of one side in a round, and in all rounds before the last: a rise over X at cost c takes X / c
+_MOST_WORK = 10_000_000  # rows times hops, as each step looks at every row and goes on by one hop: about 3 s
+_BLUR = 64 * np.finfo(float).eps  # rounding of a state, times max(1, |x*|), that counts for neither side of a band
 _ROUNDING = 1e-9
-
 _RAMP = 16.0
 """Early steps change states that fall from far away by this many times a later step's share of the whole: they fall as
 a power of tau, from 17 to 1 within 1e-120 where an exponent is 99.
 """
-
-_SPARE = 1.05
-"""Farther than expected from the last step that the next one is held: nearer is tighter, and fails more often."""
-
-_SWEEPS = 32
-_TIGHTER = 16
+_SPARE = 1.05  # farther than expected that parents are held: nearer is tighter, and fails more often
+_SWEEPS, _TIGHTER = 32, 16
 
 
 def bracket_settling(
@@ -56,10 +39,10 @@ def bracket_settling(
 ) -> tuple[float, float]:
     """The earliest and the latest tau at which every error of a run from ``y0`` can have entered its band for good.
 
-    ``tolerance`` defines the band as in :func:`planner.gabf.solve`; ``guess`` is where to expect the answer and
-    decides about the work only. Steps shrink until the bracket is ``width`` of its end, or the work is spent: a
-    smaller width takes proportionally more. The latest is +inf where the lower solution is not there within the work,
-    and the earliest 0 as well where rows and hops to a source are too many to begin, and for a user's law. Proved up to
+    ``tolerance`` defines the band as in :func:`planner.gabf.solve`; ``guess`` is where to expect the answer and decides
+    about the work only. Steps shrink until the bracket is ``width`` of its end, or the work is spent: a smaller width
+    takes proportionally more. The latest is +inf where the lower solution is not there within the work, and the
+    earliest 0 as well where rows and hops to a source are too many to begin, and for a user's law. Proved up to
     rounding, for every increasing kernel.
     """
     if flow.compiled is None or problem.n_rows * problem.most_hops > _MOST_WORK:
@@ -67,7 +50,7 @@ def bracket_settling(
     limits = [limit(problem, y0, y_star, upper) for upper in (True, False)]
     earliest, latest = 0.0, math.inf
     whole = guess or flow.pace
-    dtau, spent = whole / max(_STEPS, problem.most_hops), 0  # what a step finds goes one hop on
+    dtau, spent = whole / max(_STEPS, problem.most_hops), 0  # each step finds one hop more
     for _ in range(_ROUNDS):
         sides = [Side(problem, flow, y0, bounds, upper, limits[not upper]) for upper in (True, False)]
         ramp = math.expm1(min(_RAMP * dtau / whole * flow.far_power, 30.0))
@@ -101,17 +84,18 @@ def limit(problem: Problem, y0: Floats, y_star: Floats, upper: bool) -> Floats:
 class Side:
     """An upper (or lower) solution: states ``y`` (R + S,) at ``tau`` that no run from ``y0`` exceeds (falls below).
 
-    The right side of a node's equation increases with every parent's state (the law is cooperative), so runs keep
-    their order, and parents held too high (low) over a step give states that are too high (low). Where parents fall
-    that is their value at the start of the step; where they rise it is a guess ``reach`` of how far, which is proved
-    by the step itself: if no state goes farther with parents held there, none does at all. First order in the step.
-    ``beyond`` (R + S,) are states that no run goes beyond, see :func:`limit`.
+    The right side of a node's equation increases with every parent's state (the law is cooperative), so runs keep their
+    order, and parents held too high (low) over a step give states that are too high (low). Where parents fall that is
+    their value at the start of the step; where they rise it is a guess ``reach`` of how far, which the step itself
+    proves: if no state goes farther with parents held there, none does at all. First order in the step. ``beyond`` (R +
+    S,) are states that no run goes beyond, see :func:`limit`.
     """
 
     def __init__(self, problem: Problem, flow: Flow, y0: Floats, bounds: Premises, upper: bool, beyond: Floats):
         self.tau, self.y, self.sign, self.steps = 0.0, y0, 1.0 if upper else -1.0, 0
-        self._problem, self._rows = problem, slice(0, problem.n_rows)
-        self._flow, self._values, self._upper = flow, parents_of(problem, flow), upper
+        self._problem, self._rows, self._values = problem, slice(0, problem.n_rows), parents_of(problem, flow)
+        self._flow, self._worse, self._better = flow, *((np.maximum, np.minimum) if upper else (np.minimum, np.maximum))
+        self._falling, self._rising = (flow.slowest, flow.fastest) if upper else (flow.fastest, flow.slowest)
         self._speed = self._expected = np.zeros(problem.n_rows)
         self._contracts = bounds.L <= 1.0 and not bounds.sampled  # between samples a kernel may be steeper
         self._limit = beyond[self._rows]
@@ -126,7 +110,7 @@ class Side:
     def step(self, dtau: float) -> None:
         """Go on by ``dtau``."""
         there = self._from_speed(dtau)
-        there = self._within_limit(self._from_fastest(dtau) if there is None else there)
+        there = self._better(self._from_fastest(dtau) if there is None else there, self._limit)
         speed = np.maximum(self._outwards(there), 0.0) / dtau
         slowing = np.divide(speed, self._speed, out=np.ones_like(speed), where=speed < self._speed)
         self._speed, self._expected = speed, speed * slowing
@@ -134,7 +118,7 @@ class Side:
 
     def stays(self, y_star: Floats) -> bool:
         """Whether no state ever leaves max(y, y_star) (min on the lower side): it is an upper solution that rests."""
-        worse = np.maximum(self.y, y_star) if self._upper else np.minimum(self.y, y_star)
+        worse = self._worse(self.y, y_star)
         own = worse[self._rows]
         return bool((self.sign * (self._values(worse) - own) <= 4e-16 * np.maximum(1.0, np.abs(own))).all())
 
@@ -156,7 +140,8 @@ class Side:
     def _from_fastest(self, dtau: float) -> Floats:
         """How far the states get if each moves as far as the fastest one, or to the limit.
 
-        The fastest never becomes faster if L <= 1. What this proves is used to repeat the step, as long as it gains.
+        The fastest never becomes faster if L <= 1. The proved reach is the guess of the next round, as long as it
+        gains.
         """
         reach = self._outwards(self._limit)
         if self._contracts:
@@ -175,18 +160,12 @@ class Side:
         """(R,) how far ``there`` is beyond the states."""
         return self.sign * (there - self.y[self._rows])
 
-    def _within_limit(self, rows: Floats) -> Floats:
-        return np.minimum(rows, self._limit) if self._upper else np.maximum(rows, self._limit)
-
     def _flown(self, reach: Floats, dtau: float) -> Floats:
         """Where the rows get in ``dtau`` with all states held ``reach`` (R,) outwards, at most (at least)."""
         here = self.y[self._rows]
-        m = self._values(self._problem.with_sources(self._within_limit(here + self.sign * reach)))
+        m = self._values(self._problem.with_sources(self._better(here + self.sign * reach, self._limit)))
         s = here - m
-        falling, rising = self._flow.slowest, self._flow.fastest
-        if not self._upper:
-            falling, rising = rising, falling
-        there = m + np.where(s < 0, rising(s, dtau), falling(s, dtau))
+        there = m + np.where(s < 0, self._rising(s, dtau), self._falling(s, dtau))
         held = np.flatnonzero((there == here) & (self.sign * s < 0.0))  # or rounding would hold them inside for ever
         there[held] = np.nextafter(here[held], m[held])
         return there
@@ -199,18 +178,15 @@ def _dates(side: Side, y_star: Floats, tolerance: float, dtau: float, ramp: floa
     """
     scale = np.maximum(1.0, np.abs(y_star))
     band, blur = tolerance * scale, min(0.01 * tolerance, _BLUR) * scale
-    inner, outer = band - blur, -band - blur
     outside, inside = 0.0, math.inf
     first = min(side.first_step, dtau)
     for _ in range(_MOST_STEPS):
         beyond = side.sign * (side.y - y_star)
-        within = bool((beyond <= inner).all())
-        if not within:
+        if not (beyond <= band - blur).all():
             inside = math.inf
         elif math.isinf(inside) and side.stays(y_star):
             inside = side.tau
-        short = bool((beyond < outer).any())
-        if short:
+        if (beyond < -band - blur).any():
             outside = side.tau
         elif math.isfinite(inside):
             break

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -15,27 +15,13 @@ from planner.base.errors import AssumptionError, OptionError
 
 UserFunction = Callable[[Ints, Floats, Floats], Floats]
 
-SAMPLES = 33
-"""Values of a at which a user's kernel is probed first; more follow where its slope changes."""
-
-_MOST_SAMPLES = 400
-_STEADY = 0.01  # of a slope: by less, neighbouring pieces count as one
-
-
-class ArcMap(Protocol):
-    """What solvers and checks ask of the bound kernel; arrays run over the arcs."""
-
-    @property
-    def sampled(self) -> bool: ...
-    def __call__(self, a: Floats) -> Floats: ...
-    def take(self, arcs: Ints | Bools) -> ArcMap: ...
-    def progress(self, lower: float, upper: float) -> Floats: ...
-    def slopes(self, lower: float, upper: float) -> tuple[Floats, Floats]: ...
+_SAMPLES, _MOST_SAMPLES = 33, 400  # values of a at which a user's kernel is probed, first and at most
+_STEADY = 0.01  # of a slope: neighbouring pieces that differ by less count as one
 
 
 @dataclass(frozen=True, eq=False)
 class AffineArcs:
-    """f_ij(a) = slope_ij a + offset_ij; ``slope`` is None where every slope is 1 (the additive family)."""
+    """f_ij(a) = slope_ij a + offset_ij over arcs; ``slope`` is None where every slope is 1 (the additive family)."""
 
     slope: Floats | None
     offset: Floats
@@ -47,25 +33,17 @@ class AffineArcs:
     def take(self, arcs: Ints | Bools) -> AffineArcs:
         return AffineArcs(None if self.slope is None else self.slope[arcs], self.offset[arcs])
 
-    def progress(self, lower: float, upper: float) -> Floats:
-        """Smallest f_ij(a) - a over a in [lower, upper] per arc: zeta of eq. (progressive).
-
-        Exact, as an affine map has it at one of the two ends.
-        """
+    def extremes(self, lower: float, upper: float) -> tuple[Floats, Floats, Floats]:
+        """(arcs,) each on [lower, upper]: least f_ij(a) - a, zeta of eq. (progressive), least and largest slope."""
         if self.slope is None:
-            return self.offset
+            return self.offset, np.ones_like(self.offset), np.ones_like(self.offset)
         gains = (self.slope - 1.0) * np.array([[lower], [upper]]) + self.offset
-        return gains.min(axis=0)
-
-    def slopes(self, lower: float, upper: float) -> tuple[Floats, Floats]:
-        """Smallest and largest slope of each f_ij on [lower, upper]."""
-        slope = np.ones_like(self.offset) if self.slope is None else self.slope
-        return slope, slope
+        return gains.min(axis=0), self.slope, self.slope
 
 
 @dataclass(frozen=True, eq=False)
 class FunctionArcs:
-    """A user's f(i, a, b), vectorised over arcs; its properties are sampled, not proved."""
+    """A user's f(i, a, b) over arcs; its extremes are those of samples, which are denser where slopes change."""
 
     function: UserFunction
     tails: Ints
@@ -78,35 +56,20 @@ class FunctionArcs:
     def take(self, arcs: Ints | Bools) -> FunctionArcs:
         return FunctionArcs(self.function, self.tails[arcs], self.weight[arcs])
 
-    def progress(self, lower: float, upper: float) -> Floats:
-        """Smallest f_ij(a) - a over the sampled a in [lower, upper], arc by arc."""
-        grid, values = self._table(lower, upper)
-        return (values - grid[:, None]).min(axis=0)
-
-    def slopes(self, lower: float, upper: float) -> tuple[Floats, Floats]:
-        """Smallest and largest difference quotient of each f_ij between neighbouring samples."""
-        grid, values = self._table(lower, upper)
-        if len(grid) == 1:
-            return np.ones_like(self.weight), np.ones_like(self.weight)
-        quotients = np.diff(values, axis=0) / np.diff(grid)[:, None]
-        return quotients.min(axis=0), quotients.max(axis=0)
-
-    def _table(self, lower: float, upper: float) -> tuple[Floats, Floats]:
-        """Samples (k,), denser where slopes change, and every arc's value at each (k, arcs)."""
-        grid = np.unique(np.linspace(lower, upper, SAMPLES))
-        values = self._at(grid)
-        finest = 1e-9 * (upper - lower)
+    def extremes(self, lower: float, upper: float) -> tuple[Floats, Floats, Floats]:
+        grid = np.unique(np.linspace(lower, upper, _SAMPLES))
+        values, slopes = self._at(grid), np.ones((1, self.weight.size))
         while len(grid) > 1:
             gaps = np.diff(grid)
-            bent = _bent(np.diff(values, axis=0) / gaps[:, None]) & (gaps > finest)
+            slopes = np.diff(values, axis=0) / gaps[:, None]
+            bent = _bent(slopes) & (gaps > 1e-9 * (upper - lower))
             if not bent.any() or len(grid) + np.count_nonzero(bent) > _MOST_SAMPLES:
                 break
             middles = grid[:-1][bent] + 0.5 * gaps[bent]
-            grid = np.concatenate([grid, middles])
-            values = np.concatenate([values, self._at(middles)])
+            grid, values = np.concatenate([grid, middles]), np.concatenate([values, self._at(middles)])
             order = np.argsort(grid)
             grid, values = grid[order], values[order]
-        return grid, values
+        return (values - grid[:, None]).min(axis=0), slopes.min(axis=0), slopes.max(axis=0)
 
     def _at(self, grid: Floats) -> Floats:
         return np.stack([self(np.full(self.weight.shape, a)) for a in grid])
@@ -117,6 +80,9 @@ def _bent(slopes: Floats) -> Bools:
     change = np.abs(np.diff(slopes, axis=0)) > _STEADY * np.maximum(np.abs(slopes[:-1]), np.abs(slopes[1:]))
     ends = change.any(axis=1)
     return np.concatenate([ends, [False]]) | np.concatenate([[False], ends])
+
+
+ArcMap: TypeAlias = AffineArcs | FunctionArcs
 
 
 def call_on_arrays(name: str, function: Callable[..., Any], *arrays: Any) -> Floats:
@@ -131,21 +97,6 @@ def call_on_arrays(name: str, function: Callable[..., Any], *arrays: Any) -> Flo
     return values
 
 
-class ArcData(Protocol):
-    """What kernels read of a network: its arcs i -> j, and what they and the nodes they lead to cost."""
-
-    @property
-    def tails(self) -> Ints: ...
-    @property
-    def indices(self) -> Ints: ...
-    @property
-    def weight(self) -> Floats: ...
-    @property
-    def node_cost(self) -> Floats | None: ...
-    @property
-    def arc_cost(self) -> Floats | None: ...
-
-
 @dataclass(frozen=True)
 class Domain:
     """The set R_1 of eq. (protocol) on which a kernel is defined: [lower, upper], or [lower, upper) if open."""
@@ -155,34 +106,31 @@ class Domain:
     open_above: bool = False
 
     def holds(self, a: Floats) -> Bools:
-        below = a < self.upper if self.open_above else a <= self.upper
-        return (a >= self.lower) & below
+        return (a >= self.lower) & ((a < self.upper) if self.open_above else (a <= self.upper))
 
     def __str__(self) -> str:
         return f"[{self.lower:g}, {self.upper:g}{')' if self.open_above else ']'}"
 
 
 class Kernel(ABC):
-    """A family f_i(a, b): where it is defined, and the function it becomes on each arc of a network.
+    """A family f_i(a, b): the set that it is defined on, and the function that it becomes on each arc of a network.
 
-    zeta of eq. (progressive), L of eq. (Lipschitz) and monotonicity follow from the bound arcs on the
-    interval that a run stays in (:func:`planner.gabf.problem.check_kernel`), since several kernels have
-    none on all of R.
+    zeta of eq. (progressive), L of eq. (Lipschitz) and monotonicity follow from the bound arcs on the interval that a
+    run stays in (:func:`planner.gabf.problem.premises`), since several kernels have none on all of R.
     """
 
-    @property
-    def domain(self) -> Domain:
-        return Domain()
+    domain: Domain = Domain()
 
     @abstractmethod
-    def bind(self, net: ArcData) -> ArcMap: ...
+    def bind(self, net: Any) -> ArcMap:
+        """The kernel on the arcs of a :class:`planner.gabf.Network`."""
 
 
 @dataclass(frozen=True)
 class Additive(Kernel):
     """f_i(a, b) = a + b: the shortest path, where GABF is the biased min-consensus (DBMC). zeta = min b, L = 1."""
 
-    def bind(self, net: ArcData) -> AffineArcs:
+    def bind(self, net: Any) -> AffineArcs:
         return AffineArcs(None, net.weight)
 
 
@@ -190,9 +138,8 @@ class Additive(Kernel):
 class TradeOff(Kernel):
     """f_i(x_j, w_ij) = x_j + (1 - beta) omega(j) + beta w_ij, eq. (finew).
 
-    A larger ``beta`` in [0, 1] favours short paths, a smaller one paths through nodes of small
-    ``node_cost`` omega. zeta = min of (1 - beta) omega(j) + beta w_ij, L = 1.
-    To charge omega inside the edges rather than at nodes, use :class:`EdgeIntegral`.
+    A larger ``beta`` in [0, 1] favours short paths, a smaller one paths through nodes of small ``node_cost`` omega.
+    zeta = min of (1 - beta) omega(j) + beta w_ij, L = 1. :class:`EdgeIntegral` charges omega inside the edges instead.
     """
 
     beta: float = 0.5
@@ -201,53 +148,46 @@ class TradeOff(Kernel):
         if not 0.0 <= self.beta <= 1.0:
             raise OptionError(f"beta must be from 0 (manipulability only) to 1 (distance only), got {self.beta:g}.")
 
-    def bind(self, net: ArcData) -> AffineArcs:
-        omega = _required(net.node_cost, "TradeOff", "node_cost")
-        return AffineArcs(None, traded_off(self.beta, omega[net.indices], net.weight))
+    def bind(self, net: Any) -> AffineArcs:
+        return AffineArcs(None, traded_off(self.beta, _cost(net, self, "node_cost")[net.indices], net.weight))
 
 
 @dataclass(frozen=True)
 class EdgeIntegral(TradeOff):
     """f_i(x_j, w_ij) = x_j + (1 - beta) c_ij + beta w_ij, with c_ij the manipulability cost integrated along the edge.
 
-    As :class:`TradeOff`, but ``arc_cost`` c_ij makes the result independent of how densely nodes are sampled.
-    A larger ``beta`` favours short paths. zeta = min of (1 - beta) c_ij + beta w_ij, L = 1.
+    As :class:`TradeOff`, but ``arc_cost`` c_ij makes the result independent of how densely nodes are sampled. A larger
+    ``beta`` favours short paths. zeta = min of (1 - beta) c_ij + beta w_ij, L = 1.
     """
 
-    def bind(self, net: ArcData) -> AffineArcs:
-        cost = _required(net.arc_cost, "EdgeIntegral", "arc_cost")
-        return AffineArcs(None, traded_off(self.beta, cost, net.weight))
+    def bind(self, net: Any) -> AffineArcs:
+        return AffineArcs(None, traded_off(self.beta, _cost(net, self, "arc_cost"), net.weight))
 
 
 @dataclass(frozen=True)
 class Multiplicative(Kernel):
     """f_i(x_j, w_ij) = 1 - (1 - x_j) wbar_ij, eq. (wb), on a < 1, with wbar_ij in (0, 1).
 
-    With a number ``K`` the weights are lengths and wbar_ij = 1 - w_ij / K: a larger K brings the optimal path
-    closer to the shortest one. With ``K`` None the weights are wbar_ij itself, as the learning rule moves it.
-    zeta = min (1 - a)(1 - wbar_ij), which vanishes as a reaches 1; L = max wbar_ij < 1.
+    With a number ``K`` the weights are lengths and wbar_ij = 1 - w_ij / K: a larger K brings the optimal path closer to
+    the shortest one. With ``K`` None the weights are wbar_ij itself, as the learning rule moves it. zeta = min (1 -
+    a)(1 - wbar_ij), which vanishes as a reaches 1; L = max wbar_ij < 1. AssumptionError names an arc whose wbar_ij is
+    not in (0, 1).
     """
 
     K: float | None = None
+    domain = Domain(upper=1.0, open_above=True)
 
     def __post_init__(self) -> None:
         if self.K is not None and not (math.isfinite(self.K) and self.K > 0):
             raise OptionError(f"K must be a positive number, not {self.K}; choose it above the longest weight")
 
-    @property
-    def domain(self) -> Domain:
-        return Domain(upper=1.0, open_above=True)
-
-    def bind(self, net: ArcData) -> AffineArcs:
-        """The kernel on the arcs of ``net``; AssumptionError names an arc whose weight it does not allow."""
+    def bind(self, net: Any) -> AffineArcs:
         wbar = net.weight if self.K is None else 1.0 - net.weight / self.K
         bad = np.flatnonzero(~((wbar > 0) & (wbar < 1)))
         if bad.size:
-            i, j = net.tails[bad[0]], net.indices[bad[0]]
-            raise AssumptionError(
-                f"eq. (wb) needs 0 < wbar < 1, but arc ({i}, {j}) has {wbar[bad[0]]:g}: "
-                "clip the learned weights, or choose K above the longest weight"
-            )
+            arc = f"arc ({net.tails[bad[0]]}, {net.indices[bad[0]]}) has {wbar[bad[0]]:g}"
+            remedy = "clip the learned weights, or choose K above the longest weight"
+            raise AssumptionError(f"eq. (wb) needs 0 < wbar < 1, but {arc}: {remedy}")
         return AffineArcs(wbar, 1.0 - wbar)
 
 
@@ -255,26 +195,27 @@ class Multiplicative(Kernel):
 class NodeDependent(Kernel):
     """The kernel of the nine-node example, fig. (example1): 2a + |b| at nodes of even number, a + 2|b| at odd ones.
 
-    The paper numbers from 1, so array index i is node i + 1. Domain a >= 1; zeta = min of 1 + |b| and 2|b|, L
-    = 2.
+    The paper numbers from 1, so index i is node i + 1. Domain a >= 1; zeta = min of 1 + |b| and 2|b|, L = 2.
     """
 
-    @property
-    def domain(self) -> Domain:
-        return Domain(lower=1.0)
+    domain = Domain(lower=1.0)
 
-    def bind(self, net: ArcData) -> AffineArcs:
+    def bind(self, net: Any) -> AffineArcs:
         even, length = (net.tails + 1) % 2 == 0, np.abs(net.weight)
         return AffineArcs(np.where(even, 2.0, 1.0), np.where(even, length, 2.0 * length))
 
 
 @dataclass(frozen=True)
 class UserKernel(Kernel):
-    """Any f(i, a, b), vectorised: three arrays over arcs (reading node, x_j, weight) to one.
+    """Any f(i, a, b) on arrays: three over arcs (reading node, x_j, weight) to one. ``lower`` and ``upper`` bound a.
 
-    It is probed on a grid over the interval the run stays in, and certificates say so: sampling can refuse a
-    kernel that is not increasing or not progressive there, it cannot prove that one is.
-    ``lower`` and ``upper`` bound its domain.
+    It is probed on a grid over the interval the run stays in, and certificates say so: sampling can refuse a kernel
+    that is not increasing or not progressive there, it cannot prove that one is.
+
+    >>> costs = gabf.UserKernel(lambda i, a, b: np.maximum(a, 2.0) + b)
+    >>> net = gabf.Network.from_arcs([1, 2], [0, 1], [1.0, 1.0], [0], 3, source_values=[2.0], kernel=costs)
+    >>> gabf.solve(net).x
+    array([2., 3., 4.])
     """
 
     f: UserFunction
@@ -284,16 +225,13 @@ class UserKernel(Kernel):
     def __post_init__(self) -> None:
         if not self.lower < self.upper:
             raise OptionError(f"a kernel's domain [{self.lower}, {self.upper}] is empty: give lower below upper.")
+        object.__setattr__(self, "domain", Domain(self.lower, self.upper))
 
-    @property
-    def domain(self) -> Domain:
-        return Domain(self.lower, self.upper)
-
-    def bind(self, net: ArcData) -> FunctionArcs:
+    def bind(self, net: Any) -> FunctionArcs:
         return FunctionArcs(self.f, net.tails, net.weight)
 
 
-def _required(array: Floats | None, kernel: str, name: str) -> Floats:
-    if array is None:
-        raise AssumptionError(f"the {kernel} kernel reads {name}: give Network(..., {name}=...)")
-    return array
+def _cost(net: Any, kernel: Kernel, name: str) -> Floats:
+    if (cost := getattr(net, name)) is None:
+        raise AssumptionError(f"the {type(kernel).__name__} kernel reads {name}: give Network(..., {name}=...)")
+    return cost

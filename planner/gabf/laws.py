@@ -1,4 +1,4 @@
-"""The four control laws of the paper, each with its clock tau(t) and its flow in tau, in which all are autonomous."""
+"""The control laws of the paper, and a user's: each has a clock tau(t) and a flow in tau, in which it is autonomous."""
 
 from __future__ import annotations
 
@@ -7,16 +7,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import ClassVar, TypeAlias
+from typing import ClassVar
 
 import numpy as np
 
 from planner.base.arrays import Floats, plain_numbers
 from planner.base.errors import OptionError, choices
 from planner.gabf.flows import Flow, LinearFlow, PowerFlow, UserFlow
-
-Reading: TypeAlias = float | Floats
-"""One reading of a clock, or an array of them."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +32,13 @@ class UniformClock(_Positive):
 
     eta: float = 1.0
 
-    def tau(self, t: Reading) -> Floats:
+    def tau(self, t: float | Floats) -> Floats:
         return self.eta * np.asarray(t, dtype=np.float64)
 
-    def time(self, tau: Reading) -> Floats:
+    def time(self, tau: float | Floats) -> Floats:
         return np.asarray(tau, dtype=np.float64) / self.eta
 
-    def log_gain(self, tau: Reading) -> Floats:
+    def log_gain(self, tau: float | Floats) -> Floats:
         """ln(d tau / dt)."""
         return np.full(np.shape(tau), math.log(self.eta))
 
@@ -53,16 +50,16 @@ class UniformClock(_Positive):
 class PrescribedClock(_Positive):
     """tau(t) = gamma t - 2 (1 + h) ln((T_p - t) / T_p), eq. (ts): all of [0, inf) squeezed into [0, T_p).
 
-    Its rate is etabar(t) = gamma + 2 (1 + h) / (T_p - t) of eq. (ebar). Larger ``gamma`` and ``h`` reach a
-    given tau earlier, with a larger gain. From tau of about gamma T + 74 (1 + h) on no double t < T_p is
-    left, so tau and log10(T_p - t) are the record, and t rounds to T_p.
+    Its rate is etabar(t) = gamma + 2 (1 + h) / (T_p - t) of eq. (ebar). Larger ``gamma`` and ``h`` reach a given tau
+    earlier, with a larger gain. From tau of about gamma T + 74 (1 + h) on no double t < T_p is left, so tau and
+    log10(T_p - t) are the record, and t rounds to T_p.
     """
 
     T: float = 4.0
     h: float = 1.0
     gamma: float = 1.0
 
-    def tau(self, t: Reading) -> Floats:
+    def tau(self, t: float | Floats) -> Floats:
         """tau at times t; +inf from T_p on. Near 0 the share of T_p that is left rounds to 1, near T_p t / T_p does."""
         t = np.asarray(t, dtype=np.float64)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -70,20 +67,19 @@ class PrescribedClock(_Positive):
             tau = self.gamma * t - 2.0 * (1.0 + self.h) * log_share
         return np.where(t >= self.T, np.inf, tau)
 
-    def time(self, tau: Reading) -> Floats:
+    def time(self, tau: float | Floats) -> Floats:
         return 0.0 - self.T * np.expm1(self._log_share(tau))
 
-    def log_gain(self, tau: Reading) -> Floats:
+    def log_gain(self, tau: float | Floats) -> Floats:
         """ln etabar, eq. (ebar): finite at every finite tau; -inf from T_p on, where the gain is 0."""
-        log_share = self._log_share(tau)
-        growing = math.log(2.0 * (1.0 + self.h) / self.T) - log_share
+        growing = math.log(2.0 * (1.0 + self.h) / self.T) - self._log_share(tau)
         return np.where(np.isinf(tau), -np.inf, np.logaddexp(math.log(self.gamma), growing))
 
     def log10_remaining(self, tau: float) -> float | None:
         """log10(T_p - t), finite for every finite tau."""
         return float((math.log(self.T) + self._log_share(tau)) / math.log(10.0))
 
-    def _log_share(self, tau: Reading) -> Floats:
+    def _log_share(self, tau: float | Floats) -> Floats:
         """l = ln((T_p - t) / T_p), the root of gamma T (1 - e^l) - 2 (1 + h) l = tau.
 
         Newton from above, 1 - e^l being less than -l and than 1: the left side is decreasing and concave, so the
@@ -103,15 +99,14 @@ class PrescribedClock(_Positive):
         return np.where(endless, -np.inf, share)
 
 
-_LARGEST_LOG_PACE = 500.0
-"""Leaves ninety powers of ten for the settling times of large graphs."""
+_LARGEST_LOG_PACE = 500.0  # leaves ninety powers of ten for the settling times of large graphs
 
 
 class Law(_Positive, ABC):
     """dx_i/dt = -(d tau/dt) phi(xhat_i), xhat_i = x_i - min_j f_i(x_j, w_ij), eq. (xhat).
 
-    ``clock`` is tau(t), ``flow`` holds phi and its flow, ``needs_overestimate`` says whether assumption
-    (over) must hold, ``prescribed_time`` is T_p or None.
+    ``clock`` is tau(t), ``flow`` holds phi and its flow, ``needs_overestimate`` says whether assumption (over) must
+    hold, ``prescribed_time`` is T_p or None.
     """
 
     name: ClassVar[str]
@@ -122,28 +117,12 @@ class Law(_Positive, ABC):
     def clock(self) -> UniformClock | PrescribedClock: ...
 
     @property
-    @abstractmethod
-    def flow(self) -> Flow: ...
+    def flow(self) -> Flow:
+        return LinearFlow()
 
     @property
     def prescribed_time(self) -> float | None:
-        return None
-
-
-class _OfPrescribedTime(Law):
-    """A law with the gain etabar(t) of eq. (ebar)."""
-
-    T: float
-    h: float
-    gamma: float
-
-    @property
-    def clock(self) -> PrescribedClock:
-        return PrescribedClock(self.T, self.h, self.gamma)
-
-    @property
-    def prescribed_time(self) -> float:
-        return self.T
+        return self.clock.T if isinstance(self.clock, PrescribedClock) else None
 
 
 class _OfTwoPowers(Law):
@@ -161,19 +140,13 @@ class _OfTwoPowers(Law):
     def __post_init__(self) -> None:
         """Refuse exponents on the wrong side of 1, and coefficients whose times no double holds."""
         super().__post_init__()
-        for name, pair in (("p", self.p), ("m", self.m)):
-            if len(pair) != 2 or any(not isinstance(k, int) or k < 1 or k % 2 == 0 for k in pair):
-                raise OptionError(f"{name} must be two positive odd integers, such as (3, 5), not {pair}")
-        if not self.p[0] < self.p[1]:
-            raise OptionError(f"p1 < p2 is needed for an exponent below 1, but p = {self.p}")
-        if not self.m[0] > self.m[1]:
-            raise OptionError(f"m1 > m2 is needed for an exponent above 1, but m = {self.m}")
+        for name, pair, order, example in (("p", self.p, -1, "p1 < p2, (3, 5)"), ("m", self.m, 1, "m1 > m2, (9, 7)")):
+            odd = len(pair) == 2 and all(isinstance(k, int) and k > 0 and k % 2 for k in pair)
+            if not odd or order * (pair[0] - pair[1]) <= 0:
+                raise OptionError(f"{name} must be two positive odd integers with {example} for one, got {pair}.")
         if abs(self.flow.log_pace) > _LARGEST_LOG_PACE:
-            raise OptionError(
-                f"beta1 = {self.beta1:g} and beta2 = {self.beta2:g} make the law act within tau = "
-                f"e^{self.flow.log_pace:.0f}, which leaves no numbers to count settling times in: bring both closer "
-                "to 1"
-            )
+            betas, tau = f"beta1 = {self.beta1:g} and beta2 = {self.beta2:g}", f"tau = e^{self.flow.log_pace:.0f}"
+            raise OptionError(f"{betas} make the law act within {tau}, beyond doubles: bring both closer to 1")
 
 
 @dataclass(frozen=True)
@@ -190,19 +163,15 @@ class Nominal(Law):
     def clock(self) -> UniformClock:
         return UniformClock(self.eta)
 
-    @property
-    def flow(self) -> LinearFlow:
-        return LinearFlow()
-
 
 @dataclass(frozen=True)
-class PrescribedTime(_OfPrescribedTime):
+class PrescribedTime(Law):
     """dx_i/dt = -etabar(t) xhat_i, eq. (prespecified), with etabar of eq. (ebar): x = x* at T_p whatever the start.
 
-    Assumption (over): every start must lie strictly above the optimum, so others are refused. The state
-    settles at ``T`` exactly, not before; larger ``h`` and ``gamma`` bring it close to x* earlier and need a
-    larger input. From T_p on the gain is 0 and the law inert: a weight that changes before T_p is healed,
-    after one that changes later solve again, which restarts the clock.
+    Assumption (over): every start must lie strictly above the optimum, so others are refused. The state settles at
+    ``T`` exactly, not before; larger ``h`` and ``gamma`` bring it close to x* earlier and need a larger input. From T_p
+    on the gain is 0 and the law inert: a weight that changes before T_p is healed, after one that changes later solve
+    again, which restarts the clock.
     """
 
     T: float = 4.0
@@ -212,18 +181,17 @@ class PrescribedTime(_OfPrescribedTime):
     name: ClassVar[str] = "prescribed-time"
 
     @property
-    def flow(self) -> LinearFlow:
-        return LinearFlow()
+    def clock(self) -> PrescribedClock:
+        return PrescribedClock(self.T, self.h, self.gamma)
 
 
 @dataclass(frozen=True)
 class FixedTime(_OfTwoPowers):
     """dx_i/dt = -eta (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (singularity): finite time from any start.
 
-    ``p`` = (p1, p2) and ``m`` = (m1, m2) are odd and positive with p1 < p2 and m1 > m2. A larger ``eta`` or
-    ``beta1`` speeds up the end, ``beta2`` the approach from far; smaller exponents near 1 from above and
-    below mean less far and more near effort. For a deadline that does not depend on the graph use
-    :class:`SingularityFree`.
+    ``p`` = (p1, p2) and ``m`` = (m1, m2) are odd and positive with p1 < p2 and m1 > m2. A larger ``eta`` or ``beta1``
+    speeds up the end, ``beta2`` the approach from far; smaller exponents near 1 from above and below mean less far and
+    more near effort. For a deadline that does not depend on the graph use :class:`SingularityFree`.
     """
 
     eta: float = 15.0
@@ -239,13 +207,13 @@ class FixedTime(_OfTwoPowers):
 
 
 @dataclass(frozen=True)
-class SingularityFree(_OfPrescribedTime, _OfTwoPowers):
+class SingularityFree(_OfTwoPowers):
     """dx_i/dt = -etabar(t) (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (fully): settled before T_p, any start.
 
-    Parameters as in :class:`FixedTime` and :class:`PrescribedTime`; the defaults are those of section
-    (comparison). A larger ``T`` is slower and gentler, larger ``h`` and ``gamma`` settle earlier with more
-    input. ``eta`` has no effect: its branch of eq. (fully) acts only where xhat_i = 0, and there the right
-    side is 0. From T_p on the law is inert: solve again, warm, after a change (``x0=result.x``).
+    Parameters as in :class:`FixedTime` and :class:`PrescribedTime`; the defaults are those of section (comparison). A
+    larger ``T`` is slower and gentler, larger ``h`` and ``gamma`` settle earlier with more input. ``eta`` has no
+    effect: its branch of eq. (fully) acts only where xhat_i = 0, and there the right side is 0. From T_p on the law is
+    inert: solve again, warm, after a change (``x0=result.x``).
     """
 
     T: float = 4.0
@@ -258,6 +226,10 @@ class SingularityFree(_OfPrescribedTime, _OfTwoPowers):
     m: tuple[int, int] = (9, 7)
     name: ClassVar[str] = "singularity-free"
 
+    @property
+    def clock(self) -> PrescribedClock:
+        return PrescribedClock(self.T, self.h, self.gamma)
+
 
 @dataclass(frozen=True)
 class UserLaw(Law):
@@ -265,14 +237,13 @@ class UserLaw(Law):
 
     ``rate`` is phi: from an array of errors xhat_i to an array of as many speeds, each of the sign of its error, and
     rate(0) = 0. ``UniformClock(eta)`` is time itself for eta = 1, ``PrescribedClock(T)`` squeezes all time into [0, T).
-    The field is x* to the last bit, or the run says that its budget is spent, as where the law stands still. phi is
-    known by its values alone, so nothing is proved of the settling time (its bracket is (0, inf)), and no certificate
-    of the range is called proven. Raises AssumptionError where ``rate`` breaks this at errors from 1e-9 to 1e9, or in a
-    run; TypeError where it cannot be called.
+    The field is x* to the last bit, or the run ends as ``BUDGET_SPENT``. phi is known by its values alone, so nothing
+    is proved of the settling time (its bracket is (0, inf)), and no certificate is called proven. Raises
+    AssumptionError where ``rate`` breaks this at errors from 1e-9 to 1e9, or in a run; TypeError where it is no
+    function.
 
     >>> network = gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3)
-    >>> law = gabf.UserLaw(np.tanh, gabf.PrescribedClock(T=4.0))
-    >>> result = gabf.solve(network, law)
+    >>> result = gabf.solve(network, gabf.UserLaw(np.tanh, gabf.PrescribedClock(T=4.0)))
     >>> result.x, bool(result.settling_time < 4.0)
     (array([0., 1., 2.]), True)
     """
@@ -291,12 +262,8 @@ class UserLaw(Law):
     def flow(self) -> UserFlow:
         return UserFlow(self.rate)
 
-    @property
-    def prescribed_time(self) -> float | None:
-        return self.clock.T if isinstance(self.clock, PrescribedClock) else None
 
-
-def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
+def control_input(law: Law, tau: float | Floats, xhat: Floats) -> Floats:
     """u_i = dx_i/dt at clock reading ``tau``, for the disequilibria ``xhat`` of eq. (xhat), any shape.
 
     0 where xhat_i = 0, however large the gain, and from T_p on.
@@ -312,11 +279,10 @@ def named_law(name: str, T: float = 4.0) -> Law:
 
     Raises :class:`OptionError` for an unknown name.
     """
-    laws: tuple[Law, ...] = (Nominal(), PrescribedTime(T=T), FixedTime(), SingularityFree(T=T))
-    for law in laws:
-        if law.name == name:
-            return law
-    raise OptionError(f"law '{name}' not found; laws are {choices(law.name for law in laws)}.")
+    laws = {law.name: law for law in (Nominal(), PrescribedTime(T=T), FixedTime(), SingularityFree(T=T))}
+    if name not in laws:
+        raise OptionError(f"law '{name}' not found; laws are {choices(laws)}.")
+    return laws[name]
 
 
 def law_of(law: Law | str | None) -> Law:

@@ -1,8 +1,10 @@
 """Learning-based path planning, section 4.3: GABF settles x on the current weights, then x trains the weights.
 
-network = gabf.learning.untrained(tails, heads, sources, n)
-stages = gabf.learning.learn(network, gabf.learning.ErrorDriven(), distances, iterations=6)
-path = stages[-1].path(start)
+>>> ways = np.array([[1, 0], [2, 1], [2, 3], [3, 0]])  # two ways from 2 to 0, by 1 and by 3
+>>> network = gabf.learning.untrained(*ways.T, sources=[0], n_nodes=4)
+>>> rule, distances = gabf.learning.ErrorDriven(beta=0.1), np.array([2.0, 2.0, 1.0, 1.0])
+>>> gabf.learning.learn(network, rule, distances, iterations=6)[-1].path(2)
+array([2, 3, 0])
 """
 
 from __future__ import annotations
@@ -20,14 +22,10 @@ from planner.gabf.kernels import Multiplicative
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.path import extract_path
-from planner.gabf.result import CostToGo
-from planner.gabf.solve import solve
+from planner.gabf.solve import CostToGo, solve
 
-FIRST_WEIGHT = 0.5
-"""The paper's initial value of every wbar_ij."""
-
-FIRST_STATE = 0.0
-"""x_i(0) of the first planning stage: below every x_i*, so it needs no knowledge of the graph."""
+FIRST_WEIGHT = 0.5  # the paper's initial value of every wbar_ij
+FIRST_STATE = 0.0  # x_i(0) of the first planning stage: below every x_i*, so it needs no knowledge of the graph
 
 
 @dataclass(frozen=True)
@@ -41,6 +39,7 @@ class LearningRule(ABC):
     alpha: float
     beta: float
     name: ClassVar[str]
+    title: ClassVar[str]
 
     def __post_init__(self) -> None:
         for name, value in (("alpha", self.alpha), ("beta", self.beta)):
@@ -48,9 +47,9 @@ class LearningRule(ABC):
                 raise OptionError(f"the learning rule's {name} must be a positive number, got {value}.")
 
     @property
-    @abstractmethod
     def label(self) -> str:
         """Name and parameters."""
+        return f"{self.title}, alpha = {self.alpha:g}, beta = {self.beta:g}"
 
     @abstractmethod
     def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
@@ -75,20 +74,14 @@ class Hebbian(LearningRule):
     floor: float = 0.01
     ceiling: float = 0.99
     name: ClassVar[str] = "hebbian"
+    title: ClassVar[str] = "Hebbian"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 0.0 < self.floor < self.ceiling < 1.0:
-            raise OptionError(
-                f"floor and ceiling must satisfy 0 < floor < ceiling < 1, got {self.floor, self.ceiling}."
-            )
-
-    @property
-    def label(self) -> str:
-        return f"Hebbian, alpha = {self.alpha:g}, beta = {self.beta:g}"
+            raise OptionError(f"floor and ceiling must rise between 0 and 1, got {self.floor, self.ceiling}.")
 
     def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
-        """See :class:`LearningRule`."""
         return np.clip(self.unbounded(wbar, activity_i, activity_j, d), self.floor, self.ceiling)
 
     def unbounded(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
@@ -112,18 +105,12 @@ class ErrorDriven(LearningRule):
     alpha: float = 5.0
     beta: float = 1e-3
     name: ClassVar[str] = "error_driven"
-
-    @property
-    def label(self) -> str:
-        return f"error-driven, alpha = {self.alpha:g}, beta = {self.beta:g}"
+    title: ClassVar[str] = "error-driven"
 
     def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
-        """See :class:`LearningRule`."""
         target = self.target(d)
-        gain = np.clip(self.alpha * activity_i * activity_j, 0.0, 1.0)
-        moved = wbar + gain * (target - wbar)
-        # With 0 <= gain <= 1 the result is a mean of wbar and target, which both lie in (0, 1). Rounding can carry it
-        # past the nearer one by one unit in the last place, to 1.0 at worst, so it is clipped to the two.
+        moved = wbar + np.clip(self.alpha * activity_i * activity_j, 0.0, 1.0) * (target - wbar)
+        # a mean of wbar and target, both in (0, 1), which rounding can carry past the nearer one, to 1.0 at worst
         return np.clip(moved, np.minimum(wbar, target), np.maximum(wbar, target))
 
     def target(self, d: Floats) -> Floats:
@@ -143,8 +130,8 @@ class Stage:
     """A planning stage: the network with the weights wbar_ij, and the field that GABF settled on them.
 
     ``iteration`` counts the training iterations before it. Where every weight is in (0, 1), as after each learning
-    rule, eq. (wb) is progressive on the states of a run: x stays in [x_low, x_high] with x_high < 1, because
-    f(a) = 1 - (1 - a) wbar < 1 for a < 1, and there f(a) - a = (1 - a)(1 - wbar) >= (1 - x_high)(1 - max wbar) > 0.
+    rule, eq. (wb) is progressive on the states of a run: x stays in [x_low, x_high] with x_high < 1, because f(a) = 1 -
+    (1 - a) wbar < 1 for a < 1, and there f(a) - a = (1 - a)(1 - wbar) >= (1 - x_high)(1 - max wbar) > 0.
     ``field.premises`` holds these numbers.
     """
 
@@ -160,8 +147,7 @@ class Stage:
     @property
     def activity(self) -> Floats:
         """(n,) 1 - x_i: the largest product of weights along a path to a source; 0 where there is no path."""
-        x = self.field.x
-        return np.where(np.isfinite(x), 1.0 - x, 0.0)
+        return np.where(np.isfinite(self.field.x), 1.0 - self.field.x, 0.0)
 
     def path(self, start: int) -> Ints:
         """Nodes from ``start`` to a source along minimising neighbours."""
@@ -178,27 +164,23 @@ def untrained(tails: Ints, heads: Ints, sources: Ints, n_nodes: int, wbar: float
 
 
 def planning_stage(
-    network: Network, x0: Floats | float = FIRST_STATE, law: Law | None = None, iteration: int = 0
+    network: Network, x0: Floats | float = FIRST_STATE, law: Law | str | None = None, iteration: int = 0
 ) -> Stage:
     """Settle x by GABF from ``x0``, under the singularity-free law unless another is given."""
     return Stage(iteration, network, solve(network, law=law, x0=x0))
 
 
-def next_stage(stage: Stage, rule: LearningRule, d: Floats) -> Stage:
-    """Train all arcs of distances ``d`` (n_arcs,) at once and settle x again, warm from the current x.
-
-    Each arc changes by the activities at its own two ends.
-    """
-    network, activity = stage.network, stage.activity
-    weight = rule.updated(network.weight, activity[network.tails], activity[network.indices], d)
-    return planning_stage(replace(network, weight=weight), stage.field.x, stage.field.law, stage.iteration + 1)
-
-
 def learn(
-    network: Network, rule: LearningRule, d: Floats, iterations: int, law: Law | None = None
+    network: Network, rule: LearningRule, d: Floats, iterations: int, law: Law | str | None = None
 ) -> tuple[Stage, ...]:
-    """The ``iterations`` + 1 planning stages before and after each training iteration; ``d`` (n_arcs,) distances."""
+    """The ``iterations`` + 1 planning stages before and after each training iteration; ``d`` (n_arcs,) distances.
+
+    Each iteration trains all arcs at once by the activities at their own two ends, and x settles from where it is.
+    """
     stages = [planning_stage(network, law=law)]
-    for _ in range(iterations):
-        stages.append(next_stage(stages[-1], rule, d))
+    for k in range(1, iterations + 1):
+        activity = stages[-1].activity
+        weight = rule.updated(network.weight, activity[network.tails], activity[network.indices], d)
+        network = replace(network, weight=weight)
+        stages.append(planning_stage(network, stages[-1].field.x, stages[-1].field.law, k))
     return tuple(stages)

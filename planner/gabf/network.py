@@ -20,11 +20,11 @@ class Network:
     """G = (V, E) with weights, sources and a kernel; an arc (i, j) means that node i reads node j, as in the paper.
 
     ``indptr`` (n + 1,), ``indices`` (n_arcs,), ``weight`` (n_arcs,): the arcs of node i are
-    ``indices[indptr[i]:indptr[i + 1]]``; parallel arcs are allowed, self-loops are not (i is not in N(i)).
-    ``sources`` (k,) node indices held at ``source_values`` (k,), 0 where left out. ``node_cost`` (n,) is omega(j) of
-    eq. (finew), ``arc_cost`` (n_arcs,) a second cost an arc, for the kernels that read them. ``kernel`` is, where left
-    out, :class:`TradeOff` if there is a ``node_cost``, else :class:`Additive`, the shortest path. Raises
-    AssumptionError, naming the node, where the arrays are not a graph.
+    ``indices[indptr[i]:indptr[i + 1]]``; parallel arcs are allowed, self-loops are not (i is not in N(i)). ``sources``
+    (k,) node indices held at ``source_values`` (k,), 0 where left out. ``node_cost`` (n,) is omega(j) of eq. (finew),
+    ``arc_cost`` (n_arcs,) a second cost an arc, for the kernels that read them. ``kernel`` is, where left out,
+    :class:`TradeOff` if there is a ``node_cost``, else :class:`Additive`, the shortest path. Raises AssumptionError,
+    naming the node, where the arrays are not a graph.
 
     >>> network = gabf.Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0])
     >>> gabf.solve(network).x
@@ -41,42 +41,38 @@ class Network:
     kernel: Kernel = _LEFT_OUT
 
     def __post_init__(self) -> None:
-        if self.source_values is None:
-            object.__setattr__(self, "source_values", np.zeros(np.size(self.sources)))
-        if self.kernel is None:
-            object.__setattr__(self, "kernel", Additive() if self.node_cost is None else TradeOff())
-        indptr = indices("indptr", self.indptr, ("n + 1",), np.size(self.indices) + 1, AssumptionError)
-        n, arcs = indptr.size - 1, np.size(self.indices)
-        if n < 1 or indptr[0] != 0 or indptr[-1] != arcs or (np.diff(indptr) < 0).any():
+        n_arcs, given = np.size(self.indices), dict(vars(self))
+        indptr = indices("indptr", self.indptr, ("n + 1",), n_arcs + 1, AssumptionError)
+        n = indptr.size - 1
+        if n < 1 or indptr[0] != 0 or indptr[-1] != n_arcs or (np.diff(indptr) < 0).any():
             raise AssumptionError(
-                f"indptr must hold n + 1 non-decreasing offsets from 0 to {arcs}, the number of arcs."
+                f"indptr must hold n + 1 non-decreasing offsets from 0 to {n_arcs}, the number of arcs."
             )
-        self._freeze("indptr", indptr)
-        self._freeze("indices", indices("indices", self.indices, (arcs,), n, AssumptionError))
-        self._freeze("sources", indices("sources", self.sources, ("k",), n, AssumptionError))
-        sizes = {"weight": arcs, "source_values": self.sources.size, "node_cost": n, "arc_cost": arcs}
+        given["indptr"] = indptr
+        given["indices"] = indices("indices", self.indices, (n_arcs,), n, AssumptionError)
+        given["sources"] = sources = indices("sources", self.sources, ("k",), n, AssumptionError)
+        if self.source_values is None:
+            given["source_values"] = np.zeros(sources.size)
+        sizes = {"weight": n_arcs, "source_values": sources.size, "node_cost": n, "arc_cost": n_arcs}
         for name, size in sizes.items():
-            if (value := getattr(self, name)) is not None:
-                self._freeze(name, numbers(name, value, (size,), AssumptionError))
-        loops = np.flatnonzero(self.indices == self.tails)
-        if loops.size:
-            raise AssumptionError(f"node {self.indices[loops[0]]} reads itself: remove that self-loop")
-        if np.unique(self.sources).size != self.sources.size or not self.sources.size:
+            if given[name] is not None:
+                given[name] = numbers(name, given[name], (size,), AssumptionError)
+        if self.kernel is None:
+            given["kernel"] = Additive() if self.node_cost is None else TradeOff()
+        for name, value in given.items():
+            object.__setattr__(self, name, frozen(value, value.dtype) if isinstance(value, np.ndarray) else value)
+        if (loops := self.indices[self.indices == self.tails]).size:
+            raise AssumptionError(f"node {loops[0]} reads itself: remove that self-loop")
+        if np.unique(sources).size != sources.size or not sources.size:
             raise AssumptionError("give at least one source, each once: assumption (main) needs a non-empty source set")
         _ = self.arcs
 
     def __repr__(self) -> str:
-        return f"<Network: {len(self.indptr) - 1} nodes, {len(self.indices)} arcs, {len(self.sources)} sources>"
+        return f"<Network: {self.n_nodes} nodes, {self.n_arcs} arcs, {len(self.sources)} sources>"
 
     @staticmethod
     def from_arcs(
-        tails: Ints,
-        heads: Ints,
-        weight: Floats,
-        sources: Ints,
-        n_nodes: int,
-        arc_cost: Floats | None = None,
-        **more: Any,
+        tails: Ints, heads: Ints, weight: Floats, sources: Ints, n_nodes: int, arc_cost: Any = None, **more: Any
     ) -> Network:
         """The network of arcs (tails[k], heads[k]), (n_arcs,) each, in any order; ``more`` are its other fields.
 
@@ -87,17 +83,12 @@ class Network:
             raise AssumptionError(f"{n_nodes} nodes make no network: give at least one")
         tails = indices("tails", tails, ("n_arcs",), n_nodes, AssumptionError)
         heads = indices("heads", heads, (tails.size,), n_nodes, AssumptionError)
-        weight = numbers("weight", weight, (tails.size,), AssumptionError)
-        arc_cost = None if arc_cost is None else numbers("arc_cost", arc_cost, (tails.size,), AssumptionError)
         order = np.argsort(tails * n_nodes + heads, kind="stable")
-        return Network(
-            indptr=so_far(np.bincount(tails, minlength=n_nodes)),
-            indices=heads[order],
-            weight=weight[order],
-            sources=sources,
-            arc_cost=None if arc_cost is None else arc_cost[order],
-            **more,
-        )
+        weight = numbers("weight", weight, (tails.size,), AssumptionError)[order]
+        if arc_cost is not None:
+            arc_cost = numbers("arc_cost", arc_cost, (tails.size,), AssumptionError)[order]
+        indptr = so_far(np.bincount(tails, minlength=n_nodes))
+        return Network(indptr, heads[order], weight, sources, arc_cost=arc_cost, **more)
 
     @staticmethod
     def from_scipy(graph: Any, sources: Ints, **more: Any) -> Network:
@@ -116,8 +107,7 @@ class Network:
         if not hasattr(graph, "tocsr"):
             kind = type(graph).__name__
             raise TypeError(f"graph must be a SciPy sparse array, got {kind}: scipy.sparse.csr_array(graph) makes one.")
-        n = graph.shape[0]
-        if graph.shape != (n, n):
+        if graph.shape != (graph.shape[0], graph.shape[0]):
             raise AssumptionError(f"graph must have a row and a column per node, got shape {graph.shape}.")
         csr = graph.tocsr()
         return Network(csr.indptr, csr.indices, csr.data, sources, **more)
@@ -136,9 +126,6 @@ class Network:
 
         return csr_array((self.weight, self.indices, self.indptr), (self.n_nodes, self.n_nodes), copy=True)
 
-    def _freeze(self, name: str, value: Ints | Floats) -> None:
-        object.__setattr__(self, name, frozen(value, value.dtype))
-
     @property
     def n_nodes(self) -> int:
         return self.indptr.size - 1
@@ -155,7 +142,7 @@ class Network:
     @cached_property
     def arcs(self) -> ArcMap:
         """The kernel bound to every arc."""
-        return self.kernel.bind(self)  # pyright: ignore[reportArgumentType]  (a cached property is one)
+        return self.kernel.bind(self)
 
     def arcs_between(self, i: int, j: int) -> Ints:
         """Ids of the arcs through which node i reads node j (several if parallel, none if not linked)."""
@@ -170,8 +157,8 @@ class Network:
         """
         nodes = indices("nodes", nodes, ("k",), self.n_nodes, AssumptionError)
         tails, heads = nodes[:-1], nodes[1:]
-        first, counts = self.indptr[tails], np.diff(self.indptr)[tails]
-        arcs, step = ranges(first, counts), np.repeat(np.arange(len(tails)), counts)
+        counts = np.diff(self.indptr)[tails]
+        arcs, step = ranges(self.indptr[tails], counts), np.repeat(np.arange(len(tails)), counts)
         there = np.flatnonzero(self.indices[arcs] == heads[step])
         linked, rows = np.unique(step[there], return_index=True)
         if len(linked) < len(tails):
@@ -183,6 +170,6 @@ class Network:
         """The same network lacking these arc ids; the ids of later arcs move down."""
         keep = np.ones(self.n_arcs, dtype=bool)
         keep[indices("arcs", arcs, ("k",), self.n_arcs, AssumptionError)] = False
-        kept = np.concatenate(([0], np.cumsum(keep)))[self.indptr]
         arc_cost = None if self.arc_cost is None else self.arc_cost[keep]
-        return replace(self, indptr=kept, indices=self.indices[keep], weight=self.weight[keep], arc_cost=arc_cost)
+        indptr = so_far(keep)[self.indptr]
+        return replace(self, indptr=indptr, indices=self.indices[keep], weight=self.weight[keep], arc_cost=arc_cost)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,16 +13,15 @@ from planner.base.errors import AssumptionError
 from planner.gabf.kernels import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce, states
-from planner.gabf.result import CostToGo
 from planner.native.compiled import cheapest_costs
 
 
 def oracle(net: Network) -> Floats:
     """x* (n,) by generalized Dijkstra with a heap, for any increasing progressive kernel; +inf where unreachable.
 
-    Nodes leave the heap in ascending order of x*, as the levels S_l of eq. (S). An arc that lowers a value
-    below that of the node it came from breaks the order, and raises AssumptionError. Where the kernel adds positive
-    costs a compiled search finds the same, to the bit.
+    Nodes leave the heap in ascending order of x*, as the levels S_l of eq. (S). An arc that lowers a value below that
+    of the node it came from breaks the order, and raises AssumptionError. Where the kernel adds positive costs a
+    compiled search finds the same, to the bit.
     """
     arcs = net.arcs
     if isinstance(arcs, AffineArcs) and arcs.slope is None and (arcs.offset > 0).all():
@@ -46,33 +46,24 @@ def _dijkstra(problem: Problem) -> Floats:
         for i, offer in zip(problem.owners[arcs].tolist(), offers.tolist(), strict=True):
             if offer < best[i]:
                 if offer < value:
-                    _refuse(problem, i, j)
+                    nodes = f"node {problem.nodes[i]} would cost less than node {problem.nodes[j]} that it reads"
+                    raise AssumptionError(f"{nodes}: the kernel is not progressive, so raise the arc's cost")
                 best[i] = offer
                 heapq.heappush(heap, (offer, i))
     return best
 
 
-def _refuse(problem: Problem, i: int, j: int) -> None:
-    raise AssumptionError(
-        f"node {problem.nodes[i]} would cost less than node {problem.nodes[j]} that it reads: the kernel is "
-        "not progressive, eq. (progressive), so no order of nodes finds x*; raise the arc's cost"
-    )
-
-
 def bellman_operator(net: Network, x: Floats) -> Floats:
-    """T'x (n,) of eq. (bellman-gabf): sources keep their values, others take min_j f_i(x_j, w_ij).
-
-    It is +inf at unreachable nodes.
-    """
+    """T'x (n,) of eq. (bellman-gabf): sources keep their values, others take min_j f_i(x_j, w_ij), or +inf."""
     problem = reduce(net)
     return problem.unpack(problem.with_sources(problem.parent_values(problem.pack(field(problem, x, "x")))))
 
 
 def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> tuple[Floats, int]:
-    """Iterate T' of eq. (bellman-gabf), remark (SSP), until nothing changes: the discrete algorithm.
+    """x and the number of sweeps that changed it, by T' of eq. (bellman-gabf), remark (SSP): the discrete algorithm.
 
-    Returns x and the number of sweeps that changed it. From overestimates n sweeps suffice; from below the
-    number grows like x* / zeta. AssumptionError if ``max_sweeps`` (default 1000 n) do not suffice.
+    From overestimates n sweeps suffice; from below the number grows like x* / zeta. AssumptionError if ``max_sweeps``
+    (default 1000 n) do not suffice.
     """
     problem = reduce(net)
     y = problem.pack(field(problem, x0, "x0"))
@@ -85,13 +76,15 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
 
 
-def max_error(result: CostToGo | Floats, x_star: Floats) -> float:
-    """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which do."""
-    x = result.x if isinstance(result, CostToGo) else plain_numbers("x", result, AssumptionError)
+def max_error(result: Any, x_star: Floats) -> float:
+    """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which do.
+
+    ``result``: x (n,), or the :class:`planner.gabf.CostToGo` of it.
+    """
+    x = plain_numbers("x", getattr(result, "x", result), AssumptionError)
     x_star = plain_numbers("x_star", x_star, AssumptionError)
-    finite = np.isfinite(x_star)
-    if not np.array_equal(finite, np.isfinite(x)):
-        return float("inf")
+    if not np.array_equal(finite := np.isfinite(x_star), np.isfinite(x)):
+        return np.inf
     error = np.abs(x[finite] - x_star[finite]) / np.maximum(1.0, np.abs(x_star[finite]))
     return float(error.max(initial=0.0))
 
@@ -103,9 +96,9 @@ TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: paths whose costs d
 class Structure:
     """What definitions (true), (longest) and (S) name; arrays over the n nodes, -1 where a node reaches no source.
 
-    ``x_star`` (n,); ``true_arcs`` ids of the arcs (i, j) with j in P(i); ``longest`` the l of F_l; ``fewest``
-    arcs on the optimal path of fewest hops (ours); ``level`` the l of S_l; ``values`` (R + 1,) the distinct
-    xbar_l*, the sources' smallest value first; ``diameter`` D(G) in nodes, so that 6 -> 8 -> 9 counts three.
+    ``x_star`` (n,); ``true_arcs`` ids of the arcs (i, j) with j in P(i); ``longest`` the l of F_l; ``fewest`` arcs on
+    the optimal path of fewest hops (ours); ``level`` the l of S_l; ``values`` (R + 1,) the distinct xbar_l*, the
+    sources' smallest value first; ``diameter`` D(G) in nodes, so that 6 -> 8 -> 9 counts three.
     """
 
     x_star: Floats
@@ -126,14 +119,16 @@ class Structure:
 def structure(net: Network, x_star: Floats | None = None) -> Structure:
     """Everything about the optimum of any progressive increasing kernel.
 
-    ``x_star``: the oracle's unless given. Parents and hops count costs as tied that differ by at most
-    1e-12 max(1, |x*|), with the largest |x*| in place of 1 where that is less. Levels count every distinct x*: a chain
-    of tiny arcs settles one after another, however near its values are.
+    ``x_star``: the oracle's unless given. Parents and hops count costs as tied that differ by at most 1e-12 max(1,
+    |x*|), with the largest |x*| in place of 1 where that is less. Levels count every distinct x*: a chain of tiny arcs
+    settles one after another, however near its values are.
     """
     x = oracle(net) if x_star is None else states(net, x_star, "x_star")
     problem = reduce(net)
     y = problem.pack(x)
-    tight = _true_arcs(problem, y)
+    values, own, head = problem.arcs(y[problem.heads]), y[problem.owners], y[problem.heads]
+    nearly = TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
+    tight = (values <= own + nearly) & (head < own)  # smaller x*, so that no cycle of ties is let in
     longest, fewest = _most_hops(problem, tight, y), problem.hops_along(tight)
     values, rank = np.unique(y[: problem.n_rows], return_inverse=True)
     level = problem.unpack(np.concatenate((rank + 1, np.zeros(problem.anchors.size, dtype=np.int64))), missing=-1)
@@ -150,20 +145,10 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
 
 
 def true_parents(net: Network, optimum: Structure, i: int) -> Ints:
-    """P(i), definition (true), ascending; empty at sources and at nodes that reach none.
-
-    Raises :class:`ArrayError` where there is no node ``i``.
-    """
+    """P(i), definition (true), ascending; empty at sources and nodes that reach none. ArrayError if there is no i."""
     i = int(indices("i", i, (), net.n_nodes))
     arcs = optimum.true_arcs
     return np.unique(net.indices[arcs[net.tails[arcs] == i]])
-
-
-def _true_arcs(problem: Problem, y: Floats) -> Bools:
-    """Arcs with f_i(x_j*, w_ij) = x_i*, and x_j* < x_i*, so that no cycle of ties is let in."""
-    values, own, head = problem.arcs(y[problem.heads]), y[problem.owners], y[problem.heads]
-    nearly = TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
-    return (values <= own + nearly) & (head < own)
 
 
 def _most_hops(problem: Problem, tight: Bools, y: Floats) -> Ints:

@@ -10,20 +10,17 @@ from planner.base.arrays import Bools, Floats, Ints, indices
 from planner.base.errors import ArrayError, StateError
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce, states
-from planner.gabf.result import CostToGo
+from planner.gabf.solve import CostToGo
 
-SLACK = 1e-9
-"""Arcs this close to the minimum, relative to max(1, |x|), count as ties if the field is not settled to the
-bit.
-"""
+SLACK = 1e-9  # arcs this close to the minimum, times max(1, |x|), count as ties if the field is not settled to the bit
 
 
 def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
     """Nodes from ``start`` to a source along minimising neighbours; ties: fewest hops, then smallest index.
 
-    Hops are counted along minimising arcs, each step goes one hop down, so no node repeats, also where two
-    states round to the same number. StateError if ``start`` is not a node, reaches no source, or the field
-    has not settled; AssumptionError if the field does not belong to this network.
+    Hops are counted along minimising arcs, each step goes one hop down, so no node repeats, also where two states round
+    to the same number. StateError if ``start`` is not a node, reaches no source, or the field has not settled;
+    AssumptionError if the field does not belong to this network.
     """
     return _extract_paths(net, result, [start])[0]
 
@@ -31,8 +28,7 @@ def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
 def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | Sequence[int]) -> tuple[Ints, ...]:
     """The cheapest node path (k,) from each of the ``starts`` (s,) to a goal; empty where no goal can be reached.
 
-    Nothing is solved again: along minimising neighbours x already holds every node's cost-to-go, and x at a start is
-    what its path costs. :func:`planner.roadmap.roadmap.path_waypoints` turns nodes into configurations:
+    x at a start is what its path costs. :func:`planner.roadmap.roadmap.path_waypoints` turns nodes into configurations:
 
         roadmap = attach(load_roadmap(file), checker, starts, goals)      # nodes for all of them, linked by proofs
         network = planner.build_network(roadmap, 0.5)
@@ -40,7 +36,7 @@ def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | S
 
     Raises :class:`StateError` for a start that is no node.
     """
-    x = states(network, cost_to_go.x if isinstance(cost_to_go, CostToGo) else cost_to_go, "x")
+    x = states(network, cost_to_go, "x")
     nodes = indices("starts", starts, ("s",), network.n_nodes, StateError)
     reaching = nodes[np.isfinite(x[nodes])].tolist()
     paths = dict(zip(reaching, _extract_paths(network, cost_to_go, reaching), strict=True))
@@ -48,10 +44,7 @@ def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | S
 
 
 def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
-    """The path, see :func:`extract_path`, from the one of ``starts`` (s,) with the least cost-to-go.
-
-    No nodes (0,) where none of them reaches a source.
-    """
+    """The path from the one of ``starts`` (s,) with the least cost-to-go; (0,) where none of them reaches a source."""
     starts = indices("starts", starts, ("s",), result.network.n_nodes)
     if not len(starts):
         raise ArrayError("starts are none: give the index of one node at least.")
@@ -60,35 +53,26 @@ def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
 
 
 def _extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]) -> list[Ints]:
-    known = isinstance(result, CostToGo)
-    problem = result.problem if known and result.network is net else reduce(net)
-    here = [_position(problem, start) for start in starts]
-    tight = _tight_arcs(problem, problem.pack(field(problem, result.x if known else result, "x")))
-    hops = problem.hops_along(tight)
-    for start in np.array(starts)[hops[here] < 0]:
-        raise StateError(
-            f"minimising neighbours of node {start} lead to no source: the field has not settled; solve it to the end"
-        )
-    return [problem.nodes[_descent(problem, tight, hops, row)] for row in here]
-
-
-def _position(problem: Problem, start: int) -> int:
-    """Where ``start`` stands among the problem's nodes."""
-    n = problem.network.n_nodes
-    if start not in range(n):
-        raise StateError(f"start {start} is not a node; nodes run from 0 to {n - 1}")
-    position = np.flatnonzero(problem.nodes == start)
-    if not position.size:
-        raise StateError(f"node {start} reaches no source: there is no path; connect it, or start elsewhere")
-    return int(position[0])
-
-
-def _tight_arcs(problem: Problem, y: Floats) -> Bools:
+    problem = result.problem if isinstance(result, CostToGo) and result.network is net else reduce(net)
+    position = np.full(net.n_nodes, -1)
+    position[problem.nodes] = np.arange(problem.nodes.size)
+    for start in starts:
+        if start not in range(net.n_nodes):
+            raise StateError(f"start {start} is not a node; nodes run from 0 to {net.n_nodes - 1}")
+        if position[start] < 0:
+            raise StateError(f"node {start} reaches no source: there is no path; connect it, or start elsewhere")
+    y = problem.pack(field(problem, result, "x"))
     values = problem.arcs(y[problem.heads])
     least = np.minimum.reduceat(values, problem.starts) if problem.n_rows else np.empty(0)
     settled = np.array_equal(least, y[: problem.n_rows])
     slack = 0.0 if settled else SLACK * np.maximum(1.0, np.abs(least))
-    return values <= (least + slack)[problem.owners]
+    tight = values <= (least + slack)[problem.owners]
+    hops = problem.hops_along(tight)
+    for start in starts:
+        if hops[position[start]] < 0:
+            lost = f"minimising neighbours of node {start} lead to no source"
+            raise StateError(f"{lost}: the field has not settled; solve it to the end")
+    return [problem.nodes[_descent(problem, tight, hops, int(position[start]))] for start in starts]
 
 
 def _descent(problem: Problem, tight: Bools, hops: Ints, here: int) -> list[int]:

@@ -16,20 +16,33 @@ from planner.gabf.kernels import ArcMap
 from planner.gabf.network import Network
 from planner.native.compiled import hops_to_source
 
+ROUNDED = 64 * float(np.finfo(float).eps)  # share of the largest state below which an xhat may be rounding
 
-class Standing(NamedTuple):
-    """States ``y`` (R + S,), ``xhat`` (R,) = y - m of eq. (xhat), its largest size, and the range of the rows' y."""
+
+class State(NamedTuple):
+    """States ``y`` (R + S,), ``xhat`` (R,) = y - m of eq. (xhat), its largest size, the range of the rows' y, and
+    ``tau``.
+
+    ``rejected`` steps were tried in vain until then.
+    """
 
     y: Floats
     xhat: Floats
     residual: float
     lowest: float
     highest: float
+    tau: float = 0.0
+    rejected: int = 0
 
     @property
     def largest(self) -> float:
         """The largest |y| of the rows."""
         return max(abs(self.lowest), abs(self.highest))
+
+    @property
+    def resolution(self) -> float:
+        """The |xhat| that may be rounding: steps leave rounded states, the start is exact."""
+        return ROUNDED * self.largest if self.tau > 0.0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +71,10 @@ class Problem:
     def rows(self) -> Ints:
         return self.nodes[: self.n_rows]
 
+    @property
+    def most_hops(self) -> int:
+        return int(self.hops.max(initial=0))
+
     @cached_property
     def owners(self) -> Ints:
         """(A,) the row that each arc belongs to."""
@@ -73,22 +90,11 @@ class Problem:
         """xhat (R,), eq. (xhat)."""
         return y[: self.n_rows] - self.parent_values(y)
 
-    def standing(self, y: Floats) -> Standing:
-        """How the rows stand at states ``y``."""
-        rows, xhat = y[: self.n_rows], self.disequilibrium(y)
-        lowest, highest = float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
-        return Standing(y, xhat, float(np.abs(xhat).max(initial=0.0)), lowest, highest)
-
     def hops_along(self, arcs: Bools) -> Ints:
         """(R + S,) the fewest of these ``arcs`` (A,) from each node to a source; -1 where they lead to none."""
         counts = np.bincount(self.owners[arcs], minlength=self.nodes.size)
         sources = np.arange(self.n_rows, self.nodes.size)
         return hops_to_source(np.concatenate(([0], np.cumsum(counts))), self.heads[arcs], sources)
-
-    @property
-    def most_hops(self) -> int:
-        """The largest of ``hops``."""
-        return int(self.hops.max(initial=0))
 
     def climb(self, k: int, a: float) -> float:
         """g_k(a): the largest, over the nodes of k hops, of the cheapest f_ij(a) towards k - 1 hops."""
@@ -105,6 +111,16 @@ class Problem:
         downhill = downhill[np.argsort(height, kind="stable")]
         stairs = [downhill[a:b] for a, b in pairwise(np.cumsum(np.bincount(height, minlength=1)))]
         return [(arcs, np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))) for arcs in stairs]
+
+    def rungs(self, y0: Floats | None = None) -> Floats:
+        """V_0 = max source, V_k = g_k(V_(k-1)), or the largest of the nodes of k hops in ``y0`` where that is more."""
+        least = np.full(self.most_hops + 1, -np.inf)
+        if y0 is not None:
+            np.maximum.at(least, self.hops, y0[: self.n_rows])
+        rungs = [float(self.anchors.max())]
+        for k, floor in enumerate(least[1:].tolist(), start=1):
+            rungs.append(max(floor, self.climb(k, rungs[-1])))
+        return np.array(rungs)
 
     def mean_cost(self, y: Floats) -> float:
         """What an arc adds on average at state ``y``: the scale that errors of one step are measured by."""
@@ -135,21 +151,14 @@ def reduce(net: Network) -> Problem:
     position[nodes] = np.arange(nodes.size)
     arc_ids = np.flatnonzero(is_row[net.tails] & (hops[net.indices] >= 0))
     counts = np.bincount(position[net.tails[arc_ids]], minlength=nodes.size - net.sources.size)
-    return Problem(
-        network=net,
-        starts=np.cumsum(counts) - counts,
-        heads=position[net.indices[arc_ids]],
-        arcs=net.arcs.take(arc_ids),
-        nodes=nodes,
-        anchors=net.source_values,
-        arc_ids=arc_ids,
-        hops=hops[is_row],
-    )
+    heads, arcs = position[net.indices[arc_ids]], net.arcs.take(arc_ids)
+    starts = np.cumsum(counts) - counts
+    return Problem(net, starts, heads, arcs, nodes, net.source_values, arc_ids, hops[is_row])
 
 
 def states(net: Network, x: Any, name: str) -> Floats:
-    """``x`` as one state a node (n,), finite or not; AssumptionError otherwise."""
-    result = plain_numbers(name, x, AssumptionError)
+    """``x``, or the x of a result, as one state a node (n,), finite or not; AssumptionError otherwise."""
+    result = plain_numbers(name, getattr(x, "x", x), AssumptionError)
     if result.shape != (net.n_nodes,):
         raise AssumptionError(f"{name} has shape {result.shape} where ({net.n_nodes},) is needed: one state a node")
     return result
@@ -158,8 +167,7 @@ def states(net: Network, x: Any, name: str) -> Floats:
 def field(problem: Problem, x: Any, name: str) -> Floats:
     """``x`` as :func:`states` has it, finite at every reachable node."""
     result = states(problem.network, x, name)
-    bad = problem.nodes[~np.isfinite(result[problem.nodes])]
-    if bad.size:
+    if (bad := problem.nodes[~np.isfinite(result[problem.nodes])]).size:
         raise AssumptionError(f"{name}[{bad[0]}] is {result[bad[0]]}: every state must be finite")
     return result
 
@@ -168,8 +176,7 @@ def field(problem: Problem, x: Any, name: str) -> Floats:
 class Premises:
     """The interval [lower, upper] that a run stays in, and zeta of eq. (progressive) and L of eq. (Lipschitz) on it.
 
-    ``sampled`` is True where a user's kernel was probed on a grid, which can refuse a kernel but prove
-    nothing.
+    ``sampled`` is True where a user's kernel was probed on a grid, which can refuse a kernel but prove nothing.
     """
 
     lower: float
@@ -182,69 +189,63 @@ class Premises:
 def overestimate(net: Network) -> Floats:
     """(n,) a strict overestimate of x*, as assumption (over) asks; +inf at nodes that reach no source.
 
-    U_0 = max source value, U_k = g_k(U_(k-1)) with g_k(a) the largest, over nodes of k hops, of their
-    cheapest arc's f_ij(a) towards k - 1 hops: a fewest-hops path costs at most U_k. Nodes of k hops start at
-    g_k(U_k) > U_k.
+    U_0 = max source value, U_k = g_k(U_(k-1)) with g_k(a) the largest, over nodes of k hops, of their cheapest arc's
+    f_ij(a) towards k - 1 hops: a fewest-hops path costs at most U_k. Nodes of k hops start at g_k(U_k) > U_k.
     """
     problem = reduce(net)
     return problem.unpack(start_above(problem))
 
 
 def start_above(problem: Problem) -> Floats:
-    rungs = _ladder(problem, np.full(problem.most_hops + 1, -np.inf)).tolist()
-    starts = [0.0, *(problem.climb(k, rungs[k]) for k in range(1, len(rungs)))]
+    starts = [0.0, *(problem.climb(k, rung) for k, rung in enumerate(problem.rungs().tolist()) if k)]
     return problem.with_sources(np.array(starts)[problem.hops])
 
 
 def premises(problem: Problem, y0: Floats) -> Premises:
     """Check kernel and start; raises AssumptionError naming the node and arc that break an assumption.
 
-    The interval: lemma (globalbound) from below, where x_i >= min{xbar_1*, min x(0)}, loosened to the
-    sources' smallest value; from above the largest value of :func:`ceiling`.
+    The interval: lemma (globalbound) from below, where x_i >= min{xbar_1*, min x(0)}, loosened to the sources' smallest
+    value; from above the largest value of :func:`ceiling`.
     """
-    kernel, outside = problem.network.kernel, np.flatnonzero(~problem.network.kernel.domain.holds(y0))
-    if outside.size:
-        raise AssumptionError(
-            f"node {problem.nodes[outside[0]]} starts at {y0[outside[0]]:g}, outside the domain {kernel.domain} of "
-            f"{type(kernel).__name__}: choose x0 and source_values inside"
-        )
-    rows = y0[: problem.n_rows]
-    upper = float(_rungs_above(problem, y0).max())
+    kernel = problem.network.kernel
+    if (bad := np.flatnonzero(~kernel.domain.holds(y0))).size:
+        where = f"outside the domain {kernel.domain} of {type(kernel).__name__}: choose x0 and source_values inside"
+        raise AssumptionError(f"node {problem.nodes[bad[0]]} starts at {y0[bad[0]]:g}, {where}")
+    upper = float(problem.rungs(y0).max())
     if not np.isfinite(upper):
         raise AssumptionError("the bound on the states overflows: pass a smaller x0, or rescale the weights")
-    lower = float(min(problem.anchors.min(), rows.min(initial=np.inf)))
-    return check_kernel(problem, lower, upper)
+    lower = float(min(problem.anchors.min(), y0[: problem.n_rows].min(initial=np.inf)))
+    if problem.n_rows == 0:
+        return Premises(lower, upper, np.inf, 1.0, problem.arcs.sampled)
+    gains, least, steepest = problem.arcs.extremes(lower, upper)
+    for value, complaint in (
+        (least, f"does not increase on [{lower:g}, {upper:g}]: its slope falls to"),
+        (gains, f"is not progressive on [{lower:g}, {upper:g}]: f(a) - a falls to"),
+    ):
+        if (bad := np.flatnonzero(~(value > 0))).size:
+            net, arc = problem.network, problem.arc_ids[bad[0]]
+            raise AssumptionError(
+                f"{type(kernel).__name__} {complaint} {value[bad[0]]:g} on arc {arc}, by which node {net.tails[arc]} "
+                f"reads node {net.indices[arc]}; raise that arc's cost, or choose x0 elsewhere"
+            )
+    return Premises(lower, upper, float(gains.min()), float(steepest.max()), problem.arcs.sampled)
 
 
 def ceiling(problem: Problem, y0: Floats) -> Floats:
     """(R + S,) states that no run from ``y0`` exceeds (ours, for lemma (globalexistence) names no number).
 
-    V_0 = max source, V_k = max(x_i(0) over nodes of k hops, g_k(V_(k-1))) with g_k of :func:`overestimate`
-    satisfies T'V <= V, and the flow keeps order, so x stays below V.
+    V of :meth:`Problem.rungs` satisfies T'V <= V, and the flow keeps order, so x stays below V.
     """
-    return problem.with_sources(_rungs_above(problem, y0)[problem.hops])
-
-
-def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:
-    """zeta, L and monotonicity of the kernel on [lower, upper]; AssumptionError where one fails."""
-    if problem.n_rows == 0:
-        return Premises(lower, upper, np.inf, 1.0, problem.arcs.sampled)
-    least, steepest = problem.arcs.slopes(lower, upper)
-    _refuse(problem, least > 0, least, f"does not increase on [{lower:g}, {upper:g}]: its slope falls to")
-    gains = problem.arcs.progress(lower, upper)
-    _refuse(problem, gains > 0, gains, f"is not progressive on [{lower:g}, {upper:g}]: f(a) - a falls to")
-    return Premises(lower, upper, float(gains.min()), float(steepest.max()), problem.arcs.sampled)
+    return problem.with_sources(problem.rungs(y0)[problem.hops])
 
 
 def require_overestimate(problem: Problem, y0: Floats, y_star: Floats, law: str) -> None:
     """Assumption (over): x_i(0) > x_i* at every non-source node."""
-    rows = problem.n_rows
-    bad = np.flatnonzero(~(y0[:rows] > y_star[:rows]))
-    if bad.size:
+    if (bad := np.flatnonzero(~(y0 > y_star)[: problem.n_rows])).size:
+        node = f"node {problem.nodes[bad[0]]} starts at {y0[bad[0]]:g} with x* = {y_star[bad[0]]:g}"
         raise AssumptionError(
-            f"the {law} law needs starts above the optimum, eq. (ass:over), but node {problem.nodes[bad[0]]} "
-            f"starts at {y0[bad[0]]:g} with x* = {y_star[bad[0]]:g}: use x0=overestimate(net), or the "
-            "SingularityFree law"
+            f"the {law} law needs starts above the optimum, eq. (ass:over), but {node}: use x0=overestimate(net), or "
+            "the SingularityFree law"
         )
 
 
@@ -255,26 +256,3 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
     x = plain_numbers("x0", x0, AssumptionError)
     x = np.full(problem.network.n_nodes, float(x)) if x.ndim == 0 else x
     return problem.pack(field(problem, x, "x0"))
-
-
-def _rungs_above(problem: Problem, y0: Floats) -> Floats:
-    floor = np.full(problem.most_hops + 1, -np.inf)
-    np.maximum.at(floor, problem.hops, y0[: problem.n_rows])
-    return _ladder(problem, floor)
-
-
-def _ladder(problem: Problem, floor: Floats) -> Floats:
-    rungs = [float(problem.anchors.max())]
-    for k, least in enumerate(floor[1:].tolist(), start=1):
-        rungs.append(max(least, problem.climb(k, rungs[-1])))
-    return np.array(rungs)
-
-
-def _refuse(problem: Problem, fine: Bools, value: Floats, complaint: str) -> None:
-    bad = np.flatnonzero(~np.broadcast_to(fine, problem.arc_ids.shape))
-    if bad.size:
-        net, arc = problem.network, problem.arc_ids[bad[0]]
-        raise AssumptionError(
-            f"{type(net.kernel).__name__} {complaint} {value[bad[0]]:g} on arc {arc}, by which node "
-            f"{net.tails[arc]} reads node {net.indices[arc]}; raise that arc's cost, or choose x0 elsewhere"
-        )

@@ -1,22 +1,127 @@
-"""Run a law on a network until its cost-to-go is proved settled."""
+"""Run a law on a network until its cost-to-go is proved settled, and the record of the run."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from enum import Enum
 
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import AssumptionError, OptionError
+from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input, law_of
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
-from planner.gabf.problem import Premises, Problem, pack_start, premises, reduce, require_overestimate
-from planner.gabf.result import CostToGo, Ending, FieldHistory
-from planner.gabf.splitting import Splitting, State, run
+from planner.gabf.problem import Premises, Problem, State, pack_start, premises, reduce, require_overestimate
+from planner.gabf.splitting import Splitting, run
+
+
+class Ending(Enum):
+    """How a run ended, as the sentence its user reads."""
+
+    SETTLED = "Every node that reaches a source settled on its optimal cost-to-go."
+    BUDGET_SPENT = (
+        "The budget ran out before the field was proved settled: raise max_steps or until_tau, or start from "
+        "gabf.overestimate(net)."
+    )
+
+    @property
+    def key(self) -> str:
+        return self.name.lower()
+
+
+@dataclass(frozen=True, eq=False)
+class FieldHistory:
+    """Saved states: ``tau`` (k,), ``t`` (k,), ``x`` (k, n) and the control input ``u`` = dx/dt (k, n).
+
+    x is +inf and u is 0 at nodes that reach no source.
+    """
+
+    tau: Floats
+    t: Floats
+    x: Floats
+    u: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class CostToGo:
+    """The field x (n,), +inf at nodes that reach no source, and the record of the run that computed it.
+
+    :attr:`settling_tau`: the first tau from which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i and for
+    ever; ``dated_tau`` is its date by this run's steps alone, None if it was not reached, and
+    :attr:`settling_tau_bracket` encloses it by proof, whatever the steps. ``residual`` is max |x_i - min_j f_i(x_j,
+    w_ij)|, 0 where x is proved to be x* to the last bit. ``lowest`` and ``highest`` are the extreme states of
+    non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt| there: a figure of this run, which a
+    smaller tolerance of the solver converges where the gain grows before the last node settles. ``premises`` holds the
+    interval that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
+    """
+
+    x: Floats
+    x0: Floats
+    law: Law
+    problem: Problem
+    premises: Premises
+    outcome: Ending
+    dated_tau: float | None
+    end_tau: float
+    residual: float
+    lowest: float
+    highest: float
+    largest_input: float
+    settle_tolerance: float
+    steps: int
+    history: FieldHistory | None = None
+    _brackets: dict[float, tuple[float, float]] = field(default_factory=dict, repr=False)
+
+    def __repr__(self) -> str:
+        end = "settled" if self.dated_tau is not None else "not settled"
+        return f"<CostToGo: {len(self.x)} nodes, {self.law.name} law, {end} by tau = {self.end_tau:.3g}>"
+
+    @property
+    def network(self) -> Network:
+        return self.problem.network
+
+    @property
+    def settling_tau(self) -> float | None:
+        """The tau of :attr:`settling_tau_bracket` that is nearest to ``dated_tau``: a few times a run's work."""
+        bracket = self.settling_tau_bracket
+        return None if bracket is None or self.dated_tau is None else min(max(self.dated_tau, bracket[0]), bracket[1])
+
+    @property
+    def settling_time(self) -> float | None:
+        """:attr:`settling_tau` in t, s."""
+        return None if self.settling_tau is None else float(self.law.clock.time(self.settling_tau))
+
+    @property
+    def log10_remaining(self) -> float | None:
+        """log10(T_p - t) at :attr:`settling_time`; None for laws without T_p."""
+        return None if self.settling_tau is None else self.law.clock.log10_remaining(self.settling_tau)
+
+    @property
+    def settling_tau_bracket(self) -> tuple[float, float] | None:
+        """:meth:`settling_within` of the default width: the latest is at most twice the earliest, in general."""
+        return self.settling_within()
+
+    def settling_within(self, width: float = WIDTH) -> tuple[float, float] | None:
+        """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
+
+        None for a run that did not settle, (0, inf) for a user's law and for a field of too many rows times hops. Else
+        they are ``width`` of the latest apart, unless that took more work than :mod:`planner.gabf.enclosure` spends, or
+        errors begin within the tolerance and leave it first: then the earliest is 0. Half the width takes about twice
+        the work. Raises :class:`OptionError` for a width that is no share in (0, 1].
+        """
+        if not 0.0 < width <= 1.0:
+            raise OptionError(f"width must be above 0 and at most 1, a share of the latest, got {width:g}.")
+        if self.dated_tau is not None and width not in self._brackets:
+            ends = self.problem.pack(self.x0), self.problem.pack(self.x)
+            band, guess = self.settle_tolerance, self.dated_tau
+            flow, bounds = self.law.flow, self.premises
+            self._brackets[width] = bracket_settling(self.problem, flow, *ends, bounds, band, guess, width)
+        return self._brackets.get(width)
 
 
 def solve(
@@ -33,19 +138,18 @@ def solve(
     """The cost-to-go x of every node under ``law``, from the start ``x0``.
 
     ``law``: a law, or the name of one with the paper's parameters, "nominal", "prescribed-time", "fixed-time" or
-    "singularity-free"; the last one where left out.
-    ``x0``: (n,) states, one number for all, or None for :func:`overestimate`, from which every law settles.
-    Starting from an earlier ``result.x`` after weights changed is how GABF heals; nodes that were unreachable
-    (+inf) then need a number. Values at sources and at nodes that reach no source are ignored. ``solver``:
-    how finely it steps. ``save_every``: the start, every so manieth state and the end become ``history``; 0 keeps none.
-    ``settle_tolerance`` defines settled, relative to max(1, |x_i*|); a larger one settles earlier and changes
-    neither x nor the steps: a run ends at a residual of exactly 0. When it settled is dated by the run's steps, within
-    ``result.settling_tau_bracket``, which is proved. ``max_steps``, rejected ones too, and ``until_tau`` bound the
-    work; a run is at ``until_tau`` exactly where it ends there.
+    "singularity-free"; the last one where left out. ``x0``: (n,) states, one number for all, or None for
+    :func:`overestimate`, from which every law settles. Starting from an earlier ``result.x`` after weights changed is
+    how GABF heals; nodes that were unreachable (+inf) then need a number. Values at sources and at nodes that reach no
+    source are ignored. ``solver``: how finely it steps. ``save_every``: the start, every so manieth state and the end
+    become ``history``; 0 keeps none. ``settle_tolerance`` defines settled, relative to max(1, |x_i*|); a larger one
+    settles earlier and changes neither x nor the steps: a run ends at a residual of exactly 0. When it settled is dated
+    by the run's steps, within ``result.settling_tau_bracket``, which is proved. ``max_steps``, rejected ones too, and
+    ``until_tau`` bound the work; a run is at ``until_tau`` exactly where it ends there.
 
-    Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the
-    interval that the run stays in, where a start lies outside the kernel's domain, and where the
-    prescribed-time law does not start above x*.
+    Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the interval that
+    the run stays in, where a start lies outside the kernel's domain, and where the prescribed-time law does not start
+    above x*.
 
     >>> network = gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3)
     >>> result = gabf.solve(network, law=gabf.SingularityFree(T=2.0))
@@ -59,7 +163,8 @@ def solve(
     bounds = premises(problem, y0)
     if law.needs_overestimate and x0 is not None:
         require_overestimate(problem, y0, problem.pack(oracle(net)), law.name)
-    course, states = Course(bounds, settle_tolerance), run(problem, law.flow, y0, solver or Splitting(), until_tau)
+    course = Course(law.flow, bounds, settle_tolerance)
+    states = run(problem, law.flow, y0, solver or Splitting(), until_tau)
     step, state, kept = _run(states, course, save_every, max_steps, until_tau)
     settled = state.residual == 0.0
     if settled:
@@ -71,7 +176,7 @@ def solve(
         problem=problem,
         premises=bounds,
         outcome=Ending.SETTLED if settled else Ending.BUDGET_SPENT,
-        dated_tau=course.settling_tau(state.y, law.flow) if settled else None,
+        dated_tau=course.settling_tau(state.y) if settled else None,
         end_tau=state.tau,
         residual=state.residual,
         lowest=course.lowest,
@@ -79,7 +184,6 @@ def solve(
         largest_input=course.largest_input(law),
         settle_tolerance=settle_tolerance,
         steps=step,
-        evaluations=1 + 2 * step + state.rejected,
         history=_history(kept if kept[-1] is state else [*kept, state], problem, law) if kept else None,
     )
 
@@ -102,7 +206,7 @@ def require_rooted(problem: Problem, y: Floats) -> None:
     """Raise AssumptionError unless a residual of zero proves y = x*.
 
     It does if every arc visibly adds to its head's value, and also if tight arcs (y_i = f_i(y_j, w_ij)) lead from every
-    node to a source. Neither may hold for starts below x* on arcs whose cost vanishes beside x in double precision.
+    node to a source. Neither may hold for starts below x* on arcs whose cost vanishes next to x in double precision.
     """
     heads = y[problem.heads]
     values = problem.arcs(heads)
@@ -112,8 +216,8 @@ def require_rooted(problem: Problem, y: Floats) -> None:
     if unrooted.size:
         i = int(unrooted[0])
         raise AssumptionError(
-            f"node {problem.nodes[i]} is stuck at {y[i]:g}: an arc cost on its path vanishes beside that in "
-            "double precision, so the kernel is not progressive; start from overestimate(net), or rescale"
+            f"node {problem.nodes[i]} is stuck at {y[i]:g}: an arc cost on its path vanishes next to that in double "
+            "precision, so the kernel is not progressive; start from overestimate(net), or rescale"
         )
 
 
@@ -122,10 +226,11 @@ class Course:
     """The extremes of a run's states, and those since the last one that was provably not settled.
 
     All that the settling time depends on are the latter. If every error were within the tolerance band, the residual
-    would be at most (1 + L) times the widest band; a larger one, ``clear_above``, clears their list. So it holds a
-    handful of states under the laws that end in finite time.
+    would be at most (1 + L) times the widest band; a larger one clears their list. So it holds a handful of states
+    under the laws that end in finite time.
     """
 
+    flow: Flow
     premises: Premises
     tolerance: float
     lowest: float = math.inf
@@ -133,26 +238,23 @@ class Course:
     _states: list[State] = field(default_factory=list)
     _readings: list[tuple[float, float]] = field(default_factory=list)
 
-    @property
-    def clear_above(self) -> float:
-        widest = self.tolerance * max(1.0, abs(self.premises.lower), abs(self.premises.upper))
-        return (1.0 + self.premises.L) * widest
-
     def add(self, state: State) -> None:
         """Remember the state that comes next."""
-        self.lowest = min(self.lowest, state.standing.lowest)
-        self.highest = max(self.highest, state.standing.highest)
-        self._readings.append((state.tau, state.residual if state.residual > state.resolution else 0.0))
-        if state.residual > self.clear_above:
+        self.lowest, self.highest = min(self.lowest, state.lowest), max(self.highest, state.highest)
+        worst = state.residual if state.residual > state.resolution else 0.0
+        if self.flow.compiled is None and worst > 0.0:  # a user's phi may be largest elsewhere
+            worst = float(state.xhat[np.argmax(np.abs(self.flow.rate(state.xhat)))])
+        self._readings.append((state.tau, worst))
+        widest = self.tolerance * max(1.0, abs(self.premises.lower), abs(self.premises.upper))
+        if state.residual > (1.0 + self.premises.L) * widest:
             self._states.clear()
         self._states.append(state)
 
     def largest_input(self, law: Law) -> float:
-        """The largest |dx_i/dt| of the states: where the residual is largest, as the gain is common to all nodes."""
-        tau, residual = np.array(self._readings).T
-        return float(-control_input(law, tau, residual).min(initial=0.0))
+        """The largest |dx_i/dt| of the states: where phi is largest, as the gain is common to all nodes."""
+        return float(np.abs(control_input(law, *np.array(self._readings).T)).max(initial=0.0))
 
-    def settling_tau(self, y_star: Floats, flow: Flow) -> float:
+    def settling_tau(self, y_star: Floats) -> float:
         """The first tau after which all errors stay in the band, placed in its step by the law's decay."""
         scale = np.maximum(1.0, np.abs(y_star))
         tau = [state.tau for state in self._states]
@@ -163,20 +265,15 @@ class Course:
         k = int(outside[-1])
         worst = float(scale[np.argmax(np.abs(self._states[k].y - y_star) / scale)])
         first, second, width = (worst * share for share in (*error[k : k + 2], self.tolerance))
-        step, fall = tau[k + 1] - tau[k], flow.time_between(first, width)
-        whole = flow.time_between(first, second) if second > 0.0 else step
+        step, fall = tau[k + 1] - tau[k], self.flow.time_between(first, width)
+        whole = self.flow.time_between(first, second) if second > 0.0 else step
         return tau[k] + (step * min(1.0, fall / whole) if whole > 0.0 else step)
 
 
 def _history(kept: list[State], problem: Problem, law: Law) -> FieldHistory:
     tau = np.array([state.tau for state in kept])
     x = np.array([problem.unpack(state.y) for state in kept])
-    inputs = (control_input(law, state.tau, _resolved(state)) for state in kept)
-    u = np.array([problem.unpack(rows, missing=0.0) for rows in inputs])
+    # 0 where xhat may be rounding, which a late gain would enlarge without end
+    xhat = (np.where(np.abs(state.xhat) > state.resolution, state.xhat, 0.0) for state in kept)
+    u = np.array([problem.unpack(control_input(law, *at), missing=0.0) for at in zip(tau, xhat, strict=True)])
     return FieldHistory(frozen(tau), frozen(law.clock.time(tau)), frozen(x), frozen(u))
-
-
-def _resolved(state: State) -> Floats:
-    """xhat (R,), 0 where it may be rounding, which a late gain would enlarge without end."""
-    xhat = state.standing.xhat
-    return np.where(np.abs(xhat) > state.resolution, xhat, 0.0)

@@ -87,6 +87,7 @@ class Follower:
     ) -> Follower:
         """The ladder of a path: all that does not depend on beta or start."""
         clock = Stopwatch()
+        progress("setup", 0, 1)
         with clock("setup"):
             path = tool_path if isinstance(tool_path, ToolPath) else read_tool_path(tool_path)
             start = None if request.what.start is None else lambda checker: _starts(request, checker)[0]
@@ -95,6 +96,7 @@ class Follower:
                 raise SceneError(
                     f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."
                 )
+        progress("setup", 1, 1)
         tube = Tube(path.evenly_turned())
         found = _reached(tube, checker, request, progress, clock)
         if not found.whole:
@@ -213,6 +215,7 @@ def _reached(
 ) -> Reached:
     """How far a ladder leads in a tube."""
     with clock("ladder"):
+        progress("ladder", 0, 0)
         step = None if request.what.tool_speed is None else _FAST_STEP
         prover = EdgeProver(checker)
         how = request.quality.seed, request.what.ladder_density, lambda q: prover.free(q, np.zeros_like(q))

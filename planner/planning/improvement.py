@@ -56,10 +56,12 @@ def improve_for_all_betas(
     if quality.roadmap is not None and quality.rounds < 1:
         return roadmap, 0.0, {}
     (roadmap, room), curves = roomy_roadmap(roadmap, checker, quality, progress), dict[float, Curve]()
-    for place, beta in enumerate(IMPROVED_AT if own == IMPROVED_AT[0] else (*IMPROVED_AT, own)):
+    betas = IMPROVED_AT if own == IMPROVED_AT[0] else (*IMPROVED_AT, own)
+    for place, beta in enumerate(betas):
         seed = (quality.seed + _SEEDS_APART * place) % 2**31
         part = replace(quality, effort=-(-quality.rounds // 2), seed=seed)
-        found = improved_roadmap(roadmap, checker, part, beta, progress, room)
+        whole = progress.renamed(lambda *of, k=place: progress(of[0], k * of[2] + of[1], len(betas) * of[2]))
+        found = improved_roadmap(roadmap, checker, part, beta, whole, room)
         roadmap, curves[beta] = found.roadmap, found.curve
     return roadmap, room, curves
 
@@ -165,7 +167,8 @@ def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, 
     """With a proof of each edge whose certificate leaves open whether it has so much ``clearance`` (m)."""
     rows = np.flatnonzero(roadmap.clearance < clearance)
     wider = keeping(checker, clearance)
-    proofs = EdgeProver(wider, progress).prove(*segments(roadmap, checker.robot, rows), contacts=False)
+    prover = EdgeProver(wider, progress, "clearance")
+    proofs = prover.prove(*segments(roadmap, checker.robot, rows), contacts=False)
     known, free = roadmap.clearance.copy(), proofs.free
     known[rows[free]] = clearance + np.maximum(proofs.clearance[free], 0.0)
     return replace(roadmap, clearance=known)

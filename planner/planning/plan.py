@@ -47,7 +47,7 @@ def plan(
     clock = Stopwatch()
     request = request_of(request or PlanRequest(), objective, options, robot, scene)
     with clock("setup"):
-        query = make_query(request.what, in_time=timing is not None)
+        query = make_query(request.what, in_time=timing is not None, progress=progress)
         limits = None if timing is None else MotionLimits.of(query.robot, timing)
         if query.scene.moving:
             require_earliest(request, timing)

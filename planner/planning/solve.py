@@ -52,20 +52,22 @@ def find_path(draft: Plan, progress: Progress, clock: Stopwatch) -> Plan:
         network = build_network(draft.roadmap, request.quality.objective, draft.clearance_kept)
     if progress.stopped:
         return draft
-    solved = solve_and_heal(draft, network, clock)
+    solved = solve_and_heal(draft, network, clock, progress=progress)
     if solved.outcome is Outcome.SOLVED or draft.clearance_kept <= 0:
         return solved
     left = replace(draft, roadmap=solved.roadmap, edges_removed=solved.edges_removed, clearance_kept=0.0)
     return find_path(left, progress, clock)
 
 
-def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, seen: set[bytes] | None = None) -> Plan:
+def solve_and_heal(
+    draft: Plan, network: gabf.Network, clock: Stopwatch, seen: set[bytes] | None = None, progress: Progress = QUIET
+) -> Plan:
     """The plan with its field and the cheapest path; edges that fail a second look are removed from its roadmap.
 
     ``seen`` as in :func:`second_looks`.
     """
     request, robot = draft.request, draft.checker.robot
-    look, floor = second_looks(draft.checker, draft.roadmap, seen), request.quality.min_manipulability
+    look, floor = second_looks(draft.checker, draft.roadmap, seen, progress), request.quality.min_manipulability
     with clock("path"):
         paths = RoadmapPaths(draft.roadmap, robot, network, floor, look)
     found = search(paths, gabf.named_law(request.quality.law, request.quality.prescribed_time), clock=clock)

@@ -10,6 +10,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices, tell
 from planner.base.files import StrPath
+from planner.base.progress import QUIET, Progress
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.constraints.keeps import bound_to, unbound
@@ -82,7 +83,9 @@ def _bound(checker: CollisionChecker, turns: tuple[Condition, ...], start: Float
     return with_conditions(checker, (*checker.world.conditions, *bound_to(turns, checker.robot, start)))
 
 
-def make_query(request: ProblemRequest, near_start: bool = True, in_time: bool = False) -> Query:
+def make_query(
+    request: ProblemRequest, near_start: bool = True, in_time: bool = False, progress: Progress = QUIET
+) -> Query:
     """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable.
 
     The configurations that a position or pose as goal becomes are chosen by their manipulability and by how near they
@@ -90,8 +93,10 @@ def make_query(request: ProblemRequest, near_start: bool = True, in_time: bool =
     motions is refused, but where the answer has times (``in_time``).
     """
     path = request.motion_plan_request
+    progress("setup", 0, 3)
     message = None if path is None else read_motion_plan_request(path)
     scene, robot = _set_up(request, message)
+    progress("setup", 1, 3)
     if scene.moving and not in_time:
         raise SceneError(
             f"in scene '{scene.name}' obstacles move ({choices(item.name for item in scene.moving)}), and a path "
@@ -106,7 +111,10 @@ def make_query(request: ProblemRequest, near_start: bool = True, in_time: bool =
     turns = unbound(keep)
     bound = [each for each in keep if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, bound)
-    return resolve_query(checker, start, goals, request.ik_solutions, request.ik_tolerance, near_start, turns)
+    progress("setup", 2, 3)
+    query = resolve_query(checker, start, goals, request.ik_solutions, request.ik_tolerance, near_start, turns)
+    progress("setup", 3, 3)
+    return query
 
 
 def resolve_query(

@@ -5,22 +5,21 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import StateError
 from planner.base.files import StrPath, make_folder, write_whole
-from planner.collision.checker import APART, CollisionChecker
+from planner.collision.checker import CollisionChecker
 from planner.collision.coal import CoalChecker
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs, generate_disabled_pairs
 from planner.collision.world import World
-from planner.kinematics.forward import joint_placements, tool_positions
+from planner.kinematics.forward import tool_positions
 from planner.problem.targets import Position
 from planner.query.resolve import resolve
+from planner.query.robots import at_usable_home, touching_pairs
 from planner.robot.files.packages import example_robot_data
 from planner.robot.files.robot_files import JointChoice, RobotFiles, Source, read_robot
 from planner.robot.robot import Robot, assemble
@@ -36,20 +35,16 @@ def write_robot_yaml(
 ) -> Iterator[str]:
     """Write a robot file for a robot by name or path, and yield sentences on it, of :func:`self_test` too."""
     files = read_robot(name, srdf)
-    robot = assemble(files, tool, choice)
-    require_bodies(robot)
+    assembled = assemble(files, tool, choice)
+    require_bodies(assembled)
+    robot = at_usable_home(files, assembled)
+    yield from (note.text for note in robot.notes[len(assembled.notes) :])
     listed = robot.disabled_pairs or frozenset()
     pairs = generate_disabled_pairs(robot, CoalChecker) - listed
     checker = CoalChecker(World.of(robot, Scene("none"), pairs | listed))
-    if not {*files.home} & {*robot.joints}:
-        home = _free_home(checker)
-        if (home != robot.home).any():
-            text = ",".join(f"{value:g}" for value in home.tolist())
-            yield f"No file says where home is, and links touch with the joints at zero: home is q:{text} instead."
-        robot = replace(robot, home=frozen(home))
     make_folder(out.parent)
     write_whole(out, robot_yaml(files, robot, pairs, out.parent).encode())
-    yield from self_test(CoalChecker(replace(checker.world, robot=robot), checker))
+    yield from self_test(checker)
     yield f"Written: {out}, with {len(pairs)} pairs of links that need no check. Plan with --robot {out}"
 
 
@@ -69,6 +64,7 @@ def robot_yaml(files: RobotFiles, robot: Robot, never_apart: frozenset[frozenset
         "home": robot.home.tolist(),
         "manipulability": robot.jacobian_rows,
         "fixed_joints": dict(robot.fixed_joints),
+        "mesh_pieces": own.mesh_pieces or None,
         "motion": robot.motion and robot.motion.model_dump(exclude_none=True),
     }
     adjacent = adjacent_pairs(robot) & never_apart
@@ -96,8 +92,9 @@ def _source(path: Path, folder: Path, own: Source | None) -> dict[str, Any]:
 
 def self_test(checker: CollisionChecker) -> Iterator[str]:
     """Sentences on how usable the robot of ``checker`` is in its scene, and which pairs of links touch too often."""
-    robot, random = checker.robot, _random(checker.robot)
-    at_home, touching = _touching(checker, robot.home[None])[0], _touching(checker, random)
+    robot = checker.robot
+    random = np.random.default_rng(0).uniform(robot.lower, robot.upper, size=(_SAMPLES, robot.dof))
+    at_home, touching = touching_pairs(checker, robot.home[None])[0], touching_pairs(checker, random)
     reached = sum(_is_reached(checker, xyz) for xyz in tool_positions(robot, random[:_TARGETS]).tolist())
     yield (
         f"Tried without obstacles: home is {'in collision' if at_home.any() else 'free'}, {reached} of {_TARGETS} tool "
@@ -114,30 +111,6 @@ def self_test(checker: CollisionChecker) -> Iterator[str]:
             f"'{first}' and '{second}' touch {where}: if the real ones do not, give the URDF simpler collision "
             f'geometry there, or add ["{first}", "{second}"] to disabled_pairs of the file.'
         )
-
-
-def _free_home(checker: CollisionChecker) -> Floats:
-    """A home (dof,) in which nothing touches: its own, the first towards mid-range, or the nearest of random ones."""
-    robot = checker.robot
-    way = robot.home + np.linspace(0.0, 1.0, 17)[:, None] * (0.5 * (robot.lower + robot.upper) - robot.home)
-    random = _random(robot)
-    random = random[np.argsort(np.abs(random - robot.home).sum(axis=1), kind="stable")]
-    q = np.clip(np.round(np.vstack([robot.home, way, random]), 3), robot.lower, robot.upper)  # people read it
-    free = np.flatnonzero(~_touching(checker, q).any(axis=1))
-    return q[free[0]] if len(free) and free[0] else robot.home
-
-
-def _random(robot: Robot) -> Floats:
-    return np.random.default_rng(0).uniform(robot.lower, robot.upper, size=(_SAMPLES, robot.dof))
-
-
-def _touching(checker: CollisionChecker, q: Floats) -> Bools:
-    """(n, pairs) which pairs are not proven apart in which configurations."""
-    rotation, position = joint_placements(checker.chain, q)
-    touching = checker.bound.coarse(rotation, position) <= 0
-    rows, pairs = np.nonzero(touching)
-    touching[rows, pairs] = checker.bound.close(rotation, position, rows, pairs, APART) <= 0
-    return touching
 
 
 def _is_reached(checker: CollisionChecker, xyz: tuple[float, float, float]) -> bool:

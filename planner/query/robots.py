@@ -18,16 +18,19 @@ from typing import get_args
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Bools, Floats, frozen
+from planner.base.cache import cached
 from planner.base.errors import Note, OptionError, PlannerError, RobotError
 from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
-from planner.kinematics.forward import tool_pose
-from planner.kinematics.manipulability import is_always_singular
+from planner.collision import make_checker
+from planner.collision.checker import APART, CollisionChecker
+from planner.kinematics.forward import joint_placements, tool_pose
+from planner.kinematics.manipulability import is_always_singular, manipulability
 from planner.problem.options import Measure, MeasureName, Rows
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
-from planner.problem.targets import Joints, Target
+from planner.problem.targets import TURN, Joints, Target
 from planner.query.resolve import looks_like_degrees
 from planner.robot.files.packages import PATHS
 from planner.robot.files.robot_files import JointChoice, RobotFiles, find_robot, read_robot, robot_file
@@ -38,6 +41,9 @@ from planner.robot.poses import pose
 from planner.robot.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried, Obstacle
+
+_NEAR = 200  # random configurations around mid-range
+_POOR = 0.1  # of their median w: home is another one where w is less
 
 _log = logging.getLogger(__name__)
 
@@ -69,8 +75,52 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
         fixed |= held
     base = placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or None)
     robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
-    robot = measured_by(robot, request.jacobian_rows, request.manipulability)
+    robot = measured_by(at_usable_home(files, robot), request.jacobian_rows, request.manipulability)
     return _set_up(robot, scene, message, choice)
+
+
+@lru_cache(maxsize=16)
+def at_usable_home(files: RobotFiles, robot: Robot) -> Robot:
+    """The robot of ``files``; where they leave home open, and links touch or w is poor at zero, at another one, noted.
+
+    The same object for the same robot, as with all that is set up here.
+    """
+    if {*files.home} & {*robot.joints}:
+        return robot
+    home = cached("homes", [robot.identity, _NEAR, _POOR], lambda: {"home": _usable_home(robot)})["home"]
+    if np.array_equal(home, robot.home):
+        return robot
+    text = "No file says where home is, and with all joints at zero links touch or the arm is singular: home is "
+    note = Note(f"{text}q:{','.join(f'{value:g}' for value in home.tolist())} instead.")
+    return replace(robot, home=frozen(home), notes=(*robot.notes, note))
+
+
+def _usable_home(robot: Robot) -> Floats:
+    """A home (dof,) in which nothing touches: its own unless w is poor, else mid-range or the nearest that will do.
+
+    What will do has at least the median w of random configurations around mid-range, of which it is one.
+    """
+    span = np.minimum(robot.upper - robot.lower, TURN)
+    random = np.random.default_rng(0).uniform(-0.5, 0.5, size=(_NEAR, robot.dof))
+    random[0] = 0.0
+    random = random[np.argsort(np.abs(random).sum(axis=1), kind="stable")]
+    q = np.round(0.5 * (robot.lower + robot.upper) + random * span, 3)  # people read it
+    q = np.vstack([robot.home, np.clip(q, robot.lower, robot.upper)])
+    free = ~touching_pairs(make_checker(robot, Scene("none"), "coal"), q).any(axis=1)
+    w = manipulability(measured_by(robot, None, robot.measure), q)
+    wanted = np.median(w[1:]) * np.append(_POOR, np.ones(_NEAR))
+    rows = np.flatnonzero(free & (w >= wanted))
+    rows = rows if len(rows) else np.flatnonzero(free)
+    return q[rows[0]] if len(rows) else robot.home
+
+
+def touching_pairs(checker: CollisionChecker, q: Floats) -> Bools:
+    """(n, pairs) which pairs are not proven apart in which configurations (n, dof)."""
+    rotation, position = joint_placements(checker.chain, q)
+    touching = checker.bound.coarse(rotation, position) <= 0
+    rows, pairs = np.nonzero(touching)
+    touching[rows, pairs] = checker.bound.close(rotation, position, rows, pairs, APART) <= 0
+    return touching
 
 
 @lru_cache(maxsize=16)

@@ -12,7 +12,7 @@ from planner.collision.checker import CollisionChecker
 from planner.problem.options import PAPER_EDGES, PAPER_NODES
 from planner.problem.request import RoadmapQuality
 from planner.query.resolve import free_configurations
-from planner.roadmap.connections import connect
+from planner.roadmap.connections import LINKS, connect
 from planner.roadmap.edges import RecordingProver
 from planner.roadmap.grow import ROADMAP, GrowthSettings, grow
 from planner.roadmap.measure import measure_anew, nobody, with_checked_nodes
@@ -68,11 +68,11 @@ def roadmap_between(
 ) -> Roadmap:
     """As :func:`build_roadmap`, between ``starts`` (s, dof) and ``goals`` (g, dof) that are known to be free."""
     prover = RecordingProver(checker, progress)
-    # a tree that is grown in two parts shows one bar
-    whole = progress.renamed(lambda stage, done, total: progress(stage, done, nodes if stage == ROADMAP else total))
+    totals = {ROADMAP: nodes, LINKS: round(density * nodes)}  # both grow in two parts
+    whole = progress.renamed(lambda stage, done, total: progress(stage, done, totals.get(stage, total)))
 
     def link(configurations: Floats, edges: Ints) -> Ints:
-        return connect(prover, configurations, edges, round(density * len(configurations)), progress)
+        return connect(prover, configurations, edges, round(density * len(configurations)), whole)
 
     kept = round(refined * nodes)
     grown = grow(prover, starts, goals, nodes - kept, seed, growth, whole)
@@ -85,6 +85,8 @@ def roadmap_between(
         # what the refined paths left of their share goes to the tree
         rest = grow(prover, configurations, goals[:0], nodes, seed + _REST, growth, whole)
         configurations, edges = rest.nodes, link(rest.nodes, np.concatenate([edges, rest.edges]))
+    for stage, count in ((ROADMAP, len(configurations)), (LINKS, len(edges))):
+        progress(stage, count, count)
     return _measured(prover, configurations, edges, grown.starts, grown.goals, seed)
 
 

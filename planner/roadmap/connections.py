@@ -12,6 +12,7 @@ from planner.native.compiled import detours, threads
 from planner.robot.robot import Robot
 
 NEIGHBOURS = 20
+LINKS = "links"  # a stage of progress
 _BATCH = 256  # candidates proven at a time
 _MEASURED = 8 * _BATCH  # candidates whose detour is measured before: with fewer the longest ones go unseen
 _FEW_PAIRS = 10_000  # of nodes and queries: all are measured in less time than a tree of them takes
@@ -102,7 +103,7 @@ def connect(
         keep = np.ones(len(candidates), dtype=bool)
         keep[batch] = False
         candidates, direct, detour = candidates[keep], direct[keep], detour[keep]
-        progress("links", len(accepted), target)
+        progress(LINKS, len(accepted), target)
     return accepted
 
 

@@ -125,6 +125,7 @@ class FirstPathSearch:
         for factor, most in itertools.cycle(_TRIES):
             left = end - self.checked
             if left <= 0 or self._progress.stopped:
+                self._progress(FIRST_PATH, self.checked, self.checked)
                 return None
             found = self._search(space, starts, goals, factor * self._settings.range, sample, min(most, left))
             if found is None:
@@ -160,7 +161,7 @@ class FirstPathSearch:
 
     def _finished(self, path: Floats) -> Floats:
         """A proven path after shortcuts, in pieces."""
-        self._progress(FIRST_PATH, self._settings.motions, self._settings.motions)
+        self._progress(FIRST_PATH, self.checked, self.checked)
         return in_pieces(self._motions.prover, self._shorten(path), self._settings.range)
 
     def _search(

@@ -122,9 +122,11 @@ def _add_shorter_paths(
         within_limit = replace(join, motions=limit - checked)
         found, tried = shorter_path(motions, within_limit, starts, goals, longest, rng, progress)
         checked += max(tried, 1)  # a search that could not even begin counts, so that this ends
+        progress("shorter paths", min(checked, limit), limit)
         if found is not None:
             forest.add_path(found)
             longest = min(longest, _length(robot, found))
+    progress("shorter paths", checked, checked)
     return checked
 
 
@@ -156,15 +158,17 @@ def grow_tree(
     Returns the number of motions that were checked.
     """
     full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
+    most = 0  # nodes that were shown: some of them may lack a proof
     while len(forest) < full and checked < limit and not progress.stopped:
         from planner.roadmap.ompl_planners import TreePlanners  # not loaded where nothing is to grow
 
         before = len(forest)
         check = motions.looks_free(MOTION_IN_GROWTH)
         with TreePlanners(JointSpace.of(motions.robot), check, rng, progress, motions.keeps) as planners:
-            planners.on_accept = lambda accepted, before=before: progress(ROADMAP, before + accepted, full)
+            planners.on_accept = lambda new, old=before, most=most: progress(ROADMAP, max(old + new, most), full)
             part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
             tree = planners.rrt(forest.nodes(), motions.step(settings.range), part, limit - checked)
+            most = max(most, before + planners.accepted)
         checked += max(planners.checked, 1)  # a tree that could not even begin counts, so that growing ends
         _add_proven(motions, forest, tree)
     return checked

@@ -190,6 +190,7 @@ def improve(
     if first is not None:
         search.take(first)
     curve = [] if search.best is None else [(0, search.best.cost)]
+    progress(IMPROVING, 0, effort)
     for spent in range(1, effort + 1):
         if progress.stopped:
             break

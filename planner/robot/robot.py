@@ -82,7 +82,8 @@ class Robot(Arm):
     ) -> Robot:
         """A built-in robot by name, or any robot by the path of its robot.yaml or URDF, or the text of that.
 
-        ``tool`` is a frame of the URDF (for a URDF by path, needed unless it has one single tip), ``fixed_joints``
+        ``tool`` is a frame of the URDF (of a URDF by path with several tips: the one that
+        is called so, as tool0, or that most joints move), ``fixed_joints``
         holds joints at values (rad, m), ``base`` places the robot in the world (4, 4), ``choice`` says which joints are
         planned, ``srdf`` is a file in place of the robot's own. Raises :class:`RobotError` naming the choices.
         """
@@ -309,7 +310,7 @@ def assemble(
     base: Floats | None = None,
 ) -> Robot:
     """The robot of ``files``, set up as :meth:`Robot.load` says."""
-    file, description = files.file, files.description
+    file, description, on_tool = files.file, files.description, files.notes_on_tool(tool, choice)
     tool, planned = files.tool(tool, choice), files.planned_joints(tool, choice, fixed or {})
     _check_joints(files, planned, tool)
     fixed = {**file.fixed_joints, **(fixed or {})}
@@ -344,6 +345,7 @@ def assemble(
         world_frame=files.srdf.world_frame if files.srdf else "",
         notes=(
             *files.notes,
+            *on_tool,
             *collada_notes(mesh_files(description)),
             *narrowed,
         ),

@@ -6,6 +6,7 @@ Plans, sweeps, sessions and tasks all search so. They differ in what a proof of 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -78,6 +79,7 @@ def search(
     """
     clock, rounds = clock or Stopwatch(), 0
     while True:
+        progress("path", rounds, 0)
         with clock("gabf"):
             network = lazy.network
             if x is None or law.needs_overestimate:
@@ -86,12 +88,11 @@ def search(
                 new = np.full(network.n_nodes - len(x), np.inf)
                 field = gabf.heal(network, np.append(x, new), law).cost_to_go
             x, rounds = field.x, rounds + 1
-        progress("path", rounds, rounds + 1)
         with clock("path"):
             steps = gabf.cheapest_path(field, lazy.starts)
             stopped = progress.stopped
             if stopped or not len(steps) or lazy.holds(steps):
-                progress("path", rounds, rounds)
+                progress("path", rounds, 0)
                 return Found(field, steps[:0] if stopped else steps, rounds)
 
 
@@ -150,7 +151,9 @@ class RoadmapPaths:
         return path_waypoints(self._roadmap, self._robot, self.layered.roadmap_node[steps])
 
 
-def second_looks(checker: CollisionChecker, roadmap: Roadmap, seen: set[bytes] | None = None) -> Callable[[Ints], Ints]:
+def second_looks(
+    checker: CollisionChecker, roadmap: Roadmap, seen: set[bytes] | None = None, progress: Progress = QUIET
+) -> Callable[[Ints], Ints]:
     """The proof of a path whose edges are all proven: a second look at them, see :func:`second_look`.
 
     The first edge on which it sees a contact fails. ``seen``: the edges that passed in the same world, on any roadmap,
@@ -165,7 +168,8 @@ def second_looks(checker: CollisionChecker, roadmap: Roadmap, seen: set[bytes] |
         if not len(new):
             return new
         start, end = roadmap.nodes[nodes[new]], roadmap.nodes[nodes[new + 1]]
-        contact = second_look(checker, straight(start, robot.difference(start, end)))
+        report = partial(progress, "second look")
+        contact = second_look(checker, straight(start, robot.difference(start, end)), progress=report)
         first = len(new) if contact is None else contact.piece
         passed.update(names[k] for k in new[:first])
         return rows[new[first : first + 1]]

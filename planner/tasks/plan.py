@@ -69,8 +69,8 @@ def task(
 class TaskPlanner:
     """A task with everything that does not depend on beta or on where the arm is: plan again on what is known.
 
-    planner_ = TaskPlanner.of("task.yaml")
-    planner_.plan(beta=0.2), planner_.plan(start=q)
+    known = planner.TaskPlanner.of("task.yaml")
+    known.plan(beta=0.2), known.plan(start=q), known.intervals()
     """
 
     request: TaskRequest
@@ -88,15 +88,18 @@ class TaskPlanner:
         """Read, find the candidates of each step, grow the roadmap, join the modes."""
         clock, request = Stopwatch(), (request or TaskRequest()).with_options(**options)
         what, quality = what if isinstance(what, Task) else Task.load(what), request.quality
+        progress("setup", 0, 2)
         with clock("setup"):
             scene, modes = _modes(what, Scene.load(what.scene), request)
             states = states_of(modes.robot, modes.checker.world.scene)
             target, within = parse_target(what.start), request.what.ik_tolerance
             start = resolve(target, modes.checker, states, "start", tolerance=within)[0]
+        progress("setup", 1, 2)
         with clock("grasps"):
             gripper = gripper_of(modes.robot, what.gripper)
             candidates = Candidates(what, modes, gripper, start[None], request.what)
             start = free_configuration(start, modes.checker_of(candidates.first), "start")
+        progress("setup", 2, 2)
         if candidates.dead_end is not None:
             return TaskPlanner(request, what, candidates, scene, None, None, clock)
         with clock("roadmap"):

@@ -64,7 +64,7 @@ def reached_on(
     arcs = arcs[_on_the_way(along, arcs)]
     start = ladder.q[arcs[:, 0]]
     delta = robot.difference(start, ladder.q[arcs[:, 1]])
-    proofs = EdgeProver(checker, progress).prove(start, delta, contacts=False)
+    proofs = EdgeProver(checker, progress, "proofs").prove(start, delta, contacts=False)
     good = proofs.free
     if floor > 0:
         rows = np.flatnonzero(good)

@@ -266,7 +266,7 @@ def with_intervals(draft: Tradeoff, clock: Stopwatch | None = None, progress: Pr
     quality, clock = draft.request.quality, clock or Stopwatch()
     with clock("costs"):
         network = build_network(draft.roadmap, quality.objective_at(0.5), draft.clearance)
-        look, floor = second_looks(draft.checker, draft.roadmap), quality.min_manipulability
+        look, floor = second_looks(draft.checker, draft.roadmap, progress=progress), quality.min_manipulability
         paths = RoadmapPaths(draft.roadmap, draft.robot, network, floor, look)
     search = EnvelopeSearch(paths, gabf.named_law(quality.law, quality.prescribed_time), clock)
     while not search.done and not progress.stopped:

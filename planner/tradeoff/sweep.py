@@ -48,7 +48,7 @@ def sweep(
     request = request_of(request or SweepRequest(), objective, options, robot, scene)
     clock = Stopwatch()
     with clock("setup"):
-        query = make_query(request.what)
+        query = make_query(request.what, progress=progress)
         limits = None if timing is None else MotionLimits.of(query.robot, timing)
     with clock("roadmap"):
         roadmap = obtain_roadmap(request.quality, query, progress)

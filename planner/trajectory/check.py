@@ -1,6 +1,7 @@
 """A check of a path or a trajectory from any source, as a controller runs it: samples, proofs, limits, clearance."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -108,14 +109,15 @@ def _examine(
     ``touch`` is a contact that is known already, of a motion of which ``late`` pieces are not proven in time.
     """
     checker, count, findings = begun.checker, len(pieces), list(begun.findings)
-    seen = second_look(checker, pieces, begun.step, progress=lambda done: progress("contacts", done, count))
+    seen = second_look(checker, pieces, begun.step, progress=partial(progress, "contacts"))
     touches = [] if touch is None else [touch]
     if seen is not None:
         at = places[seen.piece] + seen.s * (places[seen.piece + 1] - places[seen.piece])
         touches.append((float(at), seen.contact, seen.q))
-    progress("clearance", 0, count)
+    progress("nearest", 0, count)
     nearest = nearest_on_pieces(pieces, places, checker)
-    progress("clearance", count, count)
+    progress("nearest", count, count)
+    progress("proofs", 0, count)
     prover = EdgeProver(checker)
     verdict, pair = prove_pieces(pieces, prover, PROOF_OF_CHECK)
     progress("proofs", count, count)

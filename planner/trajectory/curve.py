@@ -24,20 +24,17 @@ lies between. Ramps are parabolas, as rounded corners are: the path stays a curv
 the quickest motion is found anew.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil
-from typing import NamedTuple
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.polynomials import part
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.path_moves import Ramp, next_ramp
+from planner.collision.path_moves import next_ramp
 from planner.constraints.floor import prove_floor
 from planner.native.compiled import curve_chords, curve_knots, curve_phases, motion_mean
 from planner.query.resolve import position_bounds
@@ -165,18 +162,10 @@ def duration_of(phases: Floats) -> float:
     return float(phases[:, 4].sum())
 
 
-@dataclass(frozen=True)
-class Spacing:
-    """Nanoseconds: the ``window`` over which the mean is taken, and how far knots are ``apart`` at least."""
-
-    window: int
-    apart: int
-
-    @staticmethod
-    def of(limits: MotionLimits, q: Floats) -> Spacing:
-        """The shortest ones that limits ask for, along positions (k, dof)."""
-        apart = apart_for(limits, q)
-        return Spacing(max(window_for(limits.acceleration, limits.jerk), 4 * apart), apart)
+def spacing_for(limits: MotionLimits, q: Floats) -> tuple[int, int]:
+    """Nanoseconds: the window that the mean is taken over, and how far knots are apart at least, along q (k, dof)."""
+    apart = apart_for(limits, q)
+    return max(window_for(limits.acceleration, limits.jerk), 4 * apart), apart
 
 
 def apart_for(
@@ -200,14 +189,14 @@ def window_for(acceleration: Floats, jerk: Floats) -> int:
 
 
 def mean_motion(
-    curve: Curve, phases: Floats, stretch: float, spacing: Spacing, joints: tuple[str, ...]
+    curve: Curve, phases: Floats, stretch: float, spacing: tuple[int, int], joints: tuple[str, ...]
 ) -> tuple[Trajectory, Ints]:
     """The mean over the last window of ``phases``, ``stretch`` times as slow, from rest to a window after their end.
 
     At every stop on the way it waits for a window; between two it takes four times as long as knots are apart, or
     longer. Second the curve's piece (k,) that each piece of the trajectory runs on.
     """
-    window, apart = spacing.window, spacing.apart
+    window, apart = spacing
     clock, q, qd, piece = curve_knots(curve.coefficients, curve.stop, phases, stretch, window, apart)
     times, *columns = motion_mean(clock, q, qd, window, apart)
     at = np.clip(np.searchsorted(clock, times[:-1], side="right") - 1, 0, len(piece) - 2)
@@ -229,59 +218,35 @@ def curve_cost(pieces: Floats, cost: Cost) -> float:
     return float((cost(start, end) * walked / np.maximum(joint_motion(start, end), _LEAST)).sum())
 
 
-class Shortened(NamedTuple):
-    """A curve with shortcuts, the phases of the ``quickest`` motion along it, and those ``before``, without them."""
+def shorten(
+    curve: Curve, prover: EdgeProver, limits: MotionLimits, floor: float, cost: Cost, most: float
+) -> tuple[Curve, Floats, int, Floats]:
+    """The curve with proven shortcuts, the quickest phases along it, how many, and the quickest phases before.
 
-    curve: Curve
-    quickest: Floats
-    shortcuts: int
-    before: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Shortcuts:
-    """What shortcuts keep to: proofs, the ``floor`` under w, ``limits``, and what the whole costs.
-
+    On shortcuts w stays above the ``floor``.
     ``cost`` gives that of straight motions from (k, dof) to (k, dof); for the whole curve it stays below ``most``, or
     where it is beyond already below what it is.
     """
-
-    prover: EdgeProver
-    limits: MotionLimits
-    floor: float
-    cost: Cost
-    most: float
-
-    def shorten(self, curve: Curve) -> Shortened:
-        """The curve with shortcuts in place of what takes longer."""
-        draws = np.random.default_rng(0).random((TRIES, 2))
-        spans = np.array([_SHORTEST_SPAN**draw for draw in draws[:, 0].tolist()])
-        spent, tried, found = curve_cost(curve.coefficients, self.cost), 0, 0
-        phases = before = self._quickest(curve)
-        while (next_ := self._next_ramp(curve, phases, spans[tried:], draws[tried:, 1])) is not None:
-            number, start, end, ramp = next_
-            tried += number + 1
-            shorter = spliced(curve, start, _without_rest(ramp), end)
-            costs = curve_cost(shorter.coefficients, self.cost)
-            if costs <= max(self.most, spent) and self._above_floor(ramp):
-                curve, spent, found = shorter, costs, found + 1
-                phases = self._quickest(curve)
-        return Shortened(curve, phases, found, before)
-
-    def _quickest(self, curve: Curve) -> Floats:
-        return quickest(curve, self.limits.velocity, self.limits.acceleration)
-
-    def _next_ramp(self, curve: Curve, phases: Floats, spans: Floats, draws: Floats) -> Ramp | None:
-        """The next proven ramp between two moments of the motion, ``spans`` (k,) of it apart, that takes less time."""
+    draws = np.random.default_rng(0).random((TRIES, 2))
+    shares = np.array([_SHORTEST_SPAN**draw for draw in draws[:, 0].tolist()])
+    spent, tried, count = curve_cost(curve.coefficients, cost), 0, 0
+    used, positions = (limits.velocity, limits.acceleration), position_bounds(prover.robot)
+    phases = before = quickest(curve, *used)
+    while True:
         duration = duration_of(phases)
-        spans = duration * spans
-        early = draws * (duration - spans)
-        moments, positions = np.stack([early, early + spans], axis=1), position_bounds(self.prover.robot)
-        limits = self.limits.velocity, self.limits.acceleration
-        return next_ramp(self.prover, curve.coefficients, phases, moments, _SHARES, limits, positions)
-
-    def _above_floor(self, ramp: Floats) -> bool:
-        return self.floor <= 0 or bool(prove_floor(self.prover.robot, ramp, self.floor).holds.all())
+        spans = duration * shares[tried:]
+        early = draws[tried:, 1] * (duration - spans)
+        moments = np.stack([early, early + spans], axis=1)
+        found = next_ramp(prover, curve.coefficients, phases, moments, _SHARES, used, positions)
+        if found is None:
+            return curve, phases, count, before
+        number, start, end, ramp = found
+        tried += number + 1
+        shorter = spliced(curve, start, _without_rest(ramp), end)
+        costs = curve_cost(shorter.coefficients, cost)
+        if costs <= max(most, spent) and (floor <= 0 or prove_floor(prover.robot, ramp, floor).holds.all()):
+            curve, spent, count = shorter, costs, count + 1
+            phases = quickest(curve, *used)
 
 
 def _without_rest(ramp: Floats) -> Floats:

@@ -1,7 +1,5 @@
 """What is measured along a path or a motion: manipulability, lengths, the first contact, the smallest clearance."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from typing import Any
@@ -161,10 +159,38 @@ def smallest_clearance(checker: CollisionChecker, path: Floats) -> tuple[float, 
     (left + right - motion) / 2. Pieces that may hide one that is smaller by more than that are halved, all at a time,
     until there are none (Piyavskii 1972). The backend's own error comes on top.
     """
-    search = _Search(checker, path)
-    while search.halve():
-        pass
-    return search.best if np.isfinite(search.best[0]) else None
+    clearance, best = Clearance(checker), (np.inf, 0, 0.0, path[0])
+    # two bodies may come nearer by what both of them move
+    motion = (checker.chain.sizes(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
+    passed = so_far(motion)  # (k,) motion from the start to each waypoint
+
+    def look(places: Floats) -> Floats:
+        """The clearances (n,) at ``places`` (n,) of which one is a new best one, if any is; lower bounds of others."""
+        nonlocal best
+        segment = np.clip(np.searchsorted(passed, places, side="right") - 1, 0, max(0, len(path) - 2))
+        ahead = np.minimum(segment + 1, len(path) - 1)
+        share = (places - passed[segment]) / np.maximum(passed[ahead] - passed[segment], 1e-300)
+        q = path[segment] + share[:, None] * (path[ahead] - path[segment])
+        values = clearance.smallest(q, best[0])
+        row = int(values.argmin())
+        if values[row] < best[0]:
+            best = float(values[row]), int(segment[row]), float(share[row]), q[row]
+        return values
+
+    # CLEARANCE_FIRST long at first, whatever the waypoints: a trajectory has thousands of them
+    places = np.linspace(0.0, passed[-1], max(1, int(np.ceil(passed[-1] / CLEARANCE_FIRST))) + 1)
+    values = look(places)
+    low, high, left, right = places[:-1], places[1:], values[:-1], values[1:]
+    while True:
+        bound = np.maximum(0.0, 0.5 * (left + right - (high - low)))
+        hiding = np.isfinite(bound) & (bound < best[0] - slack(best[0]))
+        if not hiding.any():
+            return best if np.isfinite(best[0]) else None
+        low, high, left, right = low[hiding], high[hiding], left[hiding], right[hiding]
+        middle = 0.5 * (low + high)
+        value = look(middle)
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        left, right = np.concatenate([left, value]), np.concatenate([value, right])
 
 
 def slack(clearance: float) -> float:
@@ -180,51 +206,6 @@ def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
     if not len(pairs):
         return None
     return world.contact(int(pairs[checker.gaps(q, pairs).argmin()]))
-
-
-class _Search:
-    """Pieces of the path that are halved where they may hide a smaller clearance.
-
-    They are ``CLEARANCE_FIRST`` long at first, whatever the waypoints: a trajectory has thousands of them.
-    """
-
-    def __init__(self, checker: CollisionChecker, path: Floats) -> None:
-        self.path, self.clearance = path, Clearance(checker)
-        # two bodies may come nearer by what both of them move
-        motion = (checker.chain.sizes(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
-        self.passed = so_far(motion)  # (k,) motion from the start to each waypoint
-        self.best: tuple[float, int, float, Floats] = (np.inf, 0, 0.0, path[0])
-        length = float(self.passed[-1])
-        places = np.linspace(0.0, length, max(1, int(np.ceil(length / CLEARANCE_FIRST))) + 1)
-        values = self._look(places)
-        # (4, n): from where to where they go, in metres of motion from the start, and the clearance or less there
-        self._pieces = np.stack([places[:-1], places[1:], values[:-1], values[1:]])
-
-    def halve(self) -> bool:
-        """Look in the middle of the pieces that could hold a smaller clearance; whether there were any."""
-        low, high, left, right = self._pieces
-        bound = np.maximum(0.0, 0.5 * (left + right - (high - low)))
-        hiding = np.isfinite(bound) & (bound < self.best[0] - slack(self.best[0]))
-        if not hiding.any():
-            return False
-        low, high, left, right = self._pieces[:, hiding]
-        middle = 0.5 * (low + high)
-        value = self._look(middle)
-        self._pieces = np.concatenate([[low, middle, left, value], [middle, high, value, right]], axis=1)
-        return True
-
-    def _look(self, places: Floats) -> Floats:
-        """The clearances (n,) at ``places`` (n,) of which one is a new best one, if any is; lower bounds of others."""
-        segment = np.clip(np.searchsorted(self.passed, places, side="right") - 1, 0, max(0, len(self.path) - 2))
-        ahead = np.minimum(segment + 1, len(self.path) - 1)
-        a, b = self.path[segment], self.path[ahead]
-        share = (places - self.passed[segment]) / np.maximum(self.passed[ahead] - self.passed[segment], 1e-300)
-        q = a + share[:, None] * (b - a)
-        values = self.clearance.smallest(q, self.best[0])
-        row = int(values.argmin())
-        if values[row] < self.best[0]:
-            self.best = float(values[row]), int(segment[row]), float(share[row]), q[row]
-        return values
 
 
 def clearance_text(clearance: float) -> str:

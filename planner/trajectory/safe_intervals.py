@@ -8,8 +8,6 @@ A search looks no farther ahead than a horizon, and is made again with one twice
 moves later than twice the arrival costs nothing but the proof that the goal can be stayed at.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -20,6 +18,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.progress import QUIET, Progress
 from planner.collision.moving_prover import TimedProver
+from planner.native.compiled import cheapest_costs
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.trajectory.limits import LEAST_JERK, USED, MotionLimits
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
@@ -193,21 +192,6 @@ class RoadmapInTime:
 
         return proven
 
-    def seconds_to_go(self, goals: Ints) -> Floats:
-        """(n,) seconds to the nearest of ``goals`` with nothing in the way; inf where there is no path."""
-        left = np.full(len(self.roadmap.nodes), np.inf)
-        left[goals] = 0.0
-        queue = [(0.0, int(goal)) for goal in goals]
-        while queue:
-            so_far, node = heapq.heappop(queue)
-            if so_far > left[node]:
-                continue
-            for other, edge in self.neighbours[node]:
-                if so_far + self.seconds[edge] < left[other]:
-                    left[other] = so_far + self.seconds[edge]
-                    heapq.heappush(queue, (float(left[other]), other))
-        return left
-
 
 def rest_to_rest(delta: Floats, limits: MotionLimits) -> Floats:
     """Seconds (n,) in which straight motions (n, dof) of least jerk keep the limits, from rest to rest.
@@ -231,7 +215,9 @@ def earliest_route(timed: RoadmapInTime, starts: Ints, goals: Ints, progress: Pr
     for goal in goals.tolist():
         if not progress.stopped and np.isfinite(since := timed.stays_for_good_from(goal)):
             good[goal] = since
-    left = timed.seconds_to_go(frozen(sorted(good), np.int64))
+    edges, stays = timed.roadmap.edges, frozen(sorted(good), np.int64)
+    both_ways = np.concatenate([edges, edges[:, ::-1]]), np.tile(timed.seconds, 2)
+    left = cheapest_costs(len(timed.neighbours), *both_ways, stays, np.zeros(len(stays)))  # s, with nothing in the way
     begun = [start for start in dict.fromkeys(starts.tolist()) if np.isfinite(left[start])]
     if not good or not begun:
         return None

@@ -1,7 +1,5 @@
 """From a path to a trajectory: corners rounded and shortcuts taken as far as they are proven, the quickest motion."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
@@ -20,8 +18,6 @@ from planner.problem.request import RoadmapQuality, TimingRequest
 from planner.trajectory.curve import (
     Cost,
     Curve,
-    Shortcuts,
-    Spacing,
     blends,
     curve_cost,
     duration_of,
@@ -29,6 +25,8 @@ from planner.trajectory.curve import (
     mean_motion,
     quickest,
     rounded,
+    shorten,
+    spacing_for,
     straight,
     without_standstill,
 )
@@ -71,8 +69,10 @@ class _Asked:
     prover: EdgeProver
     limits: MotionLimits
     floor: float
-    guide: Guide | None = None
-    deviation: float = np.inf
+    guide: Guide | None
+    deviation: float
+    cost: Cost
+    most: float | None  # that a curve with shortcuts may cost; None: none are taken
 
     @cached_property
     def widest(self) -> Floats:
@@ -98,28 +98,27 @@ class _Asked:
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """A motion along a curve: ``piece`` (m,) of the curve under each of its own, ``places`` of knots along a guide."""
+    """A motion along a curve whose corners have ``widths`` (k - 2,), and what is proven of it.
 
+    ``piece`` (m,) is that of the curve under each of its own, ``places`` (m + 1, 0 or 1) those of knots along a guide.
+    """
+
+    asked: _Asked
     curve: Curve
+    widths: Floats
     trajectory: Trajectory
     piece: Ints
-    places: Floats  # (m + 1, 0 or 1)
+    places: Floats
 
-    def proven_for(self, asked: _Asked, widths: Floats) -> _Proven:
-        """The same with what is proven of it."""
-        trajectory = self.trajectory
-        proof = prove_motion(trajectory, asked.prover, asked.limits, asked.floor)
-        inside = asked.inside(trajectory.coefficients, self.places[:-1, :1].ravel(), self.places[1:, :1].ravel())
-        return _Proven(self.curve, trajectory, self.piece, self.places, proof, inside, widths)
+    @cached_property
+    def proof(self) -> MotionProof:
+        return prove_motion(self.trajectory, self.asked.prover, self.asked.limits, self.asked.floor)
 
-
-@dataclass(frozen=True, eq=False)
-class _Proven(_Motion):
-    """And what is proven of it, ``inside`` (m,) which pieces keep to the guide; ``widths`` (k - 2,) of the corners."""
-
-    proof: MotionProof
-    inside: Bools
-    widths: Floats
+    @cached_property
+    def inside(self) -> Bools:
+        """(m,) which pieces keep to the guide."""
+        begin, end = self.places[:-1, :1].ravel(), self.places[1:, :1].ravel()
+        return self.asked.inside(self.trajectory.coefficients, begin, end)
 
 
 def time_path(
@@ -173,12 +172,11 @@ def timed_curve(
         raise StateError("path has no waypoint: give a row of joint values for each, at least one.")
     limits = own_limits(limits, checker.robot)
     lifted = path if guide is None else np.column_stack([path, guide.along])
-    asked = _Asked(without_standstill(lifted), EdgeProver(checker), limits, floor, guide, deviation)
-    rules = None
-    if time_law == "shortcuts" and len(asked.path) > 1 and guide is None:
-        most = (1.0 + extra_cost) * curve_cost(straight(asked.path), cost)
-        rules = Shortcuts(asked.prover, asked.used, floor, cost, most)
-    found, shortcuts = _proven_motion(asked, time_law, rules)
+    points, most = without_standstill(lifted), None
+    if time_law == "shortcuts" and len(points) > 1 and guide is None:
+        most = (1.0 + extra_cost) * curve_cost(straight(points), cost)
+    asked = _Asked(points, EdgeProver(checker), limits, floor, guide, deviation, cost, most)
+    found, shortcuts = _proven_motion(asked, time_law)
     record = found.proof.to_dict(checker.world.margin, checker.name)
     record |= {"corners": len(found.widths), "corners_blended": int((found.widths > 0).sum()), "shortcuts": shortcuts}
     if guide is not None:
@@ -187,42 +185,45 @@ def timed_curve(
     return replace(found.trajectory, time_law=time_law, limits=limits, proven=proven, proof=record), found.curve
 
 
-def _proven_motion(asked: _Asked, time_law: TimeLaw, rules: Shortcuts | None) -> tuple[_Proven, int]:
-    """The motion along the path with its corners rounded as far as that is proven, and shortcuts where there are rules.
+def _proven_motion(asked: _Asked, time_law: TimeLaw) -> tuple[_Motion, int]:
+    """The motion along the path, its corners rounded as far as that is proven, and how many shortcuts it takes.
 
-    And how many shortcuts. Where a motion with shortcuts is proven, as nearly all are, none without is asked for.
+    Where a motion with shortcuts is proven, as nearly all are, none without is asked for.
     """
     corners = max(len(asked.path) - 2, 0)
     widths = _provable_widths(asked) if time_law != "stop-at-corners" and corners else np.zeros(corners)
     curve = rounded(asked.path, widths)
-    if (found := _shortened(asked, curve, widths, rules)) is not None:
+    if (found := _shortened(asked, curve, widths)) is not None:
         return found
-    proven = _motion(asked, curve).proven_for(asked, widths)
-    while (narrower := _narrowed(proven, asked)) is not None:
-        proven = _motion(asked, rounded(asked.path, narrower)).proven_for(asked, narrower)
-    if proven.widths is not widths and proven.proof.whole:
-        found = _shortened(asked, proven.curve, proven.widths, rules)
-    return found or (proven, 0)
+    motion = _motion(asked, curve, widths)
+    while (narrower := _narrowed(motion)) is not None:
+        motion = _motion(asked, rounded(asked.path, narrower), narrower)
+    if motion.widths is not widths and motion.proof.whole:
+        found = _shortened(asked, motion.curve, motion.widths)
+    return found or (motion, 0)
 
 
-def _shortened(asked: _Asked, curve: Curve, widths: Floats, rules: Shortcuts | None) -> tuple[_Proven, int] | None:
+def _shortened(asked: _Asked, curve: Curve, widths: Floats) -> tuple[_Motion, int] | None:
     """The motion along a curve with shortcuts, and how many; None where these make nothing quicker that is proven."""
-    found = rules and rules.shorten(curve)
-    if not (found and found.shortcuts):
+    if asked.most is None:
         return None
-    motion = _motion(asked, found.curve, found.quickest)
+    shorter, phases, count, before = shorten(curve, asked.prover, asked.used, asked.floor, asked.cost, asked.most)
+    if not count:
+        return None
+    motion = _motion(asked, shorter, widths, phases)
     takes = motion.trajectory.nanoseconds[-1]
-    at_least = duration_of(found.before) / NANOSECOND  # without the window of the mean
-    if takes >= at_least and takes >= _motion(asked, curve, found.before).trajectory.nanoseconds[-1]:
+    at_least = duration_of(before) / NANOSECOND  # without the window of the mean
+    if takes >= at_least and takes >= _motion(asked, curve, widths, before).trajectory.nanoseconds[-1]:
         return None
-    proven = motion.proven_for(asked, widths)
-    return (proven, found.shortcuts) if proven.proof.whole else None
+    return (motion, count) if motion.proof.whole else None
 
 
 def _provable_widths(asked: _Asked) -> Floats:
     """The widest of 1, 1/2, ... 1/64 of the allowed width at which a corner's parabola (k - 2,) is proven, else 0."""
     widths = asked.widest.copy()
-    levels = _levels(asked)
+    # next to a waypoint below the floor the path is itself below it, on its way from the start or to the goal
+    above = manipulability(asked.prover.robot, asked.path[:, : asked.dof]) >= asked.floor
+    levels = np.where(above[:-2] & above[1:-1] & above[2:], asked.floor, 0.0)
     open_ = np.arange(len(widths))
     while len(open_):
         lifted = blends(asked.path, widths)[open_]
@@ -239,44 +240,32 @@ def _provable_widths(asked: _Asked) -> Floats:
     return np.where(widths >= _NARROWEST * asked.widest, widths, 0.0)
 
 
-def _levels(asked: _Asked) -> Floats:
-    """The w that each inner waypoint's parabola (k - 2,) has to keep to: the floor, 0 next to a waypoint below it.
-
-    There the path itself is below the floor, on its way from the start or to the goal.
-    """
-    above = manipulability(asked.prover.robot, asked.path[:, : asked.dof]) >= asked.floor
-    return np.where(above[:-2] & above[1:-1] & above[2:], asked.floor, 0.0)
-
-
-def _motion(asked: _Asked, curve: Curve, phases: Floats | None = None) -> _Motion:
+def _motion(asked: _Asked, curve: Curve, widths: Floats, phases: Floats | None = None) -> _Motion:
     """The smoothed motion along a curve, as slow as it takes to be within limits exactly.
 
     ``phases``: the quickest motion along it, where that is known.
     """
     limits = asked.used
-    spacing = Spacing.of(limits, asked.path[:, : asked.dof])
+    spacing = spacing_for(limits, asked.path[:, : asked.dof])
     if len(asked.path) == 1:
         q = asked.path[[0, 0]]
-        still = Trajectory(asked.limits.joints, np.array([0, spacing.window]), (q, 0.0 * q, 0.0 * q))
+        still = Trajectory(asked.limits.joints, np.array([0, spacing[0]]), (q, 0.0 * q, 0.0 * q))
         trajectory, places = _without_places(still, asked.dof)
-        return _Motion(curve, trajectory, np.zeros(1, dtype=np.int64), places)
-    phases = _quickest(asked, curve) if phases is None else phases
+        return _Motion(asked, curve, widths, trajectory, np.zeros(1, dtype=np.int64), places)
+    if phases is None:
+        velocity, acceleration = limits.velocity, limits.acceleration
+        if asked.guide is not None:
+            velocity, acceleration = np.append(velocity, asked.guide.fastest), np.append(acceleration, _FREELY)
+        phases = quickest(curve, velocity, acceleration)
     stretch = 1.0
     while True:
         lifted, piece = mean_motion(curve, phases, stretch, spacing, asked.limits.joints)
         trajectory, places = _without_places(lifted, asked.dof)
-        needed = _stretch_needed(trajectory, limits)
+        shares = motion_shares(trajectory.nanoseconds, *trajectory.columns, limits.rows).tolist()
+        needed = max(share ** (1.0 / order) for order, share in enumerate(shares, start=1))
         if needed <= 1.0:
-            return _Motion(curve, trajectory, piece, places)
+            return _Motion(asked, curve, widths, trajectory, piece, places)
         stretch *= needed * (1.0 + _EXTRA)
-
-
-def _quickest(asked: _Asked, curve: Curve) -> Floats:
-    """The phases (p, 5) of the quickest motion along a curve."""
-    velocity, acceleration = asked.used.velocity, asked.used.acceleration
-    if asked.guide is not None:
-        velocity, acceleration = np.append(velocity, asked.guide.fastest), np.append(acceleration, _FREELY)
-    return quickest(curve, velocity, acceleration)
 
 
 def _without_places(lifted: Trajectory, dof: int) -> tuple[Trajectory, Floats]:
@@ -287,35 +276,28 @@ def _without_places(lifted: Trajectory, dof: int) -> tuple[Trajectory, Floats]:
     return replace(lifted, columns=tuple(np.ascontiguousarray(rows[:, :dof]) for rows in lifted.columns)), places
 
 
-def _stretch_needed(motion: Trajectory, limits: MotionLimits) -> float:
-    """By how much the motion would have to be slower to keep all limits: 1 or less where it does."""
-    q, qd, qdd = motion.columns
-    shares = motion_shares(motion.nanoseconds, q, qd, qdd, limits.rows)
-    return float(max(share ** (1.0 / order) for order, share in enumerate(shares.tolist(), start=1)))
-
-
-def _narrowed(motion: _Proven, asked: _Asked) -> Floats | None:
+def _narrowed(motion: _Motion) -> Floats | None:
     """Half the width for corners next to which something is not proven, or that are passed too far away; else None."""
     bad = np.flatnonzero((motion.proof.verdict != 0) | ~motion.proof.floor_holds | ~motion.inside)
     pieces, corner = motion.piece[bad], motion.curve.corner
     near = np.unique(np.concatenate([pieces, pieces - 1, pieces + 1]).clip(0, len(corner) - 1))
     corners = corner[near]
-    corners = np.append(corners[corners > 0] - 1, _passed_too_far_away(motion, asked))
+    corners = np.append(corners[corners > 0] - 1, _passed_too_far_away(motion))
     if not len(corners):
         return None
     narrower = motion.widths.copy()
     narrower[corners] *= 0.5
-    return np.where(narrower >= _NARROWEST * asked.widest, narrower, 0.0)
+    return np.where(narrower >= _NARROWEST * motion.asked.widest, narrower, 0.0)
 
 
-def _passed_too_far_away(motion: _Proven, asked: _Asked) -> Ints:
+def _passed_too_far_away(motion: _Motion) -> Ints:
     """The rounded corners (m,) that the motion, averaged to limit the jerk, passes farther away than the deviation."""
-    rounded = np.flatnonzero(motion.curve.corner > 0)
+    asked, rounded = motion.asked, np.flatnonzero(motion.curve.corner > 0)
     if not len(rounded) or np.isinf(asked.deviation):
         return np.zeros(0, dtype=np.int64)
     trajectory, corner = motion.trajectory, motion.curve.corner[rounded]
     first, behind = (np.searchsorted(motion.piece, rounded, side=side) for side in ("left", "right"))
-    window = Spacing.of(asked.used, asked.path[:, : asked.dof]).window
+    window, _ = spacing_for(asked.used, asked.path[:, : asked.dof])
     clock = np.linspace(trajectory.nanoseconds[first], trajectory.nanoseconds[behind] + window, _LOOKS) * NANOSECOND
     q = trajectory.at(clock.ravel()).reshape(_LOOKS, len(corner), -1)
     off = np.abs(q - asked.path[corner, : asked.dof]).max(axis=2).min(axis=0)

@@ -28,7 +28,7 @@ def link(weight: float, K: float | None = None) -> gabf.Network:
 
 def margin(end: float) -> float:
     """The zeta of eq. (wb) with wbar = 0.5 for a in [0, end]."""
-    return float(link(FIRST_WEIGHT).arcs.progress(0.0, end)[0])
+    return float(link(FIRST_WEIGHT).arcs.extremes(0.0, end)[0][0])
 
 
 def _maps_into_unit_interval(weight: float) -> bool:

@@ -115,6 +115,13 @@ def check_tradeoff(rows: Rows) -> None:
     assert [row["robot"] for row in rows] == ["iiwa14", "panda"]
     assert all(0.5 < float(row["ratio"]) <= 1.0 + 1e-12 for row in rows)
     assert all(float(row["plan_cpu_s"]) > 0 for row in rows)
+    for row in rows:
+        assert float(row["beta_min"]) <= float(row["beta"]) <= float(row["beta_max"])
+        assert 0 < float(row["omega"]) < float(row["distance"])
+        sweep_cost = 0.8 * float(row["omega"]) + 0.2 * float(row["distance"])
+        assert sweep_cost == pytest.approx(float(row["sweep_cost"]), rel=1e-3)
+        assert float(row["w_min"]) > 0 < float(row["duration"])
+        assert 0 <= float(row["added_length"]) <= float(row["gain"]) <= 1
 
 
 def check_tables(rows: Rows) -> None:

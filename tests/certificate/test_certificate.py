@@ -24,7 +24,7 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Mesh, Obstacle
 from planner.trajectory.timing import time_path
-from tests.worlds import joint_xml, link_xml, load, make_post, scene_of
+from tests.worlds import UR3, joint_xml, link_xml, load, make_post, scene_of
 
 LINES = 600
 TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
@@ -164,6 +164,22 @@ def test_the_urdf_counts_where_it_is_given(tmp_path: Path) -> None:
             verify_proof.check(folder, copy)
     with pytest.raises(Refused):
         verify_proof.check(folder, load("panda").source.path)
+
+
+def test_pieces_of_meshes_are_certified_and_said_not_to_be_compared(tmp_path: Path) -> None:
+    checker = make_checker(Robot.load(UR3), Scene("none"))
+    path = np.array([[0.0, -1.2, 1.2, -1.5, -1.5, 0.0], [0.2, -1.1, 1.1, -1.4, -1.5, 0.2]])
+    folder, certificate = folder_of(tmp_path / "out", checker, path)
+    assert certificate.whole
+    assert any("piece 2" in name for name in certificate.words["items"])
+    said = verify_proof.check(folder, Path(UR3))
+    assert "meshes not found, cut or of another kind: " in said
+    assert "'wrist_1_link_0'" in said
+    urdf = tmp_path / "ur3.urdf"
+    text = Path(UR3).read_text()
+    urdf.write_text(text.replace("shoulder_link", "moved").replace("wrist_3_link", "shoulder_link"))
+    with pytest.raises(Refused, match="hangs on another joint"):
+        verify_proof.check(folder, urdf)
 
 
 def test_joints_that_slide_or_turn_for_good_are_certified(tmp_path: Path) -> None:

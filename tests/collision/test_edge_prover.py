@@ -15,18 +15,19 @@ from planner.collision.checker import is_free, keeping
 from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.fcl import FclChecker
-from planner.collision.looks import first_seen, recheck, states_along
+from planner.collision.looks import first_seen, recheck, states_along, straight
 from planner.collision.path_moves import cheapest_chain, first_free
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
+from planner.robot.files.robot_files import read_robot
 from planner.robot.poses import pose
-from planner.robot.robot import Robot
+from planner.robot.robot import Robot, assemble
 from planner.robot.scene import Scene
 from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
 from tests.coal_judge import CoalWorld, coal_geometry, coal_transform
 from tests.random_shapes import FCL_AT_ITS_WORST, box_mesh, random_pose
 from tests.robot.test_solids import box as closed_box
-from tests.worlds import body, checker_of, joint_xml, link_xml, load, random_q, scene_of
+from tests.worlds import UR3, body, checker_of, joint_xml, link_xml, load, random_q, scene_of
 
 
 def edges_of(robot: Robot, n: int, seed: int, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -528,3 +529,18 @@ def test_a_direction_whose_square_is_no_number_separates_nothing(urdf_file, c: f
     checker = make_checker(robot, scene_of((Sphere(1e-3), pose([c, c, c]))), margin=0.6)  # they are 0.576 m apart
     found = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.01, 0.0]]))
     assert found.verdict.tolist() == [Verdict.COLLIDES]
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_what_is_proven_of_the_pieces_of_meshes_touches_nowhere_by_the_whole_meshes(backend: str) -> None:
+    """Looked at every millimetre by the other library, which knows the meshes before they are split."""
+    files, scene, other = read_robot(UR3), Scene.load("table"), "coal" if backend == "fcl" else "fcl"
+    split, whole = (assemble(replace(files, description=replace(files.description, pieces=k))) for k in (True, False))
+    start = np.random.default_rng(11).uniform(-2.5, 2.5, size=(60, split.dof))
+    delta = np.random.default_rng(12).uniform(-0.3, 0.3, size=start.shape)
+    proofs, before = (EdgeProver(make_checker(each, scene, backend)).prove(start, delta) for each in (split, whole))
+    free = proofs.free
+    assert (free >= before.free).all()
+    assert before.free.sum() >= 30
+    assert proofs.samples[free].sum() < 0.8 * before.samples[free].sum()
+    assert first_seen(make_checker(whole, scene, other), straight(start[free], delta[free]), 1e-3) is None

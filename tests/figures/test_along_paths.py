@@ -17,6 +17,7 @@ import planner
 from planner import figures
 from planner.base.errors import OptionError
 from planner.collision.looks import Clearance
+from planner.figures.paths import w_label
 from planner.figures.style import leave_headroom, single, stroke
 from planner.kinematics.manipulability import jacobians, manipulability
 from planner.planning.result import Plan
@@ -158,3 +159,9 @@ def test_without_matplotlib_the_module_says_what_to_install() -> None:
     code = "import sys; sys.modules['matplotlib'] = None\nimport planner\nplanner.figures"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "pip install 'gabf-planner[figures]'" in done.stderr
+
+
+def test_another_measure_is_named_in_place_of_w(solved: Plan) -> None:
+    assert w_label(solved.robot) == "manipulability $w$ (m³)"
+    assert w_label(replace(solved.robot, measure="min-singular-value")) == "min-singular-value (m)"
+    assert w_label(replace(solved.robot, measure="inverse-condition")) == "inverse-condition (no unit)"

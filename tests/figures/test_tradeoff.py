@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
+import planner
 from planner import figures
+from planner.base.errors import OptionError
 from planner.problem.outcome import Outcome
 from planner.problem.request import SweepRequest
 from planner.tradeoff.result import Interval, Tradeoff
-from tests.figures.panels import data, require_labels
+from tests.figures.panels import data, lines, require_labels
 
 NONE: Any = None
 
@@ -32,7 +37,8 @@ def interval(low: float, high: float, omega: float, distance: float) -> Interval
 
 def tradeoff(*intervals: Interval) -> Tradeoff:
     outcome = Outcome.SOLVED if intervals else Outcome.NO_PATH
-    return Tradeoff(SweepRequest(), outcome, NONE, NONE, intervals=intervals)
+    checker: Any = SimpleNamespace(robot=planner.Robot.load("planar_2r"))
+    return Tradeoff(SweepRequest(), outcome, checker, NONE, intervals=intervals)
 
 
 # lines meet at beta = 0.25 and 0.5; (2.5, 7.5) lies above all three, so that no beta reaches it
@@ -60,3 +66,39 @@ def test_labels_of_near_paths_do_not_lie_on_each_other() -> None:
     heights = np.array([text.get_position()[1] for text in axes.texts])
     low, high = axes.get_ylim()
     assert np.diff(heights).max() < -0.05 * (high - low)
+
+
+def test_over_beta_the_least_cost_is_that_of_all_paths_at_every_beta() -> None:
+    figure = figures.over_beta(tradeoff(*THREE), rows=["cost"])
+    require_labels(figure)
+    best = lines(figure.axes[0])["the best path"]
+    betas = np.linspace(0, 1, 201)
+    least = ((1 - betas[:, None]) * POINTS[:, 0] + betas[:, None] * POINTS[:, 1]).min(axis=1)
+    assert np.interp(betas, *best) == pytest.approx(least, rel=1e-12)
+    drawn = [data(line) for line in figure.axes[0].get_lines()[:3]]
+    assert [line[:, 1].tolist() for line in drawn] == [[1.0, omega_d[1]] for omega_d in POINTS.tolist()]
+
+
+def test_over_beta_every_row_has_the_numbers_of_the_betas_path() -> None:
+    numbers = [{"duration": 3.0 - k, "w_min": 0.1 * k, "clearance": 0.01 + k} for k in range(3)]
+    timed = tradeoff(*(replace(item, **own) for item, own in zip(THREE, numbers, strict=True)))
+    figure = figures.over_beta(timed)
+    require_labels(figure)
+    assert [axes.get_ylabel().split(" (")[0] for axes in figure.axes] == [
+        "cost",
+        "duration",
+        "smallest $w$",
+        "clearance",
+    ]
+    for axes, name in zip(figure.axes[1:], ("duration", "w_min", "clearance"), strict=True):
+        x, y = lines(axes)["the best path"]
+        for item, own in zip(timed.intervals, numbers, strict=True):
+            inside = (x >= item.beta_min) & (x <= item.beta_max) & (y == own[name])
+            assert x[inside].tolist() == [item.beta_min, item.beta_max]
+        low, high = axes.get_ylim()
+        assert y.max() < high - 0.05 * (high - low)
+
+
+def test_a_row_without_numbers_is_refused() -> None:
+    with pytest.raises(OptionError, match="no duration for every path: leave this row out"):
+        figures.over_beta(tradeoff(*THREE))

@@ -91,7 +91,7 @@ def test_a_change_before_the_prescribed_time_acts_within_the_same_clock() -> Non
 
 def test_a_law_that_needs_strict_overestimates_says_so() -> None:
     net = chain(4)
-    with pytest.raises(AssumptionError, match="start anew"):
+    with pytest.raises(AssumptionError, match="start again"):
         gabf.heal(net, gabf.oracle(net), gabf.PrescribedTime())
 
 

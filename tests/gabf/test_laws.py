@@ -86,7 +86,7 @@ def test_parameters_are_validated(make, message):
 
 @pytest.mark.parametrize("law", [gabf.FixedTime, gabf.SingularityFree])
 def test_coefficients_whose_times_no_double_holds_are_refused(law):
-    assert law(beta1=1e200, beta2=1e-200).flow.total_time < 1e300
+    assert law(beta1=1e200, beta2=1e-200).flow.whole_time < 1e300
     for beta in (1e-260, 1e260):
         with pytest.raises(OptionError, match="bring both closer to 1"):
             law(beta1=beta, beta2=beta)
@@ -185,6 +185,12 @@ def test_nothing_is_proven_of_when_an_own_law_settles():
     found = gabf.certify(NET, law, solve(NET, law, x0=0.0))
     assert {c.equation for c in found} == {"lemma (globalbound)", "lemma (globalexistence)"}
     assert all(c.holds and not c.proven for c in found)
+
+
+@pytest.mark.parametrize("name", sorted(RATES))
+def test_the_largest_input_of_an_own_law_is_the_largest_of_any_node(name):
+    result = solve(NET, gabf.UserLaw(RATES[name]), x0=np.linspace(-1.0, 6.0, 60), save_every=1)
+    assert result.largest_input == np.abs(result.history.u).max()
 
 
 @pytest.mark.parametrize("name", ["tanh", "saturated", "root", "two powers", "one-sided", "slow far away"])

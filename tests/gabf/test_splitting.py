@@ -50,7 +50,7 @@ def test_large_steps_are_sweeps_of_bellman_and_ford():
     """Forty of them take forty nodes to the fixed point, as value iteration does."""
     problem = reduce(NET)
     parents = parents_of(problem, gabf.Nominal().flow)
-    here = parents.standing(problem.pack(np.full(40, 50.0)))
+    here = parents.state(problem.pack(np.full(40, 50.0)))
     for _ in range(40):
         here, _ = parents.step(here, 1e6, 1.0)
     assert problem.unpack(here.y) == pytest.approx(gabf.oracle(NET), rel=1e-12)
@@ -58,7 +58,7 @@ def test_large_steps_are_sweeps_of_bellman_and_ford():
 
 def test_one_row_flows_exactly():
     parents, step = parents_of(reduce(from_arcs(2, [(1, 0, 1.0)])), gabf.Nominal().flow), 0.7
-    there, share = parents.step(parents.standing(np.array([9.0, 0.0])), step, 1.0)
+    there, share = parents.step(parents.state(np.array([9.0, 0.0])), step, 1.0)
     assert there.y[0] == pytest.approx(1.0 + 8.0 * np.exp(-step), rel=1e-12)
     assert share == 0.0
 
@@ -123,8 +123,8 @@ def test_a_compiled_step_is_that_of_any_kernel(kernel):
     y = problem.pack(np.random.default_rng(0).uniform(0, 0.9, 300))
     flow = gabf.SingularityFree().flow
     compiled, plain = parents_of(problem, flow), Parents(problem, flow)
-    pairs = list(zip(compiled.standing(y), plain.standing(y), strict=True))
-    at = plain.standing(y)
+    pairs = list(zip(compiled.state(y), plain.state(y), strict=True))
+    at = plain.state(y)
     ours, theirs = (parents.step(at, 0.1, 1.0) for parents in (compiled, plain))
     for one, other in [*pairs, *zip(ours[0], theirs[0], strict=True), (ours[1], theirs[1])]:
         np.testing.assert_allclose(one, other, rtol=1e-14)

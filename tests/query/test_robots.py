@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import shutil
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from planner.base.resources import robots_folder
@@ -16,6 +18,7 @@ from planner.query.query import open_world
 from planner.query.robots import robot_of
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
+from tests.worlds import joint_xml, link_xml
 
 
 @pytest.fixture
@@ -59,3 +62,53 @@ def test_what_changed_is_seen_even_at_the_same_time_and_length(in_place: bool, a
     os.utime(other, (1e9, 1e9))
     other.replace(file)
     assert not np.array_equal(robot(arm).upper, known.upper)
+
+
+SINGULAR = {  # axes and steps: at zero joints 1 and 3 are parallel, or the arm is stretched out above its base
+    "wrist": (("0 0 1", "0 1 0", "0 0 1"), "0.1 0 0.4"),
+    "arm": (("0 0 1", "0 1 0", "0 1 0"), "0 0 0.4"),
+}
+
+
+@pytest.mark.parametrize(("axes", "step"), SINGULAR.values(), ids=SINGULAR)
+def test_home_is_free_and_not_singular_where_no_file_says_where_it_is(
+    axes: tuple[str, str, str], step: str, urdf_file: Callable[..., str]
+) -> None:
+    """FCL says that it is free; w is compared with that of random configurations by Pinocchio's Jacobian."""
+    rod = '<capsule radius="0.02" length="0.2"/>', '<origin xyz="0 0 0.2"/>'
+    links = "".join(link_xml(f"l{k}", *rod) for k in range(4)) + link_xml("tip")
+    joints = "".join(joint_xml(f"j{k}", f"l{k}", f"l{k + 1}", axis=axis, xyz=step) for k, axis in enumerate(axes))
+    file = urdf_file(links + joints + joint_xml("end", "l3", "tip", "fixed", xyz=step))
+    checker = open_world(WorldRequest(file, "empty"))
+    robot, (note,) = checker.robot, checker.robot.notes
+    assert "No file says where home is" in note.text
+    assert f"home is q:{','.join(f'{value:g}' for value in robot.home.tolist())} instead" in note.text
+    assert checker.first_contact(robot.home[None]) is None
+    random = np.random.default_rng(5).uniform(robot.lower, robot.upper, size=(200, 3))
+    assert w_of(robot, robot.home) > 0.5 * np.median([w_of(robot, q) for q in random])
+    assert w_of(robot, np.zeros(3)) < 1e-9
+    assert (Robot.load(file).home == 0).all()  # as its files have it
+
+
+def w_of(robot: Robot, q: np.ndarray) -> float:
+    """The product of the singular values of the tool's Jacobian, its three rows of translation."""
+    data = robot.model.createData()
+    jacobian = pin.computeFrameJacobian(
+        robot.model, data, q, robot.model.getFrameId(robot.tool), pin.LOCAL_WORLD_ALIGNED
+    )
+    return float(np.linalg.svd(jacobian[:3], compute_uv=False).prod())
+
+
+def test_a_home_that_a_file_gives_or_that_will_do_stays(tmp_path: Path, urdf_file: Callable[..., str]) -> None:
+    folder = robots_folder() / "examples"
+    arm, srdf = str(folder / "arm.urdf"), str(folder / "arm.srdf")
+    given = open_world(WorldRequest(arm, "empty", tool="tip", srdf=srdf)).robot
+    assert given.home.tolist() == [0.5, 0.0, 0.8]
+    (tmp_path / "robot.yaml").write_text(f"urdf: {{file: {arm}}}\ntool: tip\nhome: [0, 0, 0]\n")
+    assert (open_world(WorldRequest(str(tmp_path / "robot.yaml"), "empty")).robot.home == 0).all()
+    ball = '<sphere radius="0.01"/>'
+    bent = link_xml("a", ball) + link_xml("b", ball) + link_xml("c", ball) + link_xml("t")
+    bent += joint_xml("j", "a", "b", xyz="0.2 0 0") + joint_xml("k", "b", "c", axis="0 1 0", xyz="0.2 0 0")
+    bent += joint_xml("s", "c", "t", "prismatic", "1 0 0", xyz="0.1 0.1 0.3")
+    robot = open_world(WorldRequest(urdf_file(bent), "empty")).robot
+    assert ((robot.home == 0).all(), robot.notes) == (True, ())

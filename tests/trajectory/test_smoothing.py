@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.native.compiled import curve_knots
-from planner.trajectory.curve import Spacing, mean_motion, quickest, rounded, window_for
+from planner.trajectory.curve import mean_motion, quickest, rounded, window_for
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 VELOCITY, ACCELERATION, JERK = np.array([1.0, 1.5]), np.array([4.0, 3.0]), np.array([100.0, 60.0])
@@ -15,9 +15,9 @@ PATH = np.array([[0.0, 0.0], [0.8, 0.1], [0.9, 0.9], [0.2, 1.0]])
 
 def motions(widths: tuple[float, float]) -> tuple[Trajectory, Trajectory, int]:
     """The motion before its mean is taken, its mean, and the window (ns)."""
-    curve, spacing = rounded(PATH, np.array(widths)), Spacing(window_for(ACCELERATION, JERK), 50_000)
-    phases, window = quickest(curve, VELOCITY, ACCELERATION), spacing.window
-    clock, q, qd, _ = curve_knots(curve.coefficients, curve.stop, phases, 1.0, window, spacing.apart)
+    curve, spacing = rounded(PATH, np.array(widths)), (window_for(ACCELERATION, JERK), 50_000)
+    phases, (window, apart) = quickest(curve, VELOCITY, ACCELERATION), spacing
+    clock, q, qd, _ = curve_knots(curve.coefficients, curve.stop, phases, 1.0, window, apart)
     base = Trajectory(("a", "b"), clock, (q, qd))
     return base, mean_motion(curve, phases, 1.0, spacing, ("a", "b"))[0], window
 

@@ -18,6 +18,7 @@ import re
 import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from importlib.metadata import version
 from itertools import combinations_with_replacement
 from pathlib import Path
@@ -31,11 +32,12 @@ from planner.base.errors import FileError, Note, choices
 from planner.base.files import StrPath
 from planner.base.silenced import PROCESS
 from planner.base.yamlfile import shown
-from planner.robot.shapes import Mesh
+from planner.robot.shapes import Body, Mesh
 from planner.robot.solids import is_closed, pieces_of_vertices
 
 MANY = 2000  # triangles: meshes of more are thinned
 CELL = 1e-3  # m: a cell of the grid
+_PIECES = 8  # of a mesh: each is a body more in every pair
 DRAWN_MANY = 3000  # triangles of a mesh to look at, on the finest of these grids that leaves so few, or the last
 DRAWN_CELLS = (0.5e-3, 1e-3, 2.1e-3)  # m: half a diagonal is below 2 mm
 _CREASE = np.radians(35.0)  # an edge at which faces meet at a larger angle stays sharp
@@ -103,6 +105,34 @@ def _content(path: Path, scale: float | Floats) -> list[Any]:
 def _made_once(kind: str, made_of: list[Any], make: Callable[[], Mesh]) -> Mesh:
     arrays = cached(kind, made_of, lambda: {k: np.asarray(v) for k, v in vars(make()).items()})
     return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
+
+
+def pieces_of(body: Body) -> list[Body]:
+    """A body for each connected piece of its mesh, ``_PIECES`` at most: their hulls fit closer than that of the whole.
+
+    A piece stays with a larger one if it lies in its box, so that a hollow body stays hollow.
+    """
+    mesh = body.shape
+    if not isinstance(mesh, Mesh):
+        return [body]
+    number = pieces_of_vertices(mesh)[mesh.triangles].max(axis=1)
+    rows = [np.flatnonzero(number == k) for k in np.unique(number)]
+    corners = [mesh.vertices[mesh.triangles[own]] for own in rows]
+    low, high = (np.array([end(each, axis=(0, 1)) for each in corners]) for end in (np.min, np.max))
+    kept: list[list[int]] = []  # pieces that stay together, the largest first
+    for k in np.argsort(-np.linalg.norm(high - low, axis=1), kind="stable").tolist():
+        heads = [own[0] for own in reversed(kept)]
+        outside = (np.maximum(high[k] - high[heads], 0.0) + np.maximum(low[heads] - low[k], 0.0)).sum(axis=1)
+        if len(kept) < _PIECES and outside.all():
+            kept.append([k])
+        else:
+            kept[-1 - int(outside.argmin())].append(k)
+    made = list[Body]()
+    for own in kept:
+        used, triangles = np.unique(mesh.triangles[np.concatenate([rows[k] for k in own])], return_inverse=True)
+        shape = Mesh(mesh.vertices[used], triangles.reshape(-1, 3), mesh.radius)
+        made.append(replace(body, name=f"{body.name}, piece {len(made) + 1}", shape=shape))
+    return made if len(made) > 1 else [body]
 
 
 def _drawn(mesh: Mesh) -> Mesh:

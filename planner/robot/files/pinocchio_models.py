@@ -40,6 +40,7 @@ def files_of_model(model: pin.Model, collision: pin.GeometryModel, visual: pin.G
         joints=_links_at_joints(made),
         model=made,
         geometry=geometry,
+        pieces=True,
     )
     pairs = {frozenset((named[pair.first], named[pair.second])) for pair in collision.collisionPairs}
     disabled = [pair for pair in itertools.combinations(sorted(set(named)), 2) if frozenset(pair) not in pairs]

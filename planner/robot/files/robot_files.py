@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -60,6 +60,7 @@ class RobotFile(Strict):
     manipulability: Rows | None = None
     fixed_joints: dict[str, Coordinate] = pydantic.Field(default_factory=dict)
     disabled_pairs: list[tuple[str, str]] | None = None
+    mesh_pieces: bool = False
     motion: MotionFile | None = None
 
 
@@ -141,11 +142,20 @@ class RobotFiles:
                 return group_tip(self.srdf, choice.group, self.description, joints)
         if tool is None:
             tips = urdf.tips_of(self.model)
-            if len(tips) != 1:
+            likely = tips if len(tips) == 1 else urdf.likely_tools(self.model)[0]
+            if len(likely) != 1:
                 raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
-            return tips[0]
+            return likely[0]
         frame_id(self.model, tool)
         return tool
+
+    def notes_on_tool(self, tool: str | None, choice: JointChoice) -> tuple[Note, ...]:
+        """A note on the tool where it is chosen of several tips, as neither a name nor a group says which it is."""
+        tips = urdf.tips_of(self.model)
+        if tool or self.file.tool or choice.group is not None or len(tips) == 1:
+            return ()
+        chosen, why = self.tool(None, choice), urdf.likely_tools(self.model)[1]
+        return (Note(f"Frame '{chosen}' is taken as the tool, {why}; tips are {choices(tips)}: --tool names another."),)
 
     def _group_joints(self, group: str) -> list[str]:
         if self.srdf is None:
@@ -211,8 +221,10 @@ def read_robot(name: StrPath, srdf: StrPath | None = None) -> RobotFiles:
     """The files of a robot given by name, by path, or by the text of its URDF; ``srdf`` replaces its own."""
     name = os.fspath(name)
     text = name if name.lstrip().startswith("<") else None
-    folder, file = find_robot(name) if text is None else (Path(), RobotFile(urdf=Source(file="<string>")))
+    of_text = Path(), RobotFile(urdf=Source(file="<string>"), mesh_pieces=True)
+    folder, file = find_robot(name) if text is None else of_text
     description = urdf.read_description(file.urdf.path(folder), file.urdf.args, text)
+    description = replace(description, pieces=file.mesh_pieces)
     name = name if text is None else "the text of a URDF"
     called = file.name or (name if name in robot_names() else description.name)
     if srdf is not None:
@@ -235,7 +247,7 @@ def find_robot(name: str) -> tuple[Path, RobotFile]:
         where = f"robot file {path}"
         return path.parent, validate(RobotFile, parse_yaml(read_text(path, "robot file"), where), where, RobotError)
     if path.suffix.lower() in (".urdf", ".xml", ".xacro") or "/" in name:
-        return Path(), RobotFile(urdf=Source(file=str(path)))
+        return Path(), RobotFile(urdf=Source(file=str(path)), mesh_pieces=True)
     if name.endswith("_description") and name.isidentifier() and not os.path.isfile(path):
         return Path(), _described(name)
     if os.path.isfile(path):
@@ -260,4 +272,4 @@ def _described(name: str) -> RobotFile:
     urdf_file = Source(file=str(path), args=said.get("XACRO_ARGS", {}) if path == said.get("XACRO_PATH") else {})
     srdf = said.get("SRDF_PATH") or said.get("SRDF_XACRO_PATH")
     srdf_file = Source(file=str(srdf), args=said.get("SRDF_XACRO_ARGS", {})) if srdf else None
-    return RobotFile(name=name, urdf=urdf_file, srdf=srdf_file)
+    return RobotFile(name=name, urdf=urdf_file, srdf=srdf_file, mesh_pieces=True)

@@ -24,6 +24,10 @@ from planner.robot.poses import se3
 from planner.robot.shapes import Mesh
 
 MJCF = "mujoco"  # the root element of MJCF files
+_TOOLS = (  # usual names of the frame at an arm's end, those of tools first
+    *("tool0", "tcp", "tool_frame", "ee_link", "ee", "eef", "end_effector", "end_effector_link", "gripper_frame_link"),
+    "flange",
+)
 _LINK = " (link)"
 _MOST = 1000.0  # rad, m: a joint that follows goes no farther
 _SAME = 1e-9  # relative to rad, m: limits that are nearer to each other are the same
@@ -44,6 +48,7 @@ class Description:
     joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
     meshes: Mapping[str, Mesh] = field(default_factory=dict)  # of an MJCF, by their names in ``xml``
     sites: Sites = field(default_factory=dict)  # of an MJCF
+    pieces: bool = False  # whether the connected pieces of a mesh that collides become a body each
     model: pin.Model | None = None  # where it is given as such, with its geometry by kind
     geometry: Mapping[str, pin.GeometryModel] = field(default_factory=dict)
     notes: tuple[Note, ...] = ()
@@ -366,3 +371,14 @@ def tips_of(model: pin.Model) -> list[str]:
     links = [k for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
     sites = [[f.name for f in model.frames if f.parentFrame == k and f.type == pin.FrameType.OP_FRAME] for k in links]
     return [own[0] if len(own) == 1 else model.frames[k].name for k, own in zip(links, sites, strict=True)]
+
+
+def likely_tools(model: pin.Model) -> tuple[list[str], str]:
+    """Frames that may be the tool where none is named, and why: those with the first of usual names, else tips."""
+    kinds, frames = (pin.FrameType.BODY, pin.FrameType.OP_FRAME), model.frames
+    moved = {f.name: len(model.supports[f.parentJoint]) for f in frames if f.type in kinds and f.parentJoint}
+    for word in _TOOLS:
+        if found := [name for name in moved if name == word] or [name for name in moved if name.endswith(f"_{word}")]:
+            return found, "by its name"
+    tips = [(moved[tip], tip) for tip in tips_of(model) if tip in moved]
+    return [tip for count, tip in tips if count == max(tips)[0]], "as the tip that most joints move"

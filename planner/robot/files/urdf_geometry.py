@@ -17,7 +17,7 @@ from planner.base.errors import RobotError, SceneError
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import shown
 from planner.robot.files import urdf
-from planner.robot.files.meshes import drawn_mesh, link_mesh, thinned
+from planner.robot.files.meshes import drawn_mesh, link_mesh, pieces_of, thinned
 from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 Kind = Literal["collision", "visual"]
@@ -36,7 +36,7 @@ def read_bodies(
     links = [full.frames[item.parentFrame].name for item in geometry.geometryObjects]
     model, placed = urdf.reduce(full, geometry, moving, held, base)
     try:
-        return model, tuple(
+        bodies = [
             Body(
                 name=item.name,
                 link=link,
@@ -47,7 +47,9 @@ def read_bodies(
             )
             for item, link in zip(placed.geometryObjects, links, strict=True)
             if kind == "visual" or not item.disableCollision
-        )
+        ]
+        whole = kind == "visual" or not description.pieces
+        return model, tuple(bodies if whole else [piece for body in bodies for piece in pieces_of(body)])
     except SceneError as error:
         raise RobotError(f"the {kind} geometry of {description.path}: {error}") from None
 

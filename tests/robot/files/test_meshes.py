@@ -1,8 +1,7 @@
 """Mesh files as shapes: each kind of file gives the mesh that was written, or a refusal."""
 
-from __future__ import annotations
-
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +13,14 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, KDTree
 
 from planner.base.errors import FileError
-from planner.robot.files.meshes import read_mesh
-from planner.robot.shapes import Mesh
+from planner.robot.files.meshes import pieces_of, read_mesh
+from planner.robot.files.robot_files import read_robot
+from planner.robot.robot import assemble
+from planner.robot.shapes import Body, Mesh, Sphere
+from planner.robot.solids import solid_of
 from tests.random_shapes import QUICK, blob
 from tests.refusals import refusal_of
+from tests.worlds import UR3
 
 KINDS: dict[str, dict[str, Any]] = {
     "stl": {},
@@ -153,3 +156,71 @@ def test_polygons_spaces_and_several_solids_are_read(content: str, kind: str, ar
 )
 def test_files_that_would_be_misread_are_refused(content: str, kind: str) -> None:
     assert "mesh file" in refusal_of(lambda: read(content, kind))
+
+
+def joined(*parts: Mesh) -> Mesh:
+    """The triangles of all ``parts`` in one mesh."""
+    first = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    triangles = [part.triangles + start for part, start in zip(parts, first, strict=False)]
+    return Mesh(np.concatenate([part.vertices for part in parts]), np.concatenate(triangles))
+
+
+def body_of(mesh: Mesh) -> Body:
+    return Body("link_0", "link", 1, mesh, np.eye(4))
+
+
+@QUICK
+@given(st.integers(1, 12), st.integers(0, 2**32))
+def test_the_pieces_of_a_mesh_are_its_surface_and_hold_what_it_holds(count: int, seed: int) -> None:
+    """Blobs far apart, one of them hollow; which points are inside is known of each blob by itself."""
+    rng = np.random.default_rng(seed)
+    blobs = [blob(rng, float(rng.uniform(0.1, 0.9))) for _ in range(count)]
+    places = [np.array([2.0 * k, 0.0, 0.0]) for k in range(count)]
+    moved = [Mesh(one.vertices + at, one.triangles) for one, at in zip(blobs, places, strict=True)]
+    hole = Mesh(0.5 * blobs[0].vertices + places[0], blobs[0].triangles[:, ::-1])
+    whole = joined(*moved, hole)
+    made = pieces_of(body_of(whole))
+    assert len(made) == min(count, 8)
+    assert len({body.name for body in made}) == len(made)
+    corners = np.concatenate(
+        [body.shape.vertices[body.shape.triangles] for body in made if isinstance(body.shape, Mesh)]
+    )
+    own = whole.vertices[whole.triangles]
+    np.testing.assert_array_equal(np.unique(corners, axis=0), np.unique(own, axis=0))
+    assert len(corners) == len(own)
+    points = np.concatenate(places).reshape(-1, 3) + rng.uniform(-0.5, 0.5, size=(40, 1, 3))
+    solids = [solid for body in made if isinstance(body.shape, Mesh) and (solid := solid_of(body.shape)) is not None]
+    solid = solid_of(whole)
+    assert solid is not None
+    held = np.any([each.contains(points.reshape(-1, 3)) for each in solids], axis=0)
+    np.testing.assert_array_equal(held, solid.contains(points.reshape(-1, 3)))
+
+
+def test_hulls_of_the_pieces_of_a_real_robot_hold_every_triangle() -> None:
+    """Held against the meshes that are not split, by the planes of Qhull."""
+    files = read_robot(UR3)
+    whole = assemble(replace(files, description=replace(files.description, pieces=False)))
+    bodies, split = assemble(files).bodies, 0
+    for body in whole.bodies:
+        parts = [each for each in bodies if f"{each.name}, ".startswith(f"{body.name}, ")]
+        if not isinstance(body.shape, Mesh):
+            assert [part.name for part in parts] == [body.name]
+            continue
+        held = np.zeros(len(body.shape.triangles), dtype=bool)
+        for part in parts:
+            assert isinstance(part.shape, Mesh)
+            assert (part.link, part.joint, part.shape.radius) == (body.link, body.joint, body.shape.radius)
+            np.testing.assert_array_equal(part.placement, body.placement)
+            planes = ConvexHull(part.shape.vertices).equations
+            inside = np.max(body.shape.vertices @ planes[:, :3].T + planes[:, 3], axis=1) <= 1e-9
+            held |= inside[body.shape.triangles].all(axis=1)
+        assert held.all(), body.name
+        split += len(parts) > 1
+    assert split >= 4
+
+
+def test_what_is_no_mesh_or_in_one_piece_stays_one_body() -> None:
+    ball = Body("link_0", "link", 1, Sphere(0.1), np.eye(4))
+    assert pieces_of(ball) == [ball]
+    one = body_of(blob(np.random.default_rng(0), 0.3))
+    assert pieces_of(one) == [one]

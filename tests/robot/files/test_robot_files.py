@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,36 @@ def test_robots_of_the_package_robot_descriptions(arm: Path, monkeypatch: pytest
         with pytest.raises(RobotError, match=said):
             Robot.load(f"{name}_description")
     assert "descriptions_of_a_test.arm_description" in sys.modules
+
+
+TIPS = {  # the links at the end of an arm of two joints, each with how many of these move it
+    "a name that is usual": ({"base": 0, "left_tool0": 2, "ee_link": 2}, "left_tool0", "by its name"),
+    "a whole name before the end of one": ({"tcp": 1, "camera_tcp": 2}, "tcp", "by its name"),
+    "the farthest tip": ({"camera": 1, "hand": 2, "stand": 0}, "hand", "as the tip that most joints move"),
+    "one tip": ({"hand": 2}, "hand", None),
+    "two hands": ({"left": 2, "right": 2}, None, None),
+    "two tools": ({"left_tool0": 2, "right_tool0": 2, "hand": 2}, None, None),
+}
+
+
+@pytest.mark.parametrize(("tips", "tool", "why"), TIPS.values(), ids=TIPS)
+def test_a_tool_is_chosen_where_one_is_likely(
+    tips: dict[str, int], tool: str | None, why: str | None, urdf_file: Callable[..., str]
+) -> None:
+    ball = '<sphere radius="0.01"/>'
+    arm = "".join(link_xml(f"l{k}", ball) for k in range(3))
+    arm += joint_xml("j1", "l0", "l1", xyz="0.3 0 0") + joint_xml("j2", "l1", "l2", xyz="0.3 0 0", axis="0 1 0")
+    ends = "".join(link_xml(name) + joint_xml(f"to {name}", f"l{k}", name, "fixed") for name, k in tips.items())
+    file = urdf_file(arm + ends)
+    if tool is None:
+        with pytest.raises(RobotError, match=f"the robot has {len(tips)} tips: name one as its tool; tips are "):
+            Robot.load(file)
+        return
+    robot = Robot.load(file)
+    assert robot.tool == tool
+    notes = [note.text for note in robot.notes if "taken as the tool" in note.text]
+    assert [why is not None and f"'{tool}' is taken as the tool, {why}" in note for note in notes] == [True] * bool(why)
+    assert not [note for note in Robot.load(file, tool=tool).notes if "taken as the tool" in note.text]
 
 
 def test_the_text_of_a_urdf_is_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

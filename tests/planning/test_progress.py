@@ -1,0 +1,69 @@
+"""Reports of progress: true totals, no long silence, the same plan with and without them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.base.progress import QUIET, UNITS, Progress
+from planner.collision.edge_prover import EdgeProver
+from planner.planning.plan import plan
+from planner.problem.request import TimingRequest
+
+SCENES: list[dict[str, Any]] = [
+    {"robot": "planar_2r", "scene": "cage", "nodes": 80},
+    {"robot": "iiwa14", "scene": "paper", "nodes": 100},
+    {"robot": "panda", "scene": "shelf", "nodes": 100, "beta": 0.0},
+    {"robot": "ur5", "scene": "table", "nodes": 80, "collision": "coal"},
+]
+MOST = 600  # motions proven between two reports: below 2 s, at the 3 ms that one takes of meshes full of dents
+
+
+class Heard:
+    """The reports of one plan, and how many motions are proven at most between two of them."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.reports: list[tuple[str, int, int]] = []
+        self.silent, self.longest = 0, (0, "")
+        prove = EdgeProver._prove_batch
+
+        def counted(prover: EdgeProver, coefficients: np.ndarray, room: float) -> Any:
+            self.silent += len(coefficients)
+            return prove(prover, coefficients, room)
+
+        monkeypatch.setattr(EdgeProver, "_prove_batch", counted)
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        self.reports.append((stage, done, total))
+        self.longest, self.silent = max(self.longest, (self.silent, stage)), 0
+
+    def passes(self, stage: str) -> list[list[tuple[int, int]]]:
+        """(done, total) of every time that a stage was gone through: one begins where less is done than before."""
+        found: list[list[tuple[int, int]]] = []
+        for _, done, total in (report for report in self.reports if report[0] == stage):
+            if not found or done < found[-1][-1][0]:
+                found.append([])
+            found[-1].append((done, total))
+        return found
+
+
+@pytest.mark.parametrize("options", SCENES, ids=lambda options: options["scene"])
+def test_totals_are_true_and_no_stage_is_silent(options: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    heard = Heard(monkeypatch)
+    made = plan(timing=TimingRequest(), progress=Progress(heard), **options)
+    stages = {stage for stage, _, _ in heard.reports}
+    assert {"setup", "roadmap", "links", "clearance", "improve", "second look"} <= stages <= UNITS.keys()
+    for stage in stages:
+        for gone in heard.passes(stage):
+            done, totals = zip(*gone, strict=True)
+            assert list(done) == sorted(done), stage
+            assert done[-1] == totals[-1] > 0, stage
+            assert max(done) <= max(totals), stage
+    assert all(
+        gone[0][0] == 0 for stage in ("setup", "clearance", "improve", "second look") for gone in heard.passes(stage)
+    )
+    assert heard.longest[0] <= MOST, heard.longest
+    quiet = plan(timing=TimingRequest(), progress=QUIET, **options)
+    assert (quiet.roadmap.sha256, quiet.path.tolist()) == (made.roadmap.sha256, made.path.tolist())
