@@ -93,10 +93,9 @@ def make_query(
     motions is refused, but where the answer has times (``in_time``).
     """
     path = request.motion_plan_request
-    progress("setup", 0, 3)
+    progress("setup", 0, 2)
     message = None if path is None else read_motion_plan_request(path)
     scene, robot = _set_up(request, message)
-    progress("setup", 1, 3)
     if scene.moving and not in_time:
         raise SceneError(
             f"in scene '{scene.name}' obstacles move ({choices(item.name for item in scene.moving)}), and a path "
@@ -111,9 +110,9 @@ def make_query(
     turns = unbound(keep)
     bound = [each for each in keep if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, bound)
-    progress("setup", 2, 3)
+    progress("setup", 1, 2)
     query = resolve_query(checker, start, goals, request.ik_solutions, request.ik_tolerance, near_start, turns)
-    progress("setup", 3, 3)
+    progress("setup", 2, 2)
     return query
 
 

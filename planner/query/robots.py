@@ -75,16 +75,12 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
         fixed |= held
     base = placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or None)
     robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
-    robot = measured_by(at_usable_home(files, robot), request.jacobian_rows, request.manipulability)
+    robot = measured_by(robot, request.jacobian_rows, request.manipulability)
     return _set_up(robot, scene, message, choice)
 
 
-@lru_cache(maxsize=16)
 def at_usable_home(files: RobotFiles, robot: Robot) -> Robot:
-    """The robot of ``files``; where they leave home open, and links touch or w is poor at zero, at another one, noted.
-
-    The same object for the same robot, as with all that is set up here.
-    """
+    """The robot of ``files``; where they leave home open, and links touch or w is poor at zero, at another one."""
     if {*files.home} & {*robot.joints}:
         return robot
     home = cached("homes", [robot.identity, _NEAR, _POOR], lambda: {"home": _usable_home(robot)})["home"]
@@ -187,7 +183,7 @@ def _assembled(
     fixed: tuple[tuple[str, float], ...],
     base: tuple[float, ...],
 ) -> Robot:
-    return assemble(files, tool, choice, dict(fixed), np.reshape(base, (4, 4)))
+    return at_usable_home(files, assemble(files, tool, choice, dict(fixed), np.reshape(base, (4, 4))))
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:

@@ -82,8 +82,7 @@ class Robot(Arm):
     ) -> Robot:
         """A built-in robot by name, or any robot by the path of its robot.yaml or URDF, or the text of that.
 
-        ``tool`` is a frame of the URDF (of a URDF by path with several tips: the one that
-        is called so, as tool0, or that most joints move), ``fixed_joints``
+        ``tool`` is a frame of the URDF (left out: a likely one, as tool0, or the only tip), ``fixed_joints``
         holds joints at values (rad, m), ``base`` places the robot in the world (4, 4), ``choice`` says which joints are
         planned, ``srdf`` is a file in place of the robot's own. Raises :class:`RobotError` naming the choices.
         """
