@@ -3,6 +3,7 @@
 import asyncio
 import base64
 import contextlib
+import gzip
 import io
 import json
 import os
@@ -183,8 +184,33 @@ def _debugger(profile: Path, process: subprocess.Popen[bytes]) -> str:
     raise AssertionError("Chromium did not open its DevTools")
 
 
+def choose(tab: Tab, element: str, value: str) -> None:
+    tab.run(f"(e => {{ e.value = {json.dumps(value)}; e.dispatchEvent(new Event('change')); }})(element('{element}'))")
+    tab.drawn()
+
+
+def drag(tab: Tab, element: str, value: float, let_go: bool = True) -> None:
+    """A range dragged to a value."""
+    for event in ("input", "change") if let_go else ("input",):
+        tab.run(f"(e => {{ e.value = {value}; e.dispatchEvent(new Event('{event}')); }})(element('{element}'))")
+    tab.drawn()
+
+
+def dataset(tab: Tab, name: str) -> str:
+    return tab.run(f"document.documentElement.dataset.{name}")
+
+
+def text(tab: Tab, element: str) -> str:
+    return tab.run(f"element('{element}').innerText")
+
+
+def text_content(tab: Tab, element: str) -> str:
+    """Its text letter by letter, folded or not."""
+    return tab.run(f"element('{element}').textContent")
+
+
 def page_data(page: Path) -> dict[str, Any]:
     """The data that our script reads, out of the page's text."""
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page.read_text(), re.DOTALL)
+    found = re.search(r'<script type="text/plain" id="data">(.*?)</script>', page.read_text(), re.DOTALL)
     assert found
-    return json.loads(found.group(1))
+    return json.loads(gzip.decompress(base64.b64decode(found.group(1))))

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 R = TypeVar("R", bound="Result[Any]")
 Flag = tyro.conf.FlagCreatePairsOff[bool]
+NoPage = Annotated[Flag, tyro.conf.arg(help="Write no page, which saves a second.")]
 Debug = Annotated[Flag, tyro.conf.arg(help="Show tracebacks of errors.")]  # looked for before a command is read
 Out = Annotated[Path, tyro.conf.arg(help="Folder to write into.")]
 _Named = Annotated[of.MotionPlanRequest, tyro.conf.arg(name="request")]
@@ -54,7 +55,9 @@ def timing_of(timing: TimingRequest, no_timing: bool) -> TimingRequest | None:
     return None if no_timing else timing
 
 
-def written(find: Callable[[Progress], R], out: Path, certificate: bool = False) -> tuple[R, Any, str, int]:
+def written(
+    find: Callable[[Progress], R], out: Path, certificate: bool = False, page: bool = True
+) -> tuple[R, Any, str, int]:
     """Find a result and write it into ``out``; return it, its record, a sentence with the files, and the exit code.
 
     After Ctrl-C the partial result is written without the page, and never over an earlier result.
@@ -68,7 +71,7 @@ def written(find: Callable[[Progress], R], out: Path, certificate: bool = False)
         record = result.save_without_page(place, clock, certificate and not progress.stopped)
         progress("files", 1, 2)
         with leaving_on_interrupt(f"stopping without the page. Written: {_files(result, place)}."):
-            if not progress.stopped:
+            if page and not progress.stopped:
                 record = result.save_page(place, record, clock)
                 progress("files", 2, 2)
     code = Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import tyro
 
+from planner.base.errors import OptionError
 from planner.base.files import json_text
-from planner.cli.common import Debug, Flag, Motion, Out, Problem, timing_of, written
+from planner.cli.common import Debug, Flag, Motion, NoPage, Out, Problem, timing_of, written
 from planner.cli.terminal import complain, facts, open_in_browser, report_table, run_into, say, show
 from planner.problem.outcome import Outcome
 from planner.problem.request import (
@@ -41,6 +42,7 @@ def plan(
     no_timing: Flag = False,
     certificate: Flag = False,
     out: Out = Path("out"),
+    no_page: NoPage = False,
     view: Flag = False,
     json: Flag = False,
     debug: Debug = False,
@@ -82,7 +84,7 @@ def plan(
             find_plan(request=PlanRequest(what, quality), timing=motion, progress=progress), progress
         )
 
-    return _told(find, out, view, json, certificate)
+    return _told(find, out, view, json, no_page, certificate)
 
 
 def follow(
@@ -92,6 +94,7 @@ def follow(
     limits: TimingRequest = TimingRequest(),  # noqa: B008
     no_timing: Flag = False,
     out: Out = Path("out"),
+    no_page: NoPage = False,
     view: Flag = False,
     json: Flag = False,
     debug: Debug = False,
@@ -127,7 +130,7 @@ def follow(
             find_plan(path, request=FollowRequest(what, quality), timing=motion, progress=progress), progress
         )
 
-    return _told(find, out, view, json)
+    return _told(find, out, view, json, no_page)
 
 
 def sweep(
@@ -253,9 +256,13 @@ def batch(
     return 0 if all(row["outcome"] == SOLVED for row in result.rows) else 4
 
 
-def _told(find: Callable[[Progress], Plan], out: Path, view: bool, json: bool, certificate: bool = False) -> int:
+def _told(
+    find: Callable[[Progress], Plan], out: Path, view: bool, json: bool, no_page: bool, certificate: bool = False
+) -> int:
     """Write what is found into the folder ``out``, tell of it, show it where that is asked; the exit code."""
-    result, record, files, code = written(find, out, certificate)
+    if view and no_page:
+        raise OptionError("--view opens the page: leave out --no-page.")
+    result, record, files, code = written(find, out, certificate, not no_page)
     tell = complain if json else say
     if json:
         say(json_text(record.to_dict()))

@@ -17,6 +17,8 @@ from planner.problem.options import Measure
 
 _ALWAYS = 1e-9  # of w: rounding
 
+BANDS = {"singular": 0.01, "poor": 0.1, "fair": 0.5}  # w below such a share of the typical one, a roadmap's median
+
 ROWS = {"pose": (0, 6), "translation": (0, 3), "rotation": (3, 6), "planar": (0, 2)}
 _UNIT = {"pose": "m³", "translation": "m³", "rotation": "", "planar": "m²"}
 

@@ -11,7 +11,7 @@ from planner.base.arrays import Floats
 from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import manipulability_cost
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import manipulability, measure_name
+from planner.kinematics.manipulability import BANDS, manipulability, measure_name
 from planner.planning.run import outward
 from planner.problem.outcome import Record, Rows
 from planner.problem.request import DEFAULT_MEASURE, Objective, PlanQuality
@@ -23,7 +23,6 @@ from planner.trajectory.measure import dense_path, path_manipulability, w_along_
 
 _NOTABLE = 0.02  # share of a cost
 _ROUNDING = 1e-9  # %, of a cost that is a sum
-_POOR = 0.1  # of the typical w: a path that falls below it is called badly conditioned
 _BETTER = 1.2  # a floor is worth trying that is so much higher than the smallest w
 _AT_END = 1.05  # the smallest w is an end's if the end's is no larger than so much of it
 
@@ -190,7 +189,7 @@ def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: Pl
     (along, w), typical = w_along_path(robot, path), float(np.median(roadmap.manipulability))
     lowest = int(w.argmin())
     w_min, share = float(w[lowest]), float(along[lowest] / along[-1]) if along[-1] > 0 else 0.0
-    poor, floor, advice = bool(w_min < _POOR * typical), None, None
+    poor, floor, advice = bool(w_min < BANDS["poor"] * typical), None, None
     if poor:
         floor = highest_floor(robot, roadmap, build_network(roadmap, quality.objective))
         at_ends = [end for end, k in (("start", 0), ("goal", -1)) if w[k] <= _AT_END * w_min]

@@ -46,7 +46,7 @@ from planner.trajectory.measure import (
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownPath, path_rows, shown_motion
-from planner.view.page import Page
+from planner.view.page import Page, command_line
 
 Curve: TypeAlias = tuple[tuple[int, float], ...]
 """(rounds, best cost) of the rounds at a plan's own beta."""
@@ -226,7 +226,8 @@ class Plan(Result[PlanRecord]):
         record, (paths, current) = self.record, self.shown_paths()
         q = paths[current].path[0] if paths else self.roadmap.nodes[self.roadmap.starts[0]]
         wrong = (CONDITIONING, TOO_CLOSE)
-        page = Page(self.robot, self.scene, q, record.message, record.rows, wrong=wrong, reason=self.reason)
+        known = {"notes": self.end_notes, "command": self._command}
+        page = Page(self.robot, self.scene, q, record.message, record.rows, wrong=wrong, reason=self.reason, **known)
         for leg in self.legs:
             end = self.path[0 if leg.leg == "retreat" else -1]
             page.add_tool_line(leg_line(self.robot, end, leg.length), leg.tube.position)
@@ -237,8 +238,15 @@ class Plan(Result[PlanRecord]):
         if paths:
             quality = self.request.quality
             floor, curve = quality.min_manipulability, self.curve
-            page.add_paths(paths, current, beta=quality.beta, floor=floor, curve=curve)
+            speed = self.request.values().get("tool_speed")
+            page.add_paths(paths, current, beta=quality.beta, floor=floor, curve=curve, tool_speed=speed)
         return page.html()
+
+    @property
+    def _command(self) -> str:
+        """The command line that makes this plan; it leaves out the options of the motion, which no record holds."""
+        line = command_line("plan" if isinstance(self.request, PlanRequest) else "follow PATH", self.request)
+        return f"{line} --no-timing" if self.solved and self.trajectory is None else line
 
     def shown_paths(self) -> tuple[list[ShownPath], int]:
         """The alternatives with the plan's own path among them, and which it is; none without a path."""
@@ -247,16 +255,21 @@ class Plan(Result[PlanRecord]):
         beta, shown = self.request.quality.beta, list(self.alternatives)
         costs = self.cost.manipulability, self.cost.distance
         rows, field = path_rows(self.robot, self.path, *costs), self.node_costs
-        motion = None if self.trajectory is None else shown_motion(self.trajectory, self.checker)
+        motion, near = None if self.trajectory is None else shown_motion(self.trajectory, self.checker), self.clearance
+        nearest = None if near is None else near.motion or near.path
+        of_path: dict[str, Any] = {"cost_to_go": field, "motion": motion, "nearest": nearest}
         if self.scene.moving:  # the earliest motion, which no beta has chosen
-            return [ShownPath(self.path, rows, cost_to_go=field, motion=motion)], 0
+            return [ShownPath(self.path, rows, **of_path)], 0
         for k, other in enumerate(shown):
             assert other.interval is not None
             assert other.costs is not None
             if np.isclose(other.costs, costs, rtol=1e-9).all() and other.interval[0] <= beta <= other.interval[1]:
-                shown[k] = ShownPath(self.path, rows, other.interval, field, costs, motion)
+                own = {"duration": None if motion is None else motion.trajectory.duration}
+                own["clearance"] = None if nearest is None else nearest.min
+                choice = None if other.choice is None else other.choice | own
+                shown[k] = ShownPath(self.path, rows, other.interval, costs=costs, choice=choice, **of_path)
                 return shown, k
         # as good as the others at this one beta, as may be at 0, at 1 and where two intervals meet
         place = sum(other.interval is not None and other.interval[0] < beta for other in shown)
-        shown.insert(place, ShownPath(self.path, rows, (beta, beta), field, costs, motion))
+        shown.insert(place, ShownPath(self.path, rows, (beta, beta), costs=costs, **of_path))
         return shown, place

@@ -41,7 +41,7 @@ from planner.tradeoff.result import Tradeoff
 from planner.trajectory.file import TRAJECTORY_NAME, parse_json
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownMotion, ShownPath, path_rows
-from planner.view.page import Page
+from planner.view.page import Page, command_line
 
 _SHOWN_APART = 0.02  # s between two poses of an object that a page moves
 _NAMED = 3  # contacts in the sentence of a reason
@@ -252,7 +252,8 @@ class TaskPlan(Result[TaskPlanRecord]):
             start, shown = self.path[0], None if motion is None else ShownMotion(motion, None)
             paths = [ShownPath(self.path, rows, motion=shown)]
         touching = frozenset() if self.reason is None else self.reason.names
-        page = Page(self.robot, scene, start, self.message, self.record.rows, touching=touching)
+        known = {"notes": self.end_notes, "command": command_line("task FILE", self.request)}
+        page = Page(self.robot, scene, start, self.message, self.record.rows, touching=touching, **known)
         if self.roadmap is not None:
             page.add_roadmap(replace(self.roadmap, goals=self.roadmap.goals[:0]))
         if paths:

@@ -42,7 +42,7 @@ from planner.tradeoff.record import (
 from planner.trajectory.measure import measure_path
 from planner.trajectory.trajectory import Trajectory
 from planner.view.motion import ShownPath, path_rows, shown_motion
-from planner.view.page import Page
+from planner.view.page import Page, command_line
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -230,7 +230,9 @@ class Tradeoff(Result[SweepRecord]):
             details.append(("error against oracle", f"{self.max_error_vs_oracle:.1e} relative"))
         current = next((k for k, shown in enumerate(paths) if shown.interval and beta <= shown.interval[1]), 0)
         q = paths[current].path[0] if paths else self.roadmap.nodes[self.roadmap.starts[0]]
-        page = Page(self.robot, self.scene, q, message, details)
+        timed = not paths or any(item.trajectory is not None for item in self.intervals)
+        command = command_line("sweep" if timed else "sweep --no-timing", self.request)
+        page = Page(self.robot, self.scene, q, message, details, notes=self.end_notes, command=command)
         page.add_roadmap(self.roadmap)
         if paths:
             page.add_paths(paths, current, beta=beta, floor=self.request.quality.min_manipulability)

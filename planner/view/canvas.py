@@ -22,10 +22,12 @@ from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.view.surfaces import capsule_mesh, hex_colour
 
 _SCRIPTS = (  # one script, in this order
-    *("page_robot.js", "page_roadmap.js", "page_pointer.js", "page_joints.js", "page_choice.js"),
-    *("page_effort.js", "page_curve.js", "page_motion.js", "page_moving.js", "page_camera.js", "page.js"),
+    *("page_robot.js", "page_roadmap.js", "page_pointer.js", "page_joints.js", "page_choice.js", "page_effort.js"),
+    *("page_curve.js", "page_plots.js", "page_summary.js", "page_moving.js", "page_camera.js", "page_compare.js"),
+    *("page_share.js", "page.js"),
 )
-_GZIP_LEVEL = 1  # a higher one takes three times as long for at most 3 % fewer bytes
+_GZIP_SMALL = 6  # of text
+_GZIP_LEVEL = 1  # of meshes: a higher one takes three times as long for at most 3 % fewer bytes
 _LINES_OPACITY = 0.3
 # three.js cylinders lie on y
 _Z_FROM_Y = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
@@ -69,8 +71,7 @@ class Canvas:
     def packed(self) -> tuple[str, list[int]]:
         """All commands in MessagePack, one after another, as gzip in base64; and the length of each in bytes."""
         packages = [umsgpack.packb(command) for command in self.commands]
-        content = gzip.compress(b"".join(packages), _GZIP_LEVEL, mtime=0)
-        return base64.b64encode(content).decode(), [len(package) for package in packages]
+        return _packed(b"".join(packages)), [len(package) for package in packages]
 
     def _object(self, path: str, thing: g.Object) -> None:
         # meshcat draws identifiers from the clock; with names made of the path the same scene gives the same bytes
@@ -85,9 +86,9 @@ def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
         "TITLE": escape(title.encode("utf-8", "replace").decode()),  # half a surrogate pair is no text
         "STYLE": _assets("page.css"),
         "VIEWER": _viewer(),
-        "SCRIPT": _assets(*_SCRIPTS),
+        "SCRIPT": _packed(_assets(*_SCRIPTS).encode(), _GZIP_SMALL),
         "SCENE": scene,
-        "DATA": script_json({**data, "lengths": lengths}),
+        "DATA": _packed(json.dumps({**data, "lengths": lengths}, allow_nan=False).encode(), _GZIP_SMALL),
     }
     # one pass: the text of a part is not searched for placeholders, whatever a scene is called
     return re.sub(r"@@([A-Z]+)@@", lambda found: parts[found[1]], _assets("page.html"))
@@ -98,21 +99,16 @@ def _assets(*names: str) -> str:
     return "".join((folder / name).read_text("utf-8") for name in names)
 
 
-def script_json(data: Any) -> str:
-    """JSON that may stand in any script element: no text in it ends the element, opens a comment in it or a line.
-
-    Raises ValueError for a number that is not finite.
-    """
-    # json escapes all that is not ASCII, with it U+2028 and U+2029 and halves of surrogate pairs
-    text = json.dumps(data, allow_nan=False, ensure_ascii=True)
-    return text.translate({ord(c): f"\\u{ord(c):04x}" for c in "<>&"})
+def _packed(content: bytes, level: int = _GZIP_LEVEL) -> str:
+    """Gzip in base64, which may stand in any script element: the page unpacks it."""
+    return base64.b64encode(gzip.compress(content, level, mtime=0)).decode()
 
 
 @cache
 def _viewer() -> str:
-    """meshcat's own viewer, as its wheel ships it, as gzip in base64: the page unpacks it."""
+    """meshcat's own viewer, as its wheel ships it."""
     script = Path(meshcat.viewer_assets_path()) / "dist" / "main.min.js"
-    return base64.b64encode(gzip.compress(script.read_bytes(), mtime=0)).decode()
+    return _packed(script.read_bytes(), _GZIP_SMALL)
 
 
 def _geometry(shape: Shape) -> g.Geometry:

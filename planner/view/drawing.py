@@ -131,8 +131,8 @@ def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot, drawn: tuple[Bo
     component = roadmap.components[nodes]
     if not (nodes.all() and edges.all()):
         roadmap = roadmap.part(nodes, edges)
-    positions = tool_positions(robot, roadmap.nodes)
-    canvas.points("roadmap/nodes", positions, np.zeros_like(positions), _DOT)
+    positions, dot = tool_positions(robot, roadmap.nodes), _DOT * mark_scale(robot)
+    canvas.points("roadmap/nodes", positions, np.zeros_like(positions), dot)
     a, b = roadmap.edges.T
     if len(a):
         q, delta = roadmap.nodes[a], robot.difference(roadmap.nodes[a], roadmap.nodes[b])
@@ -143,7 +143,7 @@ def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot, drawn: tuple[Bo
         canvas.segments("roadmap/edges", ends, np.zeros_like(ends))
     for role, indices, colour in (("start", roadmap.starts, START), ("goal", roadmap.goals, GOAL)):
         for k, place in enumerate(positions[indices]):
-            canvas.shape(f"{role}/{k}", Sphere(0.022), pose(place.tolist()), colour)
+            canvas.shape(f"{role}/{k}", Sphere(dot), pose(place.tolist()), colour)
     return {
         "w": np.round(roadmap.manipulability, 7).tolist(),
         "component": component.tolist(),
@@ -156,7 +156,7 @@ def draw_path(
     canvas: Canvas, name: str, robot: Robot, path: Floats, rgba: tuple[float, float, float, float] = PATH
 ) -> None:
     """The tool's path along a joint path as a tube."""
-    along = tube(tool_positions(robot, dense_path(path, _TUBE_STEP)), _TUBE, 8)
+    along = tube(tool_positions(robot, dense_path(path, _TUBE_STEP)), _TUBE * mark_scale(robot), 8)
     canvas.shape(name, along, np.eye(4), rgba)
 
 
@@ -175,14 +175,24 @@ def joint_matrices(robot: Robot, q: Floats) -> Floats:
     return matrices[1:].transpose(1, 0, 2, 3)
 
 
+def joint_line(robot: Robot, q: Floats) -> Floats:
+    """Points (k, 3) from the base over every joint to the tool, at ``q`` (dof,)."""
+    return np.vstack([robot.base[:3, 3], joint_matrices(robot, q[None])[0][:, :3, 3], tool_positions(robot, q)])
+
+
+def mark_scale(robot: Robot) -> float:
+    """How large marks are drawn: 1 for an arm of 1.3 m from base to tool, less for a smaller one."""
+    length = float(np.linalg.norm(np.diff(joint_line(robot, np.asarray(robot.home)), axis=0), axis=1).sum())
+    return min(1.0, max(0.2, length / 1.3))
+
+
 def extent(robot: Robot, scene: Scene, bodies: Sequence[Body], q: Floats, points: Floats) -> tuple[Floats, float]:
     """The centre (3,) and radius (m) of a ball around all that is near the robot.
 
     It holds the robot's ``bodies`` at all of ``q`` (n, dof), near obstacles and ``points`` (n, 3). An obstacle that
     extends far beyond the arm (a floor, a wall) does not count: it would make everything else small.
     """
-    frames = joint_matrices(robot, q[:1])[0][:, :3, 3]
-    line = np.vstack([robot.base[:3, 3], frames, tool_positions(robot, q[0])])
+    line = joint_line(robot, q[0])
     reach = 1.3 * float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())  # the arm stretched out
     near = [line, points, swept_corners(robot, bodies, q)]
     passing = [item.standing(t) for item in scene.moving for t in item.motion.times]

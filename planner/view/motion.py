@@ -14,11 +14,13 @@ from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobians, manipulability, unit_of
 from planner.problem.outcome import Rows
 from planner.robot.robot import Robot
-from planner.trajectory.measure import dense_path, measure_path
+from planner.trajectory.limits import KINDS
+from planner.trajectory.measure import Nearest, dense_path, measure_path
 from planner.trajectory.moving_obstacles import clearance_in_time
 from planner.trajectory.trajectory import Trajectory
 
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
+_SINGULAR = 1e9  # a larger condition number is infinite but for rounding
 _FINE = 1001  # moments at which the lowest w of a motion is looked for
 _APART = 0.1  # worst points nearer than this share of the path are one
 
@@ -49,7 +51,8 @@ class ShownPath:
 
     ``costs``: Omega and D. A path with costs but without an interval is non-dominated, and no beta makes it optimal.
     With a ``motion`` the robot is shown at its times. ``choice``: what is gained and paid by these betas, as
-    :meth:`planner.tradeoff.record.IntervalNumbers.choice` has it.
+    :meth:`planner.tradeoff.record.IntervalNumbers.choice` has it. ``nearest``: where the path, or its motion, comes
+    nearest to anything.
     """
 
     path: Floats
@@ -59,6 +62,7 @@ class ShownPath:
     costs: tuple[float, float] | None = None
     motion: ShownMotion | None = None
     choice: dict[str, Any] | None = None
+    nearest: Nearest | None = None
 
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
@@ -74,21 +78,22 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
     ]
 
 
-def motion_data(robot: Robot, path: Floats, motion: ShownMotion | None = None) -> dict[str, Any]:
+def motion_data(robot: Robot, shown: ShownPath) -> dict[str, Any]:
     """What the page's script moves the robot by, along a joint path (k, dof) of one configuration or more.
 
-    With a ``motion`` its states at evenly spaced times take the place of the path's waypoints: shares are of time then.
+    With a motion its states at evenly spaced times take the place of the path's waypoints: shares are of time then.
     """
+    path, motion = shown.path, shown.motion
     (shares, total), even = path_shares(path), np.linspace(0.0, 1.0, SHOWN_STATES)
     if motion is None:
         waypoints, states, fine = path, configurations_at(path, shares, even), dense_path(path)
         worst = worst_points(robot, fine, path_shares(fine)[0])
-        seconds, more = max(2.0, total * _SECONDS_PER_RADIAN) if len(path) > 1 else 0.0, {}
+        seconds, in_time = max(2.0, total * _SECONDS_PER_RADIAN) if len(path) > 1 else 0.0, None
     else:
         waypoints = states = motion.states
         trajectory, shares, fine = motion.trajectory, even, np.linspace(0.0, 1.0, _FINE)
         worst = worst_points(robot, trajectory.at(trajectory.times[0] + fine * trajectory.duration), fine)
-        seconds, more = trajectory.duration, {"motion": _in_time(motion)}
+        seconds, in_time = trajectory.duration, _in_time(robot, motion)
     return {
         "waypoints": np.round(waypoints, 9).tolist(),
         "shares": shares.tolist(),
@@ -96,25 +101,32 @@ def motion_data(robot: Robot, path: Floats, motion: ShownMotion | None = None) -
         "worst": worst,
         "seconds": seconds,
         "w": np.round(manipulability(robot, states), 7).tolist(),
+        "condition": [None if value > _SINGULAR else value for value in _few_digits(robot.condition_number(states))],
         "ellipsoids": np.round(ellipsoids(robot, states[::2]), 4).tolist(),
-        **more,
+        "clearance": None if motion is None or motion.clearance is None else np.round(motion.clearance, 5).tolist(),
+        "nearest": None if shown.nearest is None else shown.nearest.to_dict(),
+        "motion": in_time,
     }
 
 
-def _in_time(motion: ShownMotion) -> dict[str, Any]:
-    """The clearance of a motion, and its shares of the limits, at evenly spaced times."""
-    trajectory, found = motion.trajectory, {}
-    if trajectory.limits is not None:
-        times = np.linspace(trajectory.times[0], trajectory.times[-1], SHOWN_STATES)
-        for order, kind in ((1, "velocity"), (2, "acceleration")):
-            share = trajectory.at(times, order) / getattr(trajectory.limits, kind)
-            found[kind] = np.round(share.T, 4).tolist()
+def _in_time(robot: Robot, motion: ShownMotion) -> dict[str, Any]:
+    """A motion's derivatives and the speed of its tool (m/s) at evenly spaced times, with the limits of the joints."""
+    trajectory, limits = motion.trajectory, motion.trajectory.limits
+    times = np.linspace(trajectory.times[0], trajectory.times[-1], SHOWN_STATES)
+    rates = {kind: trajectory.at(times, order) for order, kind in enumerate(KINDS, start=1)}
+    moving = np.einsum("nij,nj->ni", linear_rows(robot, motion.states), rates["velocity"])
     return {
         "begin": float(trajectory.times[0]),
         "duration": trajectory.duration,
-        "clearance": None if motion.clearance is None else np.round(motion.clearance, 5).tolist(),
-        **found,
+        "proven": trajectory.proven,
+        "limits": None if limits is None else limits.to_dict(),
+        "tool_speed": _few_digits(np.linalg.norm(moving, axis=1)),
+        **{kind: [_few_digits(row) for row in values.T] for kind, values in rates.items()},
     }
+
+
+def _few_digits(values: Floats) -> list[float]:
+    return [float(f"{value:.4g}") for value in values.tolist()]
 
 
 def chain_data(robot: Robot) -> dict[str, Any]:
@@ -163,12 +175,17 @@ def ellipsoids(robot: Robot, q: Floats) -> Floats:
     It maps the unit ball onto the tool velocities that joint velocities of norm 1 reach: Yoshikawa's manipulability
     ellipsoid of the translation. Two-row (planar) robots have a flat one.
     """
+    u, s, _ = np.linalg.svd(linear_rows(robot, q), full_matrices=False)
+    root = np.einsum("nij,nj,nkj->nik", u, s, u)
+    return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+
+
+def linear_rows(robot: Robot, q: Floats) -> Floats:
+    """(n, 3, dof) the linear rows of the tool's Jacobian (m/rad), with a row of zeros for planar robots."""
     linear = np.zeros((len(q), 3, robot.dof))
     rows = jacobians(robot, q)[:, :3]
     linear[:, : rows.shape[1]] = rows
-    u, s, _ = np.linalg.svd(linear, full_matrices=False)
-    root = np.einsum("nij,nj,nkj->nik", u, s, u)
-    return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    return linear
 
 
 def worst_points(robot: Robot, q: Floats, shares: Floats) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ let share = 0; // of its joint motion
 let playing = false;
 
 const shownPath = () => data.paths[current];
-const short = (w) => (w >= 5e-4 || w === 0 ? w.toFixed(4) : w.toExponential(1));
+const short = (w) => (w === 0 ? "0" : w >= 5e-4 ? w.toFixed(4) : w.toExponential(1));
 const percent = (part) => `${Math.round(100 * part)} %`;
 
 // The scene is MessagePack commands, one after another; the viewer decodes them one by one.
@@ -31,15 +31,11 @@ function lightAll() {
   viewer.scene.add(...lights);
 }
 
-function drawGround() {
-  const cell = data.radius > 0.6 ? 0.5 : 0.1;
-  const cells = 2 * Math.ceil((1.6 * data.radius) / cell);
-  const grid = new THREE.GridHelper(cells * cell, cells, 0xa9b4c0, 0xc3cbd4);
-  grid.rotateX(Math.PI / 2);
-  grid.position.set(data.centre[0], data.centre[1], 0);
-  viewer.scene.add(grid);
-  return cell;
-}
+const CELL = data.radius > 0.6 ? 0.5 : 0.1, CELLS = 2 * Math.ceil((1.6 * data.radius) / CELL); // m
+const grid = new THREE.GridHelper(CELLS * CELL, CELLS, 0xa9b4c0, 0xc3cbd4);
+grid.rotateX(Math.PI / 2);
+grid.position.set(data.centre[0], data.centre[1], 0);
+viewer.scene.add(grid);
 
 function fold(folded) {
   root.dataset.folded = String(folded);
@@ -58,11 +54,11 @@ function fillTable(table, rows, wrong = []) {
   }
 }
 
-function fillKey(cell) {
+function fillKey() {
   const entries = [["#26a640", "start"], ["#cc1a26", "goal"], ["#d9401a", "the tool's way along the path"],
     ["#7a1fa2", "the two lowest local minima of w along the path"],
     ["#a7c4e6", `manipulability ellipsoid: tool velocities at joint velocities of norm 1 rad/s; ${scale} m drawn for 1 m/s`],
-    ["#c3cbd4", `grid of ${cell} m on the floor`]];
+    ["#c3cbd4", `grid of ${CELL} m on the floor`]];
   if (data.touching.length) entries.unshift(["#e61f1f", "in contact"]);
   if (data.blamed === "separated") entries.unshift(["#e61f1f", "separates start from goal, and the shortest motion that it blocks"]);
   if (data.blamed === "budget_spent") entries.unshift(["#e61f1f", "the shortest motion between the parts, and what touches there"]);
@@ -81,7 +77,8 @@ function fillKey(cell) {
 function fillNumbers(path, other) {
   fillTable(element("numbers"), path.numbers, data.wrong);
   if (!other) return;
-  [...element("numbers").rows].forEach((row, k) => { row.insertCell().textContent = other.numbers[k][1]; });
+  const beside = Object.fromEntries(other.numbers);
+  [...element("numbers").rows].forEach((row, k) => { row.insertCell().textContent = beside[path.numbers[k][0]] ?? ""; });
   const head = element("numbers").createTHead().insertRow();
   ["", "shown", "beside it"].forEach((text) => { head.insertCell().textContent = text; });
 }
@@ -99,7 +96,7 @@ function markWorst(path, other) {
   element("worst").querySelector("h2").textContent = `lowest manipulability of the ${path.motion ? "motion" : "path"}`;
   if (path.waypoints.length < 2) return;
   for (const point of path.worst) {
-    const dot = new THREE.Mesh(new THREE.SphereGeometry(0.016, 20, 14), new THREE.MeshPhongMaterial({ color: 0x7a1fa2 }));
+    const dot = new THREE.Mesh(new THREE.SphereGeometry(0.016 * data.marks, 20, 14), new THREE.MeshPhongMaterial({ color: 0x7a1fa2 }));
     dot.position.set(...point.position);
     dots.add(dot);
     const line = document.createElement("button"), mark = document.createElement("button");
@@ -117,12 +114,15 @@ function markWorst(path, other) {
 }
 
 function placeMarks() {
+  const free = freeArea(), seen = dots.children.map((dot) => dot.getWorldPosition(new THREE.Vector3()).project(viewer.camera));
+  const xs = seen.map((place) => ((place.x + 1) / 2) * innerWidth), first = xs.indexOf(Math.min(...xs));
   [...element("marks").children].forEach((mark, k) => {
-    const place = dots.children[k].getWorldPosition(new THREE.Vector3()).project(viewer.camera);
-    mark.style.left = `${((place.x + 1) / 2) * innerWidth}px`;
-    mark.style.top = `${((1 - place.y) / 2) * innerHeight}px`;
-    mark.hidden = place.z > 1;
-    mark.classList.toggle("left", k === 1); // so that two that are close do not cover each other
+    mark.style.left = `${xs[k]}px`;
+    mark.style.top = `${((1 - seen[k].y) / 2) * innerHeight}px`;
+    mark.hidden = seen[k].z > 1;
+    // words away from each other, where there is room for them
+    const outward = k === first && xs.length > 1 && xs[k] > free.x + 90;
+    mark.classList.toggle("left", outward || xs[k] > free.x + free.width - 90);
   });
 }
 
@@ -141,12 +141,14 @@ function goTo(place) {
   element("now").textContent = `${w(path)} · ${moment(path, share)}`;
   element("now-other").textContent = other ? w(other) : "";
   root.dataset.share = share.toFixed(4);
+  remember();
 }
 
 function stop() {
   playing = false;
   element("play").textContent = "Play";
   root.dataset.playing = "false";
+  remember();
 }
 
 function play() {
@@ -204,14 +206,15 @@ function showPath(k) {
   root.dataset.compared = other ? String(compared) : "";
   fillNumbers(path, other);
   markWorst(path, other);
+  drawSummary(path, other);
   drawCurve(path, other);
-  drawMotion(path);
-  makeRoom();
+  drawPlots(path, other);
   drawJoints(path, other);
   markCosts();
   if (element("colour").value === "cost" || !root.dataset.colour) colourRoadmap(path);
   goTo(share);
   [...element("strip").children].forEach((piece, number) => piece.classList.toggle("on", number === k));
+  drawChoices();
   if (!path.interval) return; // one path and no trade-off
   element("which").textContent = `path ${k + 1} of ${optimal()}`;
   const [low, high] = path.interval;
@@ -221,15 +224,16 @@ function showPath(k) {
 // as many digits as tell two betas apart
 function digits(beta, other) {
   const apart = Math.abs(beta - other);
-  return beta.toFixed(apart > 0 ? Math.min(12, Math.max(4, 2 - Math.floor(Math.log10(apart)))) : 4);
+  return String(Number(beta.toFixed(apart > 0 ? Math.min(12, Math.max(4, 2 - Math.floor(Math.log10(apart)))) : 4)));
 }
 
 const betas = ([low, high]) => `${digits(low, high)} to ${digits(high, low)}`;
 
 function setBeta(beta) {
   element("beta").value = beta;
-  element("beta-now").textContent = beta.toFixed(4);
+  element("beta-now").textContent = digits(beta, beta);
   root.dataset.beta = String(beta);
+  remember();
 }
 
 function pathAt(beta) {
@@ -293,9 +297,9 @@ function startPanel() {
   element("joints-section").open = !narrow();
   element("fold").onclick = () => {
     fold(root.dataset.folded !== "true");
-    if (narrow()) lookAtAll(viewer.camera.position.clone().sub(viewer.controls.target).normalize()); // what is left is small
-    else centreView();
+    fitAgain();
   };
+  element("file").onchange = compareWithFile;
   element("collision").onchange = showCollision;
   element("ellipsoid").onchange = () => {
     ellipsoid.visible = element("ellipsoid").checked;
@@ -311,19 +315,22 @@ async function main() {
     render.call(viewer);
     placeMarks();
   };
+  data.paths.forEach((path, k) => { if (path.waypoints.length > 1) drawWay(path, k); });
   lightAll();
-  fold(narrow()); // so that on a phone the robot is seen
+  fold(narrow() || flat()); // so that on a phone the robot is seen
   startPanel();
   startPlayer();
-  startMotion();
+  current = data.current;
+  startPlots();
   startPointer();
   startRoadmap(shownPath);
   startTradeoff();
   startChoice();
-  showPath(data.current);
-  fillKey(drawGround());
+  showPath(current);
+  fillKey();
   lookAtAll();
-  window.addEventListener("resize", centreView);
+  startSharing();
+  window.addEventListener("resize", () => { drawPlots(shownPath(), otherPath()); fitAgain(); });
   requestAnimationFrame(() => requestAnimationFrame(() => { root.dataset.ready = "true"; }));
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -13,10 +14,12 @@ from planner.base.arrays import Floats
 from planner.base.errors import OptionError, Reason
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import unit_of
+from planner.kinematics.manipulability import BANDS, measure_name, rows_of, unit_of
 from planner.problem.outcome import NoWay, Rows
+from planner.problem.request import Request
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
+from planner.robot.robot_in_scene import notes as noticed
 from planner.robot.scene import Scene
 from planner.view.canvas import Canvas, render_page
 from planner.view.drawing import (
@@ -28,12 +31,15 @@ from planner.view.drawing import (
     draw_scene,
     drawn_part,
     extent,
+    mark_scale,
     moving_data,
+    swept_corners,
 )
 from planner.view.motion import ShownPath, chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.surfaces import css_gradient, ramp_stops, tube
 
 _WANTED, _TOOL_PATH = 0.012, (0.10, 0.55, 0.95, 0.45)  # m: around the tube of the path that is reached
+_ALWAYS = ("robot", "scene", "seed")
 _LOOKS = 9  # places of each path that the picture is made to hold
 
 
@@ -41,7 +47,8 @@ class Page:
     """A page in the making: robot and scene first, then the roadmap, then paths; :meth:`html` is its text.
 
     The robot stands at ``q`` (dof,). ``rows`` say how all this was made; those named in ``wrong`` are written red.
-    Names in ``touching`` are drawn red, as are those that the ``reason`` for no path blames.
+    Names in ``touching`` are drawn red, as are those that the ``reason`` for no path blames. ``notes`` are on the
+    start, the ``command`` is the command line that makes this again, see :func:`command_line`.
     """
 
     def __init__(
@@ -55,6 +62,8 @@ class Page:
         touching: Collection[str] = (),
         wrong: Collection[str] = (),
         reason: Reason | None = None,
+        notes: Collection[str] = (),
+        command: str = "",
     ) -> None:
         self.robot, self.scene, self.q, self.canvas = robot, scene, q, Canvas()
         red = frozenset(touching) | (frozenset() if reason is None else reason.names)
@@ -62,6 +71,7 @@ class Page:
         names |= draw_scene(self.canvas, scene, red)
         self._bodies = bodies or robot.bodies
         self._looks = [q[None]]
+        self._ends: list[Floats] = []  # starts and goals of the roadmap
         self._points = [np.zeros((0, 3))]
         self._nodes: Any = slice(None)
         self._data: dict[str, Any] = {
@@ -73,16 +83,25 @@ class Page:
             "touching": sorted(touching),
             "blamed": None if reason is None else reason.kind,
             "wrong": list(wrong),
+            "notes": [*((note.text, note.grave) for note in noticed(robot, scene)), *((text, True) for text in notes)],
+            "command": command,
             "roadmap": None,
             "cost": None,
             "paths": [],
             "current": 0,
             "beta": None,
             "floor": 0.0,
+            "tool_speed": None,
             "curve": [],
             "ramp": ramp_stops(),
             "gradient": css_gradient(),
             "unit": unit_of(robot),
+            "rows": [robot.jacobian_rows, *rows_of(robot)],
+            "measure": measure_name(robot.measure),
+            "gauge": None,
+            "scene": scene.name,
+            "robot": robot.name,
+            "marks": mark_scale(robot),
             "chain": chain_data(robot),
             "joints": joint_data(robot),
         }
@@ -97,6 +116,11 @@ class Page:
         if not edges.all():
             self._data["about"].append(("drawn", f"{int(edges.sum())} of {len(edges)} edges, evenly"))
         self._data["cost"] = self._field(cost_to_go)
+        self._ends = [roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]]
+        typical = float(np.median(roadmap.manipulability))
+        if typical > 0.0:
+            bands = [(name, share * typical) for name, share in BANDS.items()]
+            self._data["gauge"] = {"typical": typical, "most": float(roadmap.manipulability.max()), "bands": bands}
         self._points.append(tool_positions(self.robot, roadmap.nodes[self._nodes]))
 
     def add_paths(
@@ -107,15 +131,13 @@ class Page:
         beta: float | None = None,
         floor: float = 0.0,
         curve: Sequence[tuple[int, float]] = (),
+        tool_speed: float | None = None,
     ) -> None:
         """Draw paths; ``paths[current]`` is shown first, at ``beta``, with the ``floor`` under w where it is not 0.
 
-        ``curve``: (rounds of effort, best cost).
+        ``curve``: (rounds of effort, best cost). ``tool_speed`` (m/s) is a limit that was asked for.
         """
-        for k, shown in enumerate(paths):
-            if len(shown.path) > 1:
-                along = shown.path if shown.motion is None else shown.motion.states
-                draw_path(self.canvas, f"paths/{k}", self.robot, along)
+        for shown in paths:
             self._looks.append(configurations_at(shown.path, path_shares(shown.path)[0], np.linspace(0.0, 1.0, _LOOKS)))
             self._points.append(tool_positions(self.robot, shown.path))
         self._data |= {
@@ -124,6 +146,7 @@ class Page:
             "beta": beta,
             "floor": floor,
             "curve": [list(point) for point in curve],
+            "tool_speed": tool_speed,
         }
 
     def add_tool_line(self, points: Floats, radius: float) -> None:
@@ -140,9 +163,12 @@ class Page:
     def html(self) -> str:
         """HTML text that needs nothing but a browser; without paths the robot stands still."""
         if not self._data["paths"]:
+            self._looks += self._ends
             self.add_paths([ShownPath(self.q[None], [])])
-        centre, radius = extent(self.robot, self.scene, self._bodies, np.vstack(self._looks), np.vstack(self._points))
-        data = {**self._data, "centre": centre.round(3).tolist(), "radius": round(radius, 3)}
+        q = np.vstack(self._looks)
+        centre, radius = extent(self.robot, self.scene, self._bodies, q, np.vstack(self._points))
+        ways = [tool_positions(self.robot, q), swept_corners(self.robot, self._bodies, q)]
+        data = {**self._data, "centre": centre.round(3).tolist(), "radius": round(radius, 3), "fit": outermost(*ways)}
         return render_page(self.canvas, data, f"{self.robot.name} in {self.scene.name}")
 
     def _path(self, shown: ShownPath) -> dict[str, Any]:
@@ -152,7 +178,7 @@ class Page:
             "choice": shown.choice,
             "numbers": shown.numbers,
             "cost": self._field(shown.cost_to_go),
-            **motion_data(self.robot, shown.path, shown.motion),
+            **motion_data(self.robot, shown),
         }
 
     def _field(self, x: Floats | None) -> list[float | None] | None:
@@ -160,6 +186,21 @@ class Page:
         if x is None:
             return None
         return [value if np.isfinite(value) else None for value in np.round(x[self._nodes], 4).tolist()]
+
+
+def outermost(*points: Floats) -> list[list[float]]:
+    """Those of points (n, 3) each that are the farthest in some direction, for the page's camera."""
+    rows, directions = np.vstack(points), np.random.default_rng(0).normal(size=(3, 200))
+    return rows[np.unique((rows @ directions).argmax(axis=0))].round(3).tolist()
+
+
+def command_line(verb: str, request: Request) -> str:
+    """The command that asks for ``request``, but for its beta, which the page adds; defaults are left out."""
+    plain, words = type(request)().config(), []
+    for name, value in request.config().items():
+        if name in _ALWAYS or (name != "beta" and value != plain[name]):
+            words += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]
+    return f"planner {verb} {shlex.join(words)}"
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,14 +1,17 @@
 // From where the scene is seen: all of it in the free part of the window, start, goal and path past the obstacles.
 
 const narrow = () => innerWidth <= 760; // as the style sheet has it
+const flat = () => innerHeight <= 500; // a phone on its side
 
 // The free part of the window, beside the panel (on a phone below its head) and above the player, in pixels.
 function freeArea() {
   const folded = root.dataset.folded === "true";
   const x = narrow() || folded ? 0 : element("panel").getBoundingClientRect().right;
   const y = narrow() ? element("panel").getBoundingClientRect().bottom : 0;
-  const bottom = element("player").hidden ? innerHeight : element("player").getBoundingClientRect().top;
-  return { x, y, width: innerWidth - x, height: bottom - y };
+  const plots = element("plots"), player = element("player");
+  const bottom = narrow() && !plots.hidden ? plots.getBoundingClientRect().top : player.hidden ? innerHeight : player.getBoundingClientRect().top;
+  const right = plots.hidden || narrow() ? innerWidth : plots.getBoundingClientRect().left;
+  return { x, y, width: Math.max(right - x, 80), height: Math.max(bottom - y, 80) };
 }
 
 // The place of the tool at shares of a path, start and goal among them, and how much it counts that each is seen; where
@@ -54,20 +57,36 @@ function bestDirection(distance, target) {
   return best.ahead;
 }
 
-// The ball around everything fills the free part of the window; seen from where it was seen, or at first from where
-// start, goal and path are.
+// Robot and path fill the free part of the window; seen from where it was seen, or at first from where start, goal and
+// path are. Each round centres the outermost points as they are seen, and comes as near as they allow.
 function lookAtAll(ahead = null) {
   const free = freeArea(), camera = viewer.camera;
   camera.fov = 36; // a longer lens than the viewer's own: less distortion
   const focal = innerHeight / 2 / Math.tan((camera.fov * Math.PI) / 360);
-  // seen from here the ball is as wide as a disc of r / sqrt(1 - (r / distance)²)
-  const distance = data.radius * Math.hypot(1, focal / (0.5 * Math.min(free.width, free.height)));
-  const [x, y, z] = data.centre;
-  const target = new THREE.Vector3(x, z, -y); // meshcat turns z-up into three.js's y-up
-  camera.position.copy(target).addScaledVector(ahead || bestDirection(distance, target), distance);
+  const seen = ([x, y, z]) => new THREE.Vector3(x, z, -y); // meshcat turns z-up into three.js's y-up
+  const target = seen(data.centre), points = data.fit.map(seen);
+  let distance = (2 * data.radius * focal) / Math.min(free.width, free.height) + data.radius;
+  const from = ahead || bestDirection(distance, target);
+  const right = new THREE.Vector3(0, 1, 0).cross(from).normalize(), up = from.clone().cross(right);
+  for (let round = 0; round < 12; round++) {
+    const offsets = points.map((point) => point.clone().sub(target));
+    const [across, along] = [right, up].map((axis) => {
+      const slopes = offsets.map((offset) => offset.dot(axis) / Math.max(distance - offset.dot(from), 0.1 * distance));
+      return [Math.min(...slopes), Math.max(...slopes)];
+    });
+    target.addScaledVector(right, (distance * (across[0] + across[1])) / 2).addScaledVector(up, (distance * (along[0] + along[1])) / 2);
+    distance *= focal * Math.max((across[1] - across[0]) / (0.86 * free.width), (along[1] - along[0]) / (0.86 * free.height));
+  }
+  camera.position.copy(target).addScaledVector(from, distance);
   viewer.controls.target.copy(target);
   viewer.controls.update();
   centreView();
+}
+
+// After the free part has changed: from the same side, unless the camera was moved by hand.
+function fitAgain() {
+  if (moved) centreView();
+  else lookAtAll(viewer.camera.position.clone().sub(viewer.controls.target).normalize());
 }
 
 function centreView() {

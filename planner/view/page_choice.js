@@ -7,7 +7,8 @@ const otherPath = () => (compared === null || compared === current ? null : data
 const optimal = () => data.paths.filter((path) => path.interval).length; // these come first
 
 function pathName(k) {
-  const { interval } = data.paths[k]; // null where there is one path and no trade-off
+  const { interval, name } = data.paths[k]; // no interval where there is one path and no trade-off
+  if (name) return name;
   return interval ? `path ${k + 1}, β ${betas(interval)}` : `path ${k + 1}`;
 }
 
@@ -15,8 +16,11 @@ function pathName(k) {
 
 const FRAME = { left: 40, right: 282, top: 8, bottom: 96 };
 
+const withCosts = () => data.paths.filter((path) => path.costs); // these come before one out of a file
+const tickOf = ({ low, high }, value) => value.toFixed(high > low ? Math.min(6, Math.max(2, 1 - Math.floor(Math.log10(high - low)))) : 2);
+
 function costScale(index, from, to) {
-  const values = data.paths.map((path) => path.costs[index]);
+  const values = withCosts().map((path) => path.costs[index]);
   const low = Math.min(...values), high = Math.max(...values), room = 0.08 * (high - low) || 0.1;
   return { low, high, at: (value) => from + ((value - low + room) / (high - low + 2 * room)) * (to - from) };
 }
@@ -29,13 +33,13 @@ function drawCosts() {
   const x = costScale(0, FRAME.left, FRAME.right), y = costScale(1, FRAME.bottom, FRAME.top);
   const { left, right, top, bottom } = FRAME;
   const axes = vector("path", { class: "axis", d: `M${left} ${top}V${bottom}H${right}` });
-  const numbers = [words(x.at(x.low), bottom + 11, x.low.toFixed(2), "middle"), words(left - 4, y.at(y.low) + 3, y.low.toFixed(2), "end"),
+  const numbers = [words(x.at(x.low), bottom + 11, tickOf(x, x.low), "middle"), words(left - 4, y.at(y.low) + 3, tickOf(y, y.low), "end"),
     words((left + right) / 2, bottom + 11, "manipulability cost Ω", "middle")];
-  if (x.high > x.low) numbers.push(words(x.at(x.high), bottom + 11, x.high.toFixed(2), "middle"));
-  if (y.high > y.low) numbers.push(words(left - 4, y.at(y.high) + 3, y.high.toFixed(2), "end"));
+  if (x.high > x.low) numbers.push(words(x.at(x.high), bottom + 11, tickOf(x, x.high), "middle"));
+  if (y.high > y.low) numbers.push(words(left - 4, y.at(y.high) + 3, tickOf(y, y.high), "end"));
   const side = words(0, 0, "distance D", "middle");
   side.setAttribute("transform", `translate(9 ${(top + bottom) / 2}) rotate(-90)`);
-  const marks = data.paths.map((path, k) => costMark(k, x.at(path.costs[0]), y.at(path.costs[1])));
+  const marks = withCosts().map((path, k) => costMark(k, x.at(path.costs[0]), y.at(path.costs[1])));
   element("costs").replaceChildren(axes, side, ...numbers, ...marks);
 }
 
@@ -45,6 +49,7 @@ function costMark(k, x, y) {
     "aria-label": pathName(k) });
   mark.append(vector("circle", { class: "touch", r: 9 }), vector("title", {}, pathName(k)));
   mark.append(vector("circle", { r: 4 }));
+  if (data.paths[k].choice?.knee) mark.append(vector("circle", { class: "knee", r: 8 }), words(0, -11, "knee", "middle"));
   mark.onclick = () => choosePath(k);
   mark.onkeydown = (event) => { if (event.key === "Enter") choosePath(k); };
   return mark;
@@ -55,6 +60,26 @@ function markCosts() {
     mark.classList.toggle("on", k === current);
     mark.classList.toggle("other", k === compared && k !== current);
   });
+}
+
+// A row for each path of a sweep: what its betas buy and cost. Of the path that is shown the sentence too.
+function drawChoices() {
+  const { choice } = shownPath(), share = (part) => (part === null ? "" : percent(part)), all = data.paths.map((path, k) => [path, k]);
+  element("buys").textContent = !choice ? "" : choice.gain || choice.added_length
+    ? `${choice.buys.replace("beta", "β")}${choice.knee ? ". This is the knee: beyond it more length buys less." : ""}`
+    : choice.buys && `β ${choice.beta}: the shortest path, without any of the gain in w`;
+  const rows = all.filter(([path]) => path.choice && path.interval).map(([path, k]) => {
+    const { w_min: w, duration, clearance, gain, added_length: added, knee } = path.choice, none = "–", row = document.createElement("tr");
+    const [low, high] = path.interval.map((beta) => String(Number(beta.toFixed(3))));
+    const cells = [`${knee ? "◆ " : ""}${low === high ? betas(path.interval) : `${low} – ${high}`}`, short(w), duration === null ? none : duration.toFixed(2),
+      clearance === null ? none : (1000 * clearance).toFixed(1), share(gain), share(added)];
+    cells.forEach((text) => { row.insertCell().textContent = text; });
+    row.className = [k === current ? "on" : "", knee ? "knee" : ""].join(" ");
+    row.onclick = () => choosePath(k);
+    return row;
+  });
+  element("choices").hidden = !rows.length;
+  element("choices").tBodies[0].replaceChildren(...rows);
 }
 
 function choosePath(k) {
@@ -99,9 +124,8 @@ function compareWith(k) {
 }
 
 function startChoice() {
-  element("choice").hidden = data.paths.length < 2;
-  if (element("choice").hidden) return;
-  drawCosts();
+  element("choice").hidden = element("costs").toggleAttribute("hidden", data.paths.length < 2);
+  if (data.paths.length > 1) drawCosts();
   data.paths.forEach((_, k) => element("compare").append(new Option(pathName(k), k)));
   element("compare").onchange = () => compareWith(element("compare").value === "" ? null : Number(element("compare").value));
 }

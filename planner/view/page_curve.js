@@ -41,7 +41,7 @@ const curveLine = (w) => w.map((value, k) => `${((1000 * k) / (w.length - 1)).to
 
 function drawCurve(path, other) {
   const shown = other ? [path, other] : [path];
-  const high = Math.max(...shown.flatMap((each) => each.w), 1.05 * data.floor, 1e-9);
+  const high = 1.1 * Math.max(...shown.flatMap((each) => each.w), data.floor, 1e-9); // room above a curve that is constant
   curveY = (w) => 98 - (94 * w) / high;
   const piece = (name, way) => vector("path", { class: name, d: way });
   const worst = path.worst.map((point) => `M${(1000 * point.share).toFixed(1)} ${curveY(point.w).toFixed(2)}h0.01`);

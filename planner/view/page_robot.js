@@ -2,7 +2,6 @@
 // The viewer, and where a configuration puts the robot in it: forward kinematics as planner.kinematics.forward has it.
 
 const THREE = MeshCat.THREE;
-const data = JSON.parse(element("data").textContent);
 const viewer = new MeshCat.Viewer(element("viewer"));
 
 const group = (path) => viewer.scene_tree.find(["meshcat", ...path.split("/")]).object;
@@ -104,4 +103,12 @@ function placeRobot(path, share) {
   ellipsoid.matrix.fromArray(columns(rows, toolPosition(frames)));
   ellipsoid.matrixWorldNeedsUpdate = true;
   viewer.set_dirty();
+}
+
+// The tool's way along a path as a tube.
+function drawWay(path, k) {
+  const count = Math.max(240, Math.ceil(path.length / 0.08)); // rad: as far apart the tool leaves the chord by less than the tube's radius
+  const points = Array.from({ length: count + 1 }, (_, i) => new THREE.Vector3(...toolPosition(placements(configurationAt(path, i / count)))));
+  const tube = new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), count, 0.006 * data.marks, 8);
+  viewer.set_object(["meshcat", "paths", String(k)], new THREE.Mesh(tube, new THREE.MeshPhongMaterial({ color: COLOURS.shown })));
 }

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.command_line import Run, assert_total_covers, command
+from tests.command_line import Run, assert_refused, assert_total_covers, command
 from tests.worlds import planar_trap
 
 
@@ -132,3 +132,19 @@ def test_every_option_changes_what_it_says(solved: Path, tmp_path: Path, run: Ru
     moved = plan("--start", "q:" + ",".join(map(repr, between.tolist())))
     assert np.allclose(moved["path"][0], between)
     assert moved["roadmap"]["nodes"] > base["roadmap"]["nodes"]  # and shortcuts may cut it up
+
+
+def test_no_page_is_written_where_none_is_asked_for(run: Run, tmp_path: Path) -> None:
+    small = ("plan", "--robot", "planar_2r", "--scene", "empty", "--start", "q:0,1", "--goal", "q:1,1", "--nodes", "20")
+    assert run(*small, "--out", str(tmp_path))[0] == 0
+    assert (tmp_path / "plan.html").exists()
+    code, output, _ = run(*small, "--no-page", "--out", str(tmp_path))
+    assert code == 0
+    assert "plan.html" not in output
+    assert {path.name for path in tmp_path.iterdir()} == {"plan.json", "roadmap.npz", "trajectory.json"}, (
+        "the old one went"
+    )
+    assert "page" not in json.loads((tmp_path / "plan.json").read_text())["timings_s"]
+    assert_refused(
+        run(*small, "--no-page", "--view", "--out", str(tmp_path / "new")), 2, "leave out --no-page", tmp_path / "new"
+    )

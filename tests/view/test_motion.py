@@ -14,7 +14,15 @@ from planner.planning.result import Plan
 from planner.robot.robot import Robot
 from planner.trajectory.measure import dense_path, path_manipulability
 from planner.trajectory.timing import time_path
-from planner.view.motion import configurations_at, ellipsoids, motion_data, path_shares, shown_motion, worst_points
+from planner.view.motion import (
+    ShownPath,
+    configurations_at,
+    ellipsoids,
+    motion_data,
+    path_shares,
+    shown_motion,
+    worst_points,
+)
 from tests.worlds import ROBOTS, load, random_q
 
 
@@ -24,28 +32,33 @@ def test_motion_is_even_in_joint_space(solved: Plan) -> None:
     np.testing.assert_array_equal(q[[0, -1]], solved.path[[0, -1]])
     steps = np.linalg.norm(np.diff(q, axis=0), axis=1)
     assert steps.max() <= total / (SHOWN_STATES - 1) * (1 + 1e-9)
-    data = motion_data(solved.robot, solved.path)
+    data = motion_data(solved.robot, ShownPath(solved.path, []))
     np.testing.assert_allclose(data["w"], manipulability(solved.robot, q), atol=1e-7)
     np.testing.assert_allclose(data["ellipsoids"][60], ellipsoids(solved.robot, q[[120]])[0], atol=1e-4)
 
 
 def test_a_motion_is_even_in_time(solved: Plan) -> None:
     trajectory = time_path(solved.path, solved.checker)
-    data = motion_data(solved.robot, solved.path, shown_motion(trajectory, solved.checker))
+    data = motion_data(solved.robot, ShownPath(solved.path, [], motion=shown_motion(trajectory, solved.checker)))
     assert data["seconds"] == data["motion"]["duration"] == trajectory.duration
     q = trajectory.at(np.linspace(0.0, trajectory.duration, SHOWN_STATES))
     np.testing.assert_allclose(data["waypoints"], q, atol=1e-8)
     np.testing.assert_allclose(data["w"], manipulability(solved.robot, q), atol=1e-6)
-    for kind in ("velocity", "acceleration"):
-        shares = np.array(data["motion"][kind])
-        assert shares.shape == (solved.robot.dof, SHOWN_STATES)
-        assert 0.9 < np.abs(shares).max() <= 1.0 + 1e-4
-    assert min(data["motion"]["clearance"]) > 0
+    motion, step = data["motion"], trajectory.duration / (SHOWN_STATES - 1)
+    for kind in ("velocity", "acceleration", "jerk"):
+        rates, limits = np.array(motion[kind]), np.array(motion["limits"][kind])
+        assert rates.shape == (solved.robot.dof, SHOWN_STATES)
+        least = 0.0 if kind == "jerk" else 0.9  # which is short
+        assert least < np.abs(rates / limits[:, None]).max() <= 1.0 + 1e-3
+    numeric = np.linalg.norm(np.gradient(tool_positions(solved.robot, q), step, axis=0), axis=1)
+    np.testing.assert_allclose(motion["tool_speed"][1:-1], numeric[1:-1], atol=0.02)
+    np.testing.assert_allclose(data["condition"], np.linalg.cond(solved.robot.jacobian(q)), rtol=1e-3)
+    assert min(data["clearance"]) > 0
     assert data["worst"][0]["w"] <= min(data["w"]) + 3e-7  # as the page rounds times and w
 
 
 def test_a_path_of_one_configuration_stands_still() -> None:
-    data = motion_data(load("ur5"), load("ur5").home[None])
+    data = motion_data(load("ur5"), ShownPath(load("ur5").home[None], []))
     assert data["seconds"] == 0.0
     assert data["shares"] == [0.0]
     assert len(set(data["w"])) == 1

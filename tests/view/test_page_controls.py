@@ -1,0 +1,361 @@
+"""The page's first screen, its curves, the trade-off's table, and all that is taken away from a page, in a browser."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import shlex
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from planner.kinematics.manipulability import manipulability
+from planner.planning.plan import plan
+from planner.planning.result import Plan
+from planner.problem.request import TimingRequest
+from planner.tradeoff.result import Tradeoff
+from planner.view.drawing import tool_positions
+from tests.browser import Tab, browser, choose, dataset, text
+from tests.view.conftest import TASK
+from tests.worlds import planar_trap
+
+DESKTOP = {"width": 1400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+
+
+@pytest.fixture(scope="module")
+def moving() -> Plan:
+    """A plan with its motion, whose elbow stays on one side."""
+    return plan(request=TASK.with_options(goal="q:2,1"), timing=TimingRequest())
+
+
+@pytest.fixture(scope="module")
+def singular() -> Plan:
+    """A plan from an arm stretched out."""
+    return plan(request=TASK.with_options(start="q:0,0"), timing=TimingRequest())
+
+
+@pytest.fixture(scope="module")
+def window() -> Iterator[Tab]:
+    with browser() as tab:
+        tab.call("Emulation.setDeviceMetricsOverride", **DESKTOP)
+        yield tab
+
+
+@pytest.fixture
+def opened(window: Tab, tmp_path: Path) -> Iterator[Callable[..., Tab]]:
+    """Open the page of a result, which must not have complained by the end."""
+
+    def open_page(result: Plan | Tradeoff) -> Tab:
+        (tmp_path / result.PAGE).write_text(result.page())
+        assert window.open(tmp_path / result.PAGE), window.console
+        return window
+
+    yield open_page
+    assert window.console == window.requests == []
+
+
+def facts(tab: Tab) -> dict[str, str]:
+    """The first screen's facts by their names."""
+    each = "(f => [f.querySelector('span').textContent, f.querySelector('b').textContent])"
+    return dict(tab.run(f"[...element('facts').children].map({each})"))
+
+
+# the first screen
+
+
+def test_the_first_screen_says_what_counts(opened: Callable[..., Tab], moving: Plan) -> None:
+    tab, motion = opened(moving), moving.trajectory
+    assert motion is not None
+    assert moving.clearance is not None
+    assert moving.clearance.motion is not None
+    q = motion.at(np.linspace(0.0, motion.duration, 2001))
+    room = np.minimum(q - moving.robot.lower, moving.robot.upper - q).min()
+    shown = facts(tab)
+    assert shown["duration"] == f"{motion.duration:.2f} s"
+    assert shown["clearance"] == f"{1000 * moving.clearance.motion.min:.0f} mm"
+    assert float(shown["nearest limit"].split()[0]) == pytest.approx(room, abs=0.006)
+    lowest, typical = manipulability(moving.robot, q).min(), np.median(moving.roadmap.manipulability)
+    assert float(shown["lowest w"].split()[0]) == pytest.approx(lowest, rel=0.02)
+    band = next(
+        (name for name, share in (("singular", 0.01), ("poor", 0.1), ("fair", 0.5)) if lowest < share * typical), "good"
+    )
+    assert tab.run("element('facts').children[1].className") == band
+    spans = "[...element('gauge').children].map(c => (b => [c.className, b.left, b.right])(c.getBoundingClientRect()))"
+    *bands, (_, left, right) = tab.run(spans)
+    assert next(name for name, _, end in bands if (left + right) / 2 <= end) == band
+    assert tab.run(
+        "element('gauge-section').getBoundingClientRect().bottom < element('panel').getBoundingClientRect().bottom"
+    )
+    tab.click("#facts button:nth-child(2)")
+    np.testing.assert_allclose(tab.run("sampleAt(shownPath().w, share)"), lowest, atol=5e-3)
+
+
+def test_a_singular_start_is_a_warning(opened: Callable[..., Tab], singular: Plan) -> None:
+    tab = opened(singular)
+    assert tab.run("element('message').className") == "warned"
+    warnings = text(tab, "warnings")
+    assert "The start is singular: w is 0 m² there." in warnings
+    assert "Badly conditioned at the start itself" in warnings
+    assert tab.run("element('facts').children[1].className") == "singular"
+    tab.call("Emulation.setDeviceMetricsOverride", **PHONE)
+    assert tab.run("element('warnings').getBoundingClientRect().bottom < innerHeight / 2"), "seen without a touch"
+    tab.call("Emulation.setDeviceMetricsOverride", **DESKTOP)
+
+
+def test_a_failed_plan_has_no_facts_but_its_reason(opened: Callable[..., Tab], tmp_path: Path) -> None:
+    request = TASK.with_options(scene=str(planar_trap(tmp_path)), start="q:0.2,0.3", goal="q:3.0,-0.3", nodes=30)
+    tab = opened(plan(request=request, timing=None))
+    assert tab.run("element('message').className") == "failed"
+    assert tab.run("element('facts').hidden && element('gauge-section').hidden && element('plots').hidden")
+    goal = "group('goal').children[0].getWorldPosition(new THREE.Vector3()).project(viewer.camera)"
+    x, y = tab.run(f"(p => [p.x, p.y])({goal})")
+    assert abs(x) < 1
+    assert abs(y) < 1
+
+
+@pytest.mark.parametrize("screen", [DESKTOP, PHONE])
+def test_the_camera_fits_robot_and_path(opened: Callable[..., Tab], solved: Plan, screen: dict[str, Any]) -> None:
+    opened(solved).call("Emulation.setDeviceMetricsOverride", **screen)
+    tab = opened(solved)
+    points = tool_positions(solved.robot, solved.path).tolist()
+    pixels = "(p => [(p.x + 1) / 2 * innerWidth, (1 - p.y) / 2 * innerHeight])"
+    place = f"([x, y, z]) => {pixels}(new THREE.Vector3(x, z, -y).project(viewer.camera))"
+    seen, free = np.array(tab.run(f"{json.dumps(points)}.concat(data.fit).map({place})")), tab.run("freeArea()")
+    low, size = np.array([free["x"], free["y"]]), np.array([free["width"], free["height"]])
+    assert (seen > low).all()
+    assert (seen < low + size).all()
+    assert (np.ptp(seen, axis=0) / size).max() > 0.7, "and fills the room that there is"
+    tab.call("Emulation.setDeviceMetricsOverride", **DESKTOP)
+
+
+def test_the_path_is_a_tube_around_the_tools_way(opened: Callable[..., Tab], moving: Plan) -> None:
+    tab, motion = opened(moving), moving.trajectory
+    assert motion is not None
+    shape = f"drawn('paths/{dataset(tab, 'path')}').geometry"
+    points = np.array(tab.run(f"Array.from({shape}.attributes.position.array)")).reshape(-1, 3)
+    dense = tool_positions(moving.robot, motion.at(np.linspace(0.0, motion.duration, 2000)))
+    off = np.linalg.norm(points[:, None] - dense[None], axis=2)
+    assert 0.004 < off.min(axis=1).max() < 0.008
+    assert off.min(axis=0).max() < 0.015, "all of it"
+
+
+# curves
+
+
+def test_curves_have_limits_units_and_values_under_the_pointer(opened: Callable[..., Tab], moving: Plan) -> None:
+    tab, motion, dof = opened(moving), moving.trajectory, moving.robot.dof
+    assert motion is not None
+    titles = tab.run("[...document.querySelectorAll('#plots svg')].map(s => s.querySelector('text').textContent)")
+    assert titles == [
+        *("manipulability w, m²", "condition number", "clearance, mm", "joint positions q, rad"),
+        *("joint velocity q′, rad/s", "joint acceleration q″, rad/s²", "joint jerk q‴, rad/s³", "tool speed, m/s"),
+    ]
+    assert tab.run("document.querySelectorAll('#plots .way').length") == 4 * dof + 4
+    assert tab.run("document.querySelectorAll('#plots .limit').length") == 4
+    assert tab.run("HEIGHT") == 120
+    ways = "[...document.querySelectorAll('#plots .way')].map(way => way.getBBox())"
+    for top, bottom in tab.run(f"{ways}.map(b => [b.y - TOP, b.y + b.height - TOP])"):
+        assert 0 < top <= bottom < 120, "no curve lies on the frame"
+    box = tab.run("(b => [b.left, b.top, b.width])(document.querySelector('#plots svg rect').getBoundingClientRect())")
+    tab.mouse(box[0] + 0.25 * box[2], box[1] + 60)
+    assert float(dataset(tab, "share")) == pytest.approx(0.25, abs=3e-3)
+    share = float(dataset(tab, "share"))
+    q = motion.at(share * motion.duration)
+    values = tab.run(
+        "[...document.querySelectorAll('#plots svg')].map(s => s.querySelector('.entry text').textContent)"
+    )
+    assert float(values[0].split()[0]) == pytest.approx(manipulability(moving.robot, q)[0], rel=0.01)
+    assert values[3].replace("−", "-") == f"joint 1 {float(f'{q[0, 0]:.3g}'):g}"
+    tab.click("#plots > div:nth-child(4) .entry:nth-of-type(1)")
+    assert tab.run("document.querySelectorAll('#plots .way').length") == 4 * (dof - 1) + 4, "a joint is hidden"
+    tab.run("hiddenJoints.clear(), showPlots(false)")
+    assert tab.run("element('plots').hidden")
+
+
+def test_curves_leave_as_csv_and_png(opened: Callable[..., Tab], moving: Plan) -> None:
+    tab, motion = opened(moving), moving.trajectory
+    assert motion is not None
+    tab.run("void (saved = {}, save = (name, content, type) => { saved[name] = content; })")
+    for button in (1, 2):
+        tab.run(f"document.querySelectorAll('#plots button:nth-of-type({button})').forEach(b => b.click())")
+    tab.run(
+        "new Promise(done => (function look() { Object.keys(saved).length < 16 ? setTimeout(look, 20) : done(1); })())"
+    )
+    for order, key in enumerate(("q", "velocity", "acceleration", "jerk")):
+        head, *lines = tab.run(f"saved['{key}.csv']").splitlines()
+        unit = "rad" + ("", "/s", "/s²", "/s³")[order]
+        assert head == f"t (s),joint_1 ({unit}),joint_2 ({unit})"
+        rows = np.array([line.split(",") for line in lines], dtype=float)
+        exact = motion.at(rows[:, 0], order)
+        np.testing.assert_allclose(rows[:, 1:], exact, atol=1e-3 * np.abs(exact).max(), err_msg=key)
+    bytes_of = "saved['w.png'].arrayBuffer().then(b => btoa(String.fromCharCode(...new Uint8Array(b))))"
+    picture = Image.open(io.BytesIO(base64.b64decode(tab.run(bytes_of))))
+    assert picture.size == tuple(
+        tab.run("(b => [2 * b.width, 2 * b.height])(document.querySelector('#plots svg').viewBox.baseVal)")
+    )
+    assert len(np.unique(np.asarray(picture.convert("L")))) > 20
+
+
+# the sweep
+
+
+def test_the_sweeps_table_says_what_a_beta_buys(opened: Callable[..., Tab], tradeoff: Tradeoff) -> None:
+    tab = opened(tradeoff)
+    rows = tab.run("[...element('choices').tBodies[0].rows].map(r => [...r.cells].map(c => c.textContent))")
+    assert len(rows) == len(tradeoff.intervals)
+    for row, item in zip(rows, tradeoff.intervals, strict=True):
+        assert item.duration is not None
+        assert item.clearance is not None
+        assert float(row[1]) == pytest.approx(item.w_min, abs=6e-5)
+        assert row[2:4] == [f"{item.duration:.2f}", f"{1000 * item.clearance:.1f}"]
+        assert [int(cell.split()[0]) / 100 for cell in row[4:]] == pytest.approx(
+            [item.gain, item.added_length], abs=5.1e-3
+        )
+    knee = tradeoff.knee
+    assert knee is not None
+    assert [k for k, row in enumerate(rows) if row[0].startswith("◆")] == [tradeoff.intervals.index(knee)]
+    assert tab.run(
+        "[...element('costs').querySelectorAll('g')].findIndex(g => g.querySelector('.knee'))"
+    ) == rows.index(next(row for row in rows if row[0].startswith("◆")))
+    tab.click("#choices tr.knee")
+    assert dataset(tab, "path") == str(tradeoff.intervals.index(knee))
+    assert text(tab, "buys").startswith(knee.buys.replace("beta", "β"))
+    assert "This is the knee" in text(tab, "buys")
+
+
+def test_a_path_through_a_singular_configuration_is_warned_of(opened: Callable[..., Tab], tradeoff: Tradeoff) -> None:
+    """The arm's elbow changes sides on every path here, so that it is straight at some time."""
+    tab = opened(tradeoff)
+    assert tab.run("element('message').className") == "warned"
+    assert "The arm is singular at " in text(tab, "warnings")
+
+
+# what is taken away
+
+
+def test_a_copied_address_opens_the_same_view(opened: Callable[..., Tab], tradeoff: Tradeoff) -> None:
+    tab = opened(tradeoff)
+    tab.run("toInterval(1), goTo(0.375)")
+    x, y = tab.run("(f => [f.x + f.width / 2, f.y + f.height / 2])(freeArea())")
+    for kind, shift in (("mousePressed", 0), ("mouseMoved", 60), ("mouseReleased", 60)):
+        tab.call(
+            "Input.dispatchMouseEvent", type=kind, x=x + shift, y=y + shift / 2, button="left", buttons=1, clickCount=1
+        )
+    tab.run("new Promise(done => setTimeout(done, 500))")
+    look = "[root.dataset.path, share, ...viewer.camera.position.toArray(), ...viewer.controls.target.toArray()]"
+    address, before = tab.run("location.href"), tab.run(look)
+    assert "beta=" in address
+    assert "camera=" in address
+    tab.call("Page.navigate", url="about:blank")
+    assert tab.open(address), tab.console
+    after = tab.run(look)
+    assert after[0] == before[0] == "1"
+    np.testing.assert_allclose(after[1:], before[1:], atol=2e-3)
+
+
+def test_the_copied_command_makes_the_plan(opened: Callable[..., Tab], moving: Plan, tmp_path: Path) -> None:
+    from tests.command_line import command
+
+    tab = opened(moving)
+    tab.click("#copy")
+    line = text(tab, "command")
+    program, *words = shlex.split(line)
+    assert program == "planner"
+    process = command(*words, "--out", str(tmp_path / "again"), "--no-page", cwd=tmp_path)
+    assert process.wait() == 0
+    again = json.loads((tmp_path / "again" / "plan.json").read_text())
+    assert again["path"] == moving.path.tolist()
+    assert again["roadmap"]["sha256"] == moving.record.roadmap.sha256
+
+
+def test_the_copied_command_of_a_sweep_exports_the_path(
+    opened: Callable[..., Tab], tradeoff: Tradeoff, tmp_path: Path
+) -> None:
+    tab, item = opened(tradeoff), tradeoff.intervals[2]
+    tab.run("toInterval(2), copyCommand()")
+    assert text(tab, "command") == f"planner export '{tmp_path}' --beta {item.beta:g}"
+    assert item.beta_min <= item.beta <= item.beta_max
+
+
+def choose_file(tab: Tab, path: Path) -> None:
+    document = tab.call("DOM.getDocument")["root"]["nodeId"]
+    node = tab.call("DOM.querySelector", nodeId=document, selector="#file")["nodeId"]
+    tab.call("DOM.setFileInputFiles", nodeId=node, files=[str(path)])
+    tab.run("new Promise(done => setTimeout(done, 300))")
+
+
+def test_another_plan_is_drawn_over_this_one(
+    opened: Callable[..., Tab], moving: Plan, singular: Plan, tmp_path: Path
+) -> None:
+    other = replace(singular, trajectory=None)
+    other.save_without_page(tmp_path / "other")
+    tab, robot = opened(moving), moving.robot
+    count = tab.run("data.paths.length")
+    choose_file(tab, tmp_path / "other" / "plan.json")
+    assert dataset(tab, "compared") == str(count)
+    assert text(tab, "file-said") == ""
+    assert tab.run(f"group('paths/{count}').visible && ghost.visible")
+    assert tab.run("document.querySelectorAll('#plots [stroke-dasharray=\"4 3\"]').length") >= 1 + robot.dof
+    assert "dashed: plan.json" in text(tab, "plots")
+    for share in (0.0, 0.4, 1.0):
+        q = np.array(tab.run(f"configurationAt(otherPath(), {share})"))
+        assert tab.run(f"manipulabilityAt({q.tolist()})") == pytest.approx(manipulability(robot, q)[0], abs=1e-7)
+    np.testing.assert_allclose(tab.run("otherPath().waypoints"), other.path)
+    assert other.cost is not None
+    assert f"{other.cost.distance:.4f}" in text(tab, "numbers")
+    choose(tab, "compare", "")
+    assert tab.run("ghost.visible") is False
+
+
+def test_a_file_that_cannot_be_compared_is_refused_in_a_sentence(
+    opened: Callable[..., Tab], moving: Plan, solved: Plan, tmp_path: Path
+) -> None:
+    solved.save_without_page(tmp_path / "iiwa")
+    (tmp_path / "text.json").write_text("no JSON")
+    tab = opened(moving)
+    for path, words in (
+        (tmp_path / "iiwa" / "plan.json", "open a plan of the same joints"),
+        (tmp_path / "text.json", "cannot be shown"),
+    ):
+        choose_file(tab, path)
+        assert words in text(tab, "file-said")
+        assert dataset(tab, "compared") == ""
+
+
+def test_the_page_is_dark_where_that_is_preferred_and_by_its_switch(opened: Callable[..., Tab], moving: Plan) -> None:
+    tab = opened(moving)
+    assert dataset(tab, "theme") == "light"
+    light = tab.screenshot().mean()
+    tab.click("#theme")
+    tab.drawn()
+    assert dataset(tab, "theme") == "dark"
+    assert tab.screenshot().mean() < 0.4 * light
+    tab.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+    tab = opened(moving)
+    assert dataset(tab, "theme") == "dark"
+    for ink in ("ink", "soft", "bad", "warn", "good", "shown", "other", "worst"):
+        assert contrast(tab, ink) > 4.5, ink
+    tab.call("Emulation.setEmulatedMedia", features=[])
+    tab = opened(moving)
+    for ink in ("ink", "soft", "bad", "warn", "good", "other", "worst"):
+        assert contrast(tab, ink) > 4.5, ink
+
+
+def contrast(tab: Tab, ink: str) -> float:
+    """How much a colour of the style sheet differs from the page, as WCAG 2 counts it."""
+    levels = []
+    for name in (ink, "page"):
+        colour = tab.run(
+            f"(p => (p.fillStyle = colour('{name}'), p.fillStyle))(document.createElement('canvas').getContext('2d'))"
+        )
+        parts = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+        linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+        levels.append(float(linear @ [0.2126, 0.7152, 0.0722]) + 0.05)
+    return max(levels) / min(levels)
