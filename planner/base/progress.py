@@ -20,6 +20,7 @@ _COUNTED = {  # by unit, the stages of work that count it
     "paths": ("path", "modes"),
     "%": ("beta", "other betas"),
     "rungs": ("ladder",),
+    "tries": ("grasps",),
     "plans": ("plans",),
 }
 UNITS = {stage: unit for unit, stages in _COUNTED.items() for stage in stages}

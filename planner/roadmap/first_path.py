@@ -109,8 +109,14 @@ class FirstPathSearch:
 
     def straight(self, starts: Floats, goals: Floats) -> list[Floats]:
         """The proven ones of the straight motions from every row of ``starts`` to every row of ``goals``, in pieces."""
-        found = straight_paths(self._motions, starts, goals, self._settings.range)
-        self.checked += len(starts) * len(goals)
+        if not len(starts) or not len(goals):
+            return []
+        found, total = list[Floats](), self.checked + len(starts) * len(goals)
+        for start in starts:
+            self._progress(FIRST_PATH, self.checked, total)
+            found += straight_paths(self._motions, start[None], goals, self._settings.range)
+            self.checked += len(goals)
+        self._progress(FIRST_PATH, total, total)
         return found
 
     def join(self, starts: Floats, goals: Floats) -> Floats | None:

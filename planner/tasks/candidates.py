@@ -185,7 +185,8 @@ class Candidates:
 
     def _candidates(self, step: Pick | Place, pairs: Sequence[tuple[int, int]], seeds: dict) -> list[Candidate]:
         rejected, found, share = self.rejected[-1], [], _SEEDS // max(len(pairs), 1)
-        for grasp, place in pairs:
+        for number, (grasp, place) in enumerate(pairs):
+            self.modes.progress("grasps", number, len(pairs))
             rejected.of += 1
             tool = self.modes.placements[place].pose @ self.modes.grasps[grasp].tool
             many = min(max(share, _FEWEST_MORE if grasp in seeds else _FEWEST), _MOST)
@@ -194,6 +195,7 @@ class Candidates:
             if not candidates:
                 rejected.out_of_reach.append(tool[:3, 3])
             found += candidates
+        self.modes.progress("grasps", len(pairs), len(pairs))
         return self._unblocked(step, found)
 
     def _reach(self, step: Pick | Place, grasp: int, place: int, tool: Floats, seeds: Floats) -> list[Candidate]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen, ranges, so_far
+from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import tool_pose
@@ -74,11 +75,12 @@ class Modes:
     verdicts: dict[Mode, Ints] = field(default_factory=dict)  # by clause: (motions,) of OPEN, FREE, BLOCKED
     blame: dict[tuple[Mode, int], str] = field(default_factory=dict)  # what a blocked motion touches, or STRAYS
     pieces_proven: int = 0
+    progress: Progress = QUIET  # of proofs, which a request to stop leaves whole
 
     def __post_init__(self) -> None:
         self.robot = self.checker.robot
         self.motions = Motions(self.robot)
-        self._provers = {ARM: EdgeProver(self.checker)}  # of what all motions keep too
+        self._provers = {ARM: EdgeProver(self.checker, self.progress, "proofs")}  # of what all motions keep too
 
     def take(self, item: Carried) -> int:
         """Let the arm hold something from the beginning: the number of its grasp."""
@@ -135,7 +137,7 @@ class Modes:
             scene, own = np.ones_like(world.checked), np.full(len(world.self_pairs), not clause.standing)
             if clause.held is not None:
                 scene[:last], own = False, own & (world.self_pairs == last).any(axis=1)
-            self._provers[clause] = EdgeProver(checker).only(np.append(scene, own))
+            self._provers[clause] = EdgeProver(checker, self.progress, "proofs").only(np.append(scene, own))
         return self._provers[clause]
 
     def known(self, clause: Mode) -> Ints:

@@ -88,18 +88,17 @@ class TaskPlanner:
         """Read, find the candidates of each step, grow the roadmap, join the modes."""
         clock, request = Stopwatch(), (request or TaskRequest()).with_options(**options)
         what, quality = what if isinstance(what, Task) else Task.load(what), request.quality
-        progress("setup", 0, 2)
+        progress("setup", 0, 1)
         with clock("setup"):
-            scene, modes = _modes(what, Scene.load(what.scene), request)
+            scene, modes = _modes(what, Scene.load(what.scene), request, Progress(progress))
             states = states_of(modes.robot, modes.checker.world.scene)
             target, within = parse_target(what.start), request.what.ik_tolerance
             start = resolve(target, modes.checker, states, "start", tolerance=within)[0]
-        progress("setup", 1, 2)
+        progress("setup", 1, 1)
         with clock("grasps"):
             gripper = gripper_of(modes.robot, what.gripper)
             candidates = Candidates(what, modes, gripper, start[None], request.what)
             start = free_configuration(start, modes.checker_of(candidates.first), "start")
-        progress("setup", 2, 2)
         if candidates.dead_end is not None:
             return TaskPlanner(request, what, candidates, scene, None, None, clock)
         with clock("roadmap"):
@@ -181,7 +180,7 @@ class TaskPlanner:
         return [] if self.search is None else self.search.pieces()
 
 
-def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes]:
+def _modes(what: Task, scene: Scene, request: TaskRequest, progress: Progress) -> tuple[Scene, Modes]:
     """The scene in its own frame, and the robot among what is never picked, and what is."""
     held = require_sensible(what, scene)
     if scene.moving or scene.limited:
@@ -192,7 +191,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes
     checker = open_world(world)
     scene = in_world(scene, checker.robot)
     objects = {item.name: item for item in scene.obstacles if item.name in names}
-    modes = Modes(checker, objects)
+    modes = Modes(checker, objects, progress=progress)
     if held is not None:
         modes.take(next(item for item in scene.carried if item.name == held.name))
     return scene, modes

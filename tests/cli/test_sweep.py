@@ -111,7 +111,7 @@ def test_no_path_is_an_outcome(
 ) -> None:
     """Where every edge fails when it is looked at again."""
     contact = Seen(0, 0.0, np.zeros(2), Contact("link_2", "post"))
-    monkeypatch.setattr("planner.search.search.second_look", lambda checker, pieces: contact)
+    monkeypatch.setattr("planner.search.search.second_look", lambda checker, pieces, progress: contact)
     out, roadmap = tmp_path / "out", str(swept[0] / "roadmap.npz")
     code, text, _ = run("sweep", *SMALL, "--roadmap", roadmap, "--out", str(out))
     assert code == 4, text

@@ -14,7 +14,7 @@ def collide(monkeypatch: pytest.MonkeyPatch, roadmap: Roadmap, edges: np.ndarray
     real, found = module.second_look, []
     ends = [(roadmap.nodes[i], roadmap.nodes[j], (int(i), int(j))) for i, j in edges]
 
-    def look(checker, pieces):
+    def look(checker, pieces, progress):
         for row, (start, delta) in enumerate(pieces):
             for a, b, edge in ends:
                 for p, q in ((a, b), (b, a)):
