@@ -78,7 +78,9 @@ class PublicNames(SphinxDirective):
 
 def _autodoc(module: str, name: str, thing: Any) -> list[str]:
     if isinstance(thing, type):
-        return [f".. autoclass:: {module}.{name}", "   :members:", ""]
+        # two modules may list a class: the index has the entry of the module that it belongs to
+        index = [] if thing.__module__.startswith(module) else ["   :no-index:"]
+        return [f".. autoclass:: {module}.{name}", "   :members:", *index, ""]
     if callable(thing):
         return [f".. autofunction:: {module}.{name}", ""]
     return []
