@@ -350,7 +350,7 @@ def test_certificates_of_random_linkages_are_true(which: int, tmp_path: Path) ->
     assert whole
 
 
-@pytest.mark.parametrize("which", ["palletizer", 5])
+@pytest.mark.parametrize("which", ["palletizer", 6])
 def test_nothing_that_the_gate_calls_safe_touches(which: str | int) -> None:
     attack = Attack(linkage(which).robot)
     attack.run(60, np.random.default_rng(1))
