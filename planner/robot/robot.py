@@ -174,6 +174,8 @@ class Robot(Arm):
     def condition_number(self, q: ArrayLike) -> Floats:
         """The condition number (...) of the rows ``robot.jacobian_rows`` at (..., dof); inf where singular.
 
+            robot.condition_number(robot.home)
+
         "pose" mixes metres and radians, so its value depends on the unit of length.
         """
         rows, shape = self._configurations(q)

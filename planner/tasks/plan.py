@@ -69,8 +69,10 @@ def task(
 class TaskPlanner:
     """A task with everything that does not depend on beta or on where the arm is: plan again on what is known.
 
-    known = planner.TaskPlanner.of("task.yaml")
-    known.plan(beta=0.2), known.plan(start=q), known.intervals()
+        known = planner.TaskPlanner.of("task.yaml")
+        known.plan(beta=0.2), known.plan(start=q), known.intervals()
+
+    Intervals are those of beta, each with its plan.
     """
 
     request: TaskRequest

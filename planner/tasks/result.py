@@ -175,6 +175,8 @@ class TaskPlan(Result[TaskPlanRecord]):
     def load(cls, folder: StrPath, *, robot: RobotLike | None = None, scene: RobotLike | None = None) -> TaskPlan:
         """The plan of a task in a ``folder``, as it was saved, in its world.
 
+            planner.TaskPlan.load("out").trajectory
+
         As of :meth:`planner.Plan.load`. Steps, candidates, network and field are not stored: ``task.steps`` is empty,
         the others are None.
         """

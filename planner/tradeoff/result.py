@@ -191,6 +191,8 @@ class Tradeoff(Result[SweepRecord]):
     def knee(self) -> Interval | None:
         """The interval farthest from the chord between the front's ends, see :func:`planner.tradeoff.envelope.knee_of`.
 
+            tradeoff.knee and tradeoff.knee.buys
+
         None for fewer than three intervals, and where the sweep is not complete.
         """
         return None if self._knee is None else self.intervals[self._knee]

@@ -49,6 +49,8 @@ class Samples:
     def to_pandas(self) -> Any:
         """A ``pandas.DataFrame``: ``time``, then of each joint ``q_NAME``, ``qd_NAME``, ``qdd_NAME``, ``qddd_NAME``.
 
+            motion.sample(0.01).to_pandas().set_index("time")
+
         Raises :class:`InstallationError` without pandas, which the extra ``interop`` brings.
         """
         columns = {"q": self.positions, "qd": self.velocities, "qdd": self.accelerations, "qddd": self.jerks}
