@@ -9,8 +9,6 @@ Start reading at :mod:`planner.planning.plan`. The names below are loaded on fir
 so that importing the package, or only :mod:`planner.gabf`, loads no robot library.
 """
 
-from __future__ import annotations
-
 import lazy_loader
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

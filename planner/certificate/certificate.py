@@ -1,7 +1,5 @@
 """A plan's certificate: made from a world, a path and perhaps a motion, written as ``proof.npz``, and verified."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

@@ -1,7 +1,5 @@
 """The world as a certificate has it: joints, shapes and pairs as plain arrays, named as in verify_proof.FIELDS."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """The command line: typed functions are the commands, their docstrings the help; one file per subject."""
 
-from __future__ import annotations
-
 import logging
 import sys
 import time

@@ -1,7 +1,5 @@
 """All commands, the words that they are given, and the texts that options are read from."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Any, get_args

@@ -1,7 +1,5 @@
 """``planner robots``, ``planner scenes`` and ``planner schema``: what is there, and what files may hold."""
 
-from __future__ import annotations
-
 import json as json_text
 import textwrap
 from collections.abc import Callable

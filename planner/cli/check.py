@@ -1,7 +1,5 @@
 """``planner check`` and ``planner verify``: what is there already, judged again."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

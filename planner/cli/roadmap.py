@@ -1,7 +1,5 @@
 """``planner roadmap``: grow once, query often."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """``planner robot-yaml``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import tyro

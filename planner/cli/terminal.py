@@ -1,7 +1,5 @@
 """What the terminal shows: lines, tables, progress. The one place that prints."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

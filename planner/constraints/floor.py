@@ -8,8 +8,6 @@ joints move by no more than ``spread``, J changes by no more than e in the Frobe
 by more than e (Weyl 1912), and w, their product, is at least prod max(0, sigma_i - e).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

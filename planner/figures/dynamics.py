@@ -1,7 +1,5 @@
 """How the states of the dynamics settle. A door to matplotlib."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """What happens along paths and motions, and what they cost. A door to matplotlib."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias

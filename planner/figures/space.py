@@ -3,8 +3,6 @@
 A door to matplotlib.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The look of every figure: a journal's sizes, lines that differ by dash and marker, headroom. A door to matplotlib."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

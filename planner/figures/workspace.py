@@ -1,7 +1,5 @@
 """Where paths lead the tool among obstacles, and the roadmap there. A door to matplotlib."""
 
-from __future__ import annotations
-
 from typing import Any, Literal, TypeAlias
 
 import numpy as np

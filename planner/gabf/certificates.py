@@ -1,7 +1,5 @@
 """The bounds that the theorems promise of a run, with the measured value of each, ready for a file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace

@@ -1,7 +1,5 @@
 """When a law settles, proved: upper and lower solutions of the equation in tau that every run stays between."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Flows of the scalar equations that the laws become while a node's parent value is held fixed."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable

@@ -4,8 +4,6 @@ From below, x counts up at the pace of the smallest arc cost; from above it fall
 states that a change may have left too low are first raised to an overestimate, and all others stay as they are.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

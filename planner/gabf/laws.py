@@ -1,7 +1,5 @@
 """The control laws of the paper, and a user's: each has a clock tau(t) and a flow in tau, in which it is autonomous."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable

@@ -7,8 +7,6 @@
 array([2, 3, 0])
 """
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The optimum without an ODE: x* of eq. (bellman) from the kernel alone, and its parents, levels and diameter."""
 
-from __future__ import annotations
-
 import heapq
 from dataclasses import dataclass
 from typing import Any

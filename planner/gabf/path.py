@@ -1,7 +1,5 @@
 """The path that a settled field describes: from a node along minimising neighbours to a source."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

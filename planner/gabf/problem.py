@@ -1,7 +1,5 @@
 """The part of a network that the dynamics acts on, and what the theorems assume of it, checked before a run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The structure-preserving solver: scalar flows around parent values that a half step has moved."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

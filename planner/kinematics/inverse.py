@@ -1,7 +1,5 @@
 """Inverse kinematics by damped least squares from many seeded starts (Wampler 1986; Nakamura and Hanafusa 1986)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TypeAlias
 

@@ -4,8 +4,6 @@ w is the product of the singular values of the tool's Jacobian J, 0 at a singula
 is ``arm.jacobian_rows``: "pose" (linear and angular), "translation", "rotation" or "planar" (x and y).
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 

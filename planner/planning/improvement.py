@@ -1,7 +1,5 @@
 """A roadmap improved for what a request asks for: its best path refined, others searched, all of it made part of it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

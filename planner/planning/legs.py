@@ -1,7 +1,5 @@
 """Straight lines of the tool out of a plan's start and into its goal, each a proven ladder of its own."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One plan, as in the paper: a roadmap, costs, the dynamics, the path, its motion. Read this file first."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

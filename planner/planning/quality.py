@@ -1,7 +1,5 @@
 """How good a path is: what its cost gained and could gain at most, w along it, and where it is badly conditioned."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 

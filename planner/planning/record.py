@@ -1,7 +1,5 @@
 """``plan.json``: the record of a plan, its schema in types and docstrings, and its rows in a table."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Any, Self
 

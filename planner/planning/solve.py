@@ -1,7 +1,5 @@
 """The path of a plan on its roadmap, or the reason why there is none; its motion, the earliest where obstacles move."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import asdict, replace
 

@@ -1,7 +1,5 @@
 """Dataclasses whose fields pydantic checks: the first wrong one becomes one sentence."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 from collections.abc import Sequence

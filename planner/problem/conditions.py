@@ -6,8 +6,6 @@ start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``). `` of FRAME`` at the end n
 `` at x,y,z`` after it a point of that frame. Several are written with ``;`` between.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Every option of the planner: its type, its range and its help, once. Requests are composed of these."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterable

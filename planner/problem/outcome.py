@@ -1,7 +1,5 @@
 """How a run ended and why, each reason as data and as a sentence; and the base class of what is written of it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from enum import Enum

@@ -11,8 +11,6 @@ In Python an array (4, 4) or a ``pinocchio.SE3`` is a pose of the tool, one row 
 holds alternative goals, of four joints too.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass

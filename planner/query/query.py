@@ -1,7 +1,5 @@
 """From a request to the robot as the scene sets it up, a checker, and start and goal configurations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The configurations that bring the arm to a target."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """The text of a robot.yaml for a robot, and a self-test of the robot: home, tool positions, links that touch."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterator

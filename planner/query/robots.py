@@ -4,8 +4,6 @@ A robot is read once a process while its files stand as they are, and is the sam
 and pairs are cached by the object.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import logging

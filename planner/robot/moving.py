@@ -1,7 +1,5 @@
 """Obstacles that move along a known motion: poses at times, in between on a line and about one axis."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Rigid placements as 4x4 homogeneous matrices: metres, and rotations from rpy or quaternion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

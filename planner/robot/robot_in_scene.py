@@ -1,7 +1,5 @@
 """A robot in a scene: where the frames are that a scene names, and what makes little sense in the two."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from dataclasses import replace

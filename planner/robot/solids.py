@@ -1,7 +1,5 @@
 """Closed meshes as solids: which triangles enclose a volume, and whether a point lies in it (winding numbers)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache

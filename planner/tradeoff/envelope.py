@@ -5,8 +5,6 @@ all paths is concave and piecewise linear, so all its corners come from its ends
 lines, solve there, and put the cheaper path in between; where there is none the intersection is a corner.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

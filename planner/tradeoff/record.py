@@ -1,7 +1,5 @@
 """``sweep.json`` and ``sweep.csv``: the record of a trade-off, its schema in types and docstrings, and its table."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The exact trade-off: every path that some beta makes optimal on one roadmap, with the betas it is optimal for."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -13,8 +13,6 @@ one polynomial, the one that a controller makes of the rows. It is behind by hal
 off the curve by a sixth of the acceleration times the period squared at most (quintics): so it is proven again.
 """
 
-from __future__ import annotations
-
 import io
 import json
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The content of ``trajectory.json``, a trajectory by the knots of its polynomials, before it is one."""
 
-from __future__ import annotations
-
 import json
 from typing import Any, Literal
 

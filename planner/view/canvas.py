@@ -1,7 +1,5 @@
 """Objects in meshcat's viewer, recorded, and the page that replays them without a server."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

@@ -1,7 +1,5 @@
 """Robot, obstacles, roadmap and paths as objects on a canvas."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence, Set
 from dataclasses import replace
 from functools import lru_cache

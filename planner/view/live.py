@@ -1,7 +1,5 @@
 """The live page on viser: obstacles and the goal are moved with a gizmo, and a path is planned after each change."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace

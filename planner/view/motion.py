@@ -1,7 +1,5 @@
 """A path as a page shows and plays it: numbers, motion, w, the tool's ellipsoids, and the two worst points."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

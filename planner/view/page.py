@@ -1,7 +1,5 @@
 """The page: robot, obstacles, roadmap, paths, their motion and numbers, in one file that opens offline."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass

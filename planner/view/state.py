@@ -1,7 +1,5 @@
 """A robot at one configuration, checked before anything is planned: contacts, distances, w and limits."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Triangles and colours to look at: smooth surfaces, tubes along paths, numbers as colours."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from planner.base.arrays import Floats

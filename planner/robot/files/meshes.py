@@ -9,8 +9,6 @@ beyond that nothing changes between inside and outside; closed pieces stay close
 The same grid, coarser, thins meshes that are only looked at.
 """
 
-from __future__ import annotations
-
 import io
 import logging
 import os

@@ -4,8 +4,6 @@ Each body is a link and each of its joints a URDF joint; between several joints 
 The URDF holds all digits, so that bodies, sites and geoms stand where MuJoCo's ``mj_forward`` puts them.
 """
 
-from __future__ import annotations
-
 import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 As in ROS, a xacro file holds expressions that are evaluated, and names other files: expand those that you trust.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib.metadata
 import itertools

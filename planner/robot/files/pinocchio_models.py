@@ -1,7 +1,5 @@
 """Pinocchio's own models as a robot: a tree of joints with one value each, and geometry as it stands in them."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A robot's files, read once: its robot.yaml, URDF and SRDF, and which joints and tool are chosen of them."""
 
-from __future__ import annotations
-
 import importlib
 import os
 from collections.abc import Collection, Mapping, Sequence

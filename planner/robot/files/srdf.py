@@ -3,8 +3,6 @@
 Pinocchio reads pairs and states too, but skips what it cannot use without a word, and knows no groups.
 """
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

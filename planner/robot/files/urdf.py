@@ -1,7 +1,5 @@
 """URDF and SRDF into a Pinocchio model of the planned joints and backend-neutral bodies."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import xml.etree.ElementTree as ET

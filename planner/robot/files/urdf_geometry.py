@@ -1,7 +1,5 @@
 """The geometry of a robot's links as backend-neutral bodies, its meshes out of the cache, and its mesh files."""
 
-from __future__ import annotations
-
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterable, Iterator, Mapping

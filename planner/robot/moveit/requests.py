@@ -1,7 +1,5 @@
 """MotionPlanRequest messages: the robot, start, goals and path constraints of a request, in a scene."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """PlanningScene messages, and MoveIt's ``.scene`` text, as obstacles, carried shapes, allowed contacts and frames."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
