@@ -1,7 +1,5 @@
 """Fixtures that several rooms use; what they are made of stands in the modules beside."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable, Iterator

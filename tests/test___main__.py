@@ -1,7 +1,5 @@
 """The program: Ctrl-C is handled before the other modules load."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -5,8 +5,6 @@ answer.
 """
 
 # pyright: reportArgumentType=false
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -1,7 +1,5 @@
 """What help, docstrings, documentation and README say of a default is what the code has."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The documentation: every page is reached, its code and its commands run, and it keeps up with the program."""
 
-from __future__ import annotations
-
 import re
 from importlib.util import find_spec
 from pathlib import Path

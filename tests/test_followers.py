@@ -1,7 +1,5 @@
 """Joints that follow others, against Pinocchio and coal, from kinematics to certificates and the gate."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The same commands give the same answers as when the golden file was written."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

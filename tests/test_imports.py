@@ -1,7 +1,5 @@
 """The house: imports point downwards, libraries have one door, and nothing heavy loads early."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

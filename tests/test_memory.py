@@ -3,8 +3,6 @@
 Freed memory is overwritten there, so that whoever reads it afterwards dies of it instead of being lucky.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

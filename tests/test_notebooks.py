@@ -1,7 +1,5 @@
 """Every notebook runs from a clean kernel and defines no algorithm; the copy in the repository has its outputs."""
 
-from __future__ import annotations
-
 import ast
 import base64
 import csv

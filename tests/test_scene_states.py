@@ -1,7 +1,5 @@
 """Every built-in robot has a start, a goal and a home in every built-in scene; published problems can be planned."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The same request gives the same bits whatever other threads of the process do."""
 
-from __future__ import annotations
-
 import sys
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The built wheel carries robots and scenes and plans outside the checkout."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Records as files hold them, whole and spoilt."""
 
-from __future__ import annotations
-
 import copy
 import json
 from typing import Any

@@ -1,7 +1,5 @@
 """Paths keep clearance where there is some, by halves where it is tight: judged by coal at dense samples."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """First paths of every arm in every scene: solved with every seed, and no library contradicts a proof."""
 
-from __future__ import annotations
-
 import logging
 
 import pytest

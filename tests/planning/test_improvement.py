@@ -1,7 +1,5 @@
 """A roadmap improved for a request: it keeps what it had, and its best path is cheaper or above its ends."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from functools import lru_cache

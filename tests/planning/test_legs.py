@@ -1,7 +1,5 @@
 """Straight lines of the tool at a plan's ends: kept by path and motion, refused with the reason, by an own judge."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """No path costs less than the bound: against Dijkstra's answer on roadmaps, and where it is met exactly."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 from typing import get_args

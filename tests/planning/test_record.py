@@ -1,7 +1,5 @@
 """``plan.json`` is as its schema says, and the rows of its table promise no more than the record holds."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any

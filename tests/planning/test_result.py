@@ -1,7 +1,5 @@
 """The files of plans of every outcome: whole or not there, read again, and copied with everything in memory."""
 
-from __future__ import annotations
-
 import copy
 import errno
 import json

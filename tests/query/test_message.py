@@ -1,7 +1,5 @@
 """What a MoveIt request asks for is what is planned: the example's request with one field changed, measured."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

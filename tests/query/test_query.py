@@ -1,7 +1,5 @@
 """``--base``: where the robot stands, in place of what the scene file says."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

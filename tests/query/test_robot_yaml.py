@@ -1,7 +1,5 @@
 """The text of a robot file loads as the same robot, with reasons for its pairs; a self-test names links that touch."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A robot by name is read once, and again as soon as one of its files is touched."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import time

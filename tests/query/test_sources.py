@@ -1,7 +1,5 @@
 """The hash of a request changes with every file that is read for it, and with nothing else."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

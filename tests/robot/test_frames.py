@@ -1,7 +1,5 @@
 """Obstacles given in frames other than the scene's own stand where those frames are."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Models that load and make little sense are noticed, with a remedy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

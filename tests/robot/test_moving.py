@@ -1,7 +1,5 @@
 """Obstacles that move: where they are at a time, how quick any point of them is, and how scene files say so."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

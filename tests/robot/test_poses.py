@@ -1,7 +1,5 @@
 """Placements from rpy and quaternions, against SciPy's rotations."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest

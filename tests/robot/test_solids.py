@@ -1,7 +1,5 @@
 """Closed meshes as solids: what is closed, and what lies inside."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

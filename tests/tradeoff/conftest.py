@@ -1,7 +1,5 @@
 """A small sweep with several intervals, made once for the tests of its results and of its files."""
 
-from __future__ import annotations
-
 import pytest
 
 from planner.problem.request import PlanRequest, SweepRequest

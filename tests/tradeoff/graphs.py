@@ -1,7 +1,5 @@
 """Small random graphs with two costs an arc, and what enumeration of all their simple paths says about them."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The lower envelope on small random graphs, by enumeration in exact fractions; ties, stops, laws and kernels."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

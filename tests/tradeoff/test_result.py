@@ -1,7 +1,5 @@
 """What is written of a sweep: files that agree, a record as its schema says, a page of its paths, ends in words."""
 
-from __future__ import annotations
-
 import csv
 import json
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The sweep of a robot's roadmap: against the oracle on a grid, edges that fail, interrupted sweeps, files."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 

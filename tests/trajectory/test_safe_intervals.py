@@ -1,6 +1,7 @@
 """Safe-interval search against a search of every moment, and what it takes for free against FCL."""
 
 from collections import defaultdict
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -34,8 +35,9 @@ class Drawn:
         rng = np.random.default_rng(seed)
         self.seconds = rng.integers(1, 5, 3 * nodes).astype(float)
         self.neighbours: list[list[tuple[int, int]]] = [[] for _ in range(nodes)]
-        for edge in range(3 * nodes):
-            i, j = rng.choice(nodes, 2, replace=False).tolist()
+        ends = [rng.choice(nodes, 2, replace=False) for _ in range(3 * nodes)]
+        self.roadmap = SimpleNamespace(edges=np.array(ends))
+        for edge, (i, j) in enumerate(self.roadmap.edges.tolist()):
             self.neighbours[i].append((j, edge))
             self.neighbours[j].append((i, edge))
         self._stays = [self._draw(rng, 0.7) for _ in range(nodes)]
@@ -62,12 +64,6 @@ class Drawn:
 
     def horizons(self, least: float) -> list[float]:
         return [until for until in (2.0, 4.0, 8.0, 16.0, np.inf) if until >= least]
-
-    seconds_to_go = RoadmapInTime.seconds_to_go
-
-    @property
-    def roadmap(self):
-        return type("Nodes", (), {"nodes": self.neighbours})
 
 
 def holds(stretches: np.ndarray, low: float, high: float) -> bool:

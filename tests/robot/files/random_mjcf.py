@@ -1,7 +1,5 @@
 """Random MJCF files: trees of bodies with all that decides where MuJoCo puts bodies, sites and geoms."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

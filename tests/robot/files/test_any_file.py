@@ -1,7 +1,5 @@
 """Any change of a file gives what it describes, or one sentence: scenes, robot files, URDF, SRDF and MJCF."""
 
-from __future__ import annotations
-
 import contextlib
 import copy
 import xml.etree.ElementTree as ET

@@ -1,7 +1,5 @@
 """COLLADA files: geometry that pycollada would misread is refused, unit and axis are noted."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Joints that mimic others: tools and held objects follow, whatever the order of leaders."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

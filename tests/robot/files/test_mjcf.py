@@ -1,7 +1,5 @@
 """MuJoCo's files as robots: their bodies, sites and geoms stand where MuJoCo puts them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

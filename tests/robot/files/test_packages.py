@@ -1,7 +1,5 @@
 """Packages are found by the name in their package.xml, and meshes and includes through them."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A scene that is written is the scene that is read."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory

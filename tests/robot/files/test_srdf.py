@@ -1,7 +1,5 @@
 """SRDF files: groups become joints, states become values, and what is wrong is named."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

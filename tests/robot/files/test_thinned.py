@@ -1,7 +1,5 @@
 """Thinned meshes: the old surface lies within the rounding, inside stays inside, closed stays closed."""
 
-from __future__ import annotations
-
 import coal
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The geometry of links: none is lost, large meshes are thinned whatever their name and scale, damage is told."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

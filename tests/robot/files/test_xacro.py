@@ -1,7 +1,5 @@
 """Xacro files as robots; what is there without the package that expands them."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

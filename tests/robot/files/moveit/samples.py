@@ -1,7 +1,5 @@
 """Messages that several tests read."""
 
-from __future__ import annotations
-
 import copy
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Keys that no model names: refused by their place, or named in one note, where they hold a value; silent otherwise."""
 
-from __future__ import annotations
-
 import contextlib
 import copy
 from collections.abc import Callable

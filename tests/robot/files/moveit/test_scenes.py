@@ -1,7 +1,5 @@
 """PlanningScene messages and scene texts: which shapes stand where, what may touch, what is carried."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
