@@ -21,7 +21,7 @@ def command(*arguments: str, cwd: Path, program: str = "planner", **more: object
         text=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        **more,  # type: ignore[call-overload]
+        **more,
     )
 
 

@@ -4,7 +4,6 @@ A table of facts, one for each place where arrays enter the package: none ends i
 answer.
 """
 
-# pyright: reportArgumentType=false
 from collections.abc import Callable
 from functools import partial
 

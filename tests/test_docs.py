@@ -103,7 +103,7 @@ def test_the_reference_has_every_command() -> None:
 def test_every_command_is_shown_in_use(run: Run) -> None:
     _, out, _ = run("--help")
     shown = {words[1] for words in SHELL[DOCS / "reference" / "commands.md"] if words[0] == "planner"}
-    assert shown == set(re.search(r"\{([a-z,-]+)\}", out).group(1).split(","))  # type: ignore[union-attr]
+    assert shown == set(re.search(r"\{([a-z,-]+)\}", out).group(1).split(","))
 
 
 def test_a_folder_of_the_map_imports_only_from_those_above_it() -> None:
@@ -139,7 +139,7 @@ def test_the_moving_picture_is_small_and_moves() -> None:
     path = DOCS / "_static" / "plan.webp"
     assert path.stat().st_size < 1_000_000
     with Image.open(path) as picture:
-        assert picture.n_frames > 10  # type: ignore[attr-defined]
+        assert picture.n_frames > 10
 
 
 def test_the_build_shows_the_figures_that_a_page_saves(tmp_path: Path) -> None:

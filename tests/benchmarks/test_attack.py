@@ -55,16 +55,16 @@ def too_short(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_planted_false_proof_ends_the_command_with_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("benchmarks.attack.run.PAIRS", (("box", "sphere"),))
     asked = {"parts": ("segments",), "segments": 24, "robots": ("planar_2r",), "libraries": ("fcl",)}
-    assert attack(tmp_path / "honest", **asked) == 0  # type: ignore[arg-type]
+    assert attack(tmp_path / "honest", **asked) == 0
     too_short(monkeypatch)
-    assert attack(tmp_path / "planted", **asked) == 4  # type: ignore[arg-type]
+    assert attack(tmp_path / "planted", **asked) == 4
     rows = read_rows(tmp_path / "planted" / "attack.csv", Row, "python -m benchmarks attack")
     worst = max(rows, key=lambda row: row.clearance_m or 0.0)
     assert (worst.clearance_m or 0.0) > 1e-4
     report = (tmp_path / "planted" / "attack.md").read_text()
     assert f"- fcl segments, {worst.first} {worst.second}: " in report
     assert json.loads(worst.found)["robot"] == "planar_2r"
-    assert attack(tmp_path / "planted", **asked) == 4  # type: ignore[arg-type] # of kept rows too
+    assert attack(tmp_path / "planted", **asked) == 4  # of kept rows too
 
 
 def test_planted_false_claims_are_found(monkeypatch: pytest.MonkeyPatch) -> None:

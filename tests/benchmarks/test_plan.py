@@ -73,7 +73,7 @@ def test_a_crash_is_a_row(folder: Path, tmp_path: Path, monkeypatch: pytest.Monk
 def solved(problem: str, method: str = "planner", **more) -> Row:
     ours = {"certified": 9, "edges": 9, "contacts": 0, "timed_s": 1.0, "proven": True, "largest_share": 0.9}
     place = ("panda", "coal", 1000 if method == "planner" else 0, 1.0, False, "", "", 0, 60.0, "", "here", SOLVED)
-    return replace(Row(problem, "posts", method, 0, *place), total_s=2.0, **ours | more)  # type: ignore[arg-type]
+    return replace(Row(problem, "posts", method, 0, *place), total_s=2.0, **ours | more)
 
 
 def test_ratios_are_medians_over_the_problems_that_both_solved() -> None:

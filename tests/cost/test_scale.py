@@ -38,7 +38,7 @@ def test_the_ends_are_one_and_zeta_and_between_it_falls(name) -> None:
 def test_each_cost_is_its_formula() -> None:
     shares = {"inverse": (1 / 0.02 - 1 / 0.08) / (1 / 0.01 - 1 / 0.08), "log": 2 / 3, "linear": 6 / 7}
     for name, share in shares.items():
-        assert manipulability_cost(np.array([0.02]), SCALE, name)[0] == pytest.approx(ZETA + (1 - ZETA) * share)  # type: ignore[arg-type]
+        assert manipulability_cost(np.array([0.02]), SCALE, name)[0] == pytest.approx(ZETA + (1 - ZETA) * share)
 
 
 @pytest.mark.parametrize("name", COSTS)
@@ -57,7 +57,7 @@ def test_the_scale_is_measured_at_the_quantile_and_the_longest() -> None:
 
 def test_an_unknown_cost_names_the_choices() -> None:
     with pytest.raises(OptionError, match="inverse"):
-        manipulability_cost(W, SCALE, "square")  # type: ignore[arg-type]
+        manipulability_cost(W, SCALE, "square")
 
 
 def states_on(length: Floats) -> Ints:

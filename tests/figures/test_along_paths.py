@@ -89,7 +89,7 @@ def test_a_constant_curve_does_not_lie_on_the_frame(value: float) -> None:
 
 def test_a_path_far_from_all_says_so() -> None:
     whole = worlds.make_post()
-    free: Any = type(whole)(whole.world.only(np.zeros(len(whole.world.pair_reach), dtype=bool)))  # type: ignore[call-arg]
+    free: Any = type(whole)(whole.world.only(np.zeros(len(whole.world.pair_reach), dtype=bool)))
     figure = figures.clearance(np.array([[0.0, 0.1], [0.5, 0.2]]), checker=free)
     assert "nothing" in figure.axes[0].get_title()
 

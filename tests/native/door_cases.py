@@ -4,7 +4,6 @@ A case makes its input from a generator and a size, asks, looks at the answers, 
 in them: no rows and one, one joint and many, no obstacles, no pairs, one arc.
 """
 
-# pyright: reportArgumentType=false
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
@@ -180,7 +179,7 @@ def of_keeping(rng: Rng, size: Size) -> list[Any]:
     assert not proven[~good].any()
     found.append(proven)
     empty = tuple(array[:0] for array in pieces)
-    none = NativeKeeping(chain, joints[:0], placements[:0], *empty, free)  # type: ignore[call-arg]
+    none = NativeKeeping(chain, joints[:0], placements[:0], *empty, free)
     assert none.projected(q, np.ones(len(q)), 0.0, 3)[1].all()
     return [*found, rotation, position]
 

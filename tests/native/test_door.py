@@ -1,6 +1,5 @@
 """The compiled code on valid input, on one thread and many, and on input that it refuses."""
 
-# pyright: reportArgumentType=false, reportCallIssue=false
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any

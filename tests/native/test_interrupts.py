@@ -1,6 +1,5 @@
 """Signals are heard while the compiled library works: every call that can be long ends soon, or comes to an end."""
 
-# pyright: reportArgumentType=false
 import os
 import signal
 import subprocess

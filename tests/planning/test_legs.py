@@ -22,7 +22,7 @@ DOWN = {"robot": "panda", "scene": "table", "start": "home", "goal": "xyz:0.45,0
 
 @pytest.fixture(scope="module")
 def found() -> Plan:
-    return plan(**DOWN, approach=0.1, retreat=0.05, path_only=True, timing=TimingRequest())  # type: ignore[arg-type]
+    return plan(**DOWN, approach=0.1, retreat=0.05, path_only=True, timing=TimingRequest())
 
 
 def leg_outside(found: Plan, length: float, at_end: bool) -> float:
@@ -75,7 +75,7 @@ def test_what_is_told_is_of_the_motion_too_which_rounds_corners(
     rest = int(np.linalg.norm(tool + length * turn[:, 2], axis=1).argmin())
     on_leg = tool[rest:] if at_end else tool[: rest + 1]
     off = np.linalg.norm(on_leg - np.outer(on_leg @ turn[:, 2], turn[:, 2]), axis=1).max()
-    alone = plan(**DOWN, approach=0.1, retreat=0.05, path_only=True, timing=None)  # type: ignore[arg-type]
+    alone = plan(**DOWN, approach=0.1, retreat=0.05, path_only=True, timing=None)
     assert alone.legs[leg].largest_deviation.position < off
     assert found.legs[leg].largest_deviation.position == pytest.approx(off, rel=1e-4)
 
@@ -92,19 +92,19 @@ def test_lines_are_kept_where_a_joint_has_turned_past_half_a_turn() -> None:
 
 
 def test_a_grown_roadmap_and_a_kept_one_serve_it(tmp_path: Path) -> None:
-    grown = plan(**DOWN, nodes=60, effort=1, approach=0.1, timing=None)  # type: ignore[arg-type]
+    grown = plan(**DOWN, nodes=60, effort=1, approach=0.1, timing=None)
     assert grown.outcome is Outcome.SOLVED
     assert grown.max_error_vs_oracle == 0.0
     grown.save(tmp_path)
-    kept = plan(**DOWN, roadmap=tmp_path / "roadmap.npz", approach=0.05, retreat=0.02, timing=None)  # type: ignore[arg-type]
+    kept = plan(**DOWN, roadmap=tmp_path / "roadmap.npz", approach=0.05, retreat=0.02, timing=None)
     assert kept.outcome is Outcome.SOLVED
     assert [leg.length for leg in kept.legs] == pytest.approx([0.02, 0.05])
 
 
 def test_a_floor_is_kept_on_the_lines_too() -> None:
-    free = plan(**DOWN, path_only=True, approach=0.1, timing=None)  # type: ignore[arg-type]
+    free = plan(**DOWN, path_only=True, approach=0.1, timing=None)
     floor = 1.05 * float(manipulability(free.robot, free.path).min())
-    above = plan(**DOWN, path_only=True, approach=0.1, min_manipulability=floor, timing=None)  # type: ignore[arg-type]
+    above = plan(**DOWN, path_only=True, approach=0.1, min_manipulability=floor, timing=None)
     if above.outcome is Outcome.SOLVED:
         w = manipulability(above.robot, above.path)
         first, last = np.flatnonzero(w >= floor)[[0, -1]]
@@ -121,8 +121,8 @@ def test_what_is_in_the_way_is_named_with_the_leg(tmp_path: Path) -> None:
         "start": "pose:0.45,-0.2,0.3,1,0,0,0",
         "goal": "pose:0.45,0.2,0.3,1,0,0,0",
     }
-    assert plan(**under, path_only=True, timing=None).outcome is Outcome.SOLVED  # type: ignore[arg-type]
-    found = plan(**under, path_only=True, approach=0.5, timing=None)  # type: ignore[arg-type]
+    assert plan(**under, path_only=True, timing=None).outcome is Outcome.SOLVED
+    found = plan(**under, path_only=True, approach=0.5, timing=None)
     assert found.outcome is Outcome.NO_PATH
     assert isinstance(found.reason, CannotFollow)
     assert found.reason.leg == "approach"

@@ -78,7 +78,7 @@ def test_the_front_is_one(name: str) -> None:
 def test_a_request_that_is_given_by_position_is_refused_with_the_remedy() -> None:
     for call in (planner.plan, planner.sweep):
         with pytest.raises(TypeError, match=r"got a PlanRequest: give it as request=\."):
-            call(PlanRequest())  # type: ignore[arg-type]
+            call(PlanRequest())
 
 
 def test_robot_scene_and_options_replace_those_of_a_request() -> None:

@@ -16,7 +16,7 @@ from tests.worlds import make_post
 @pytest.mark.parametrize("state", [3.0, np.zeros((2, 2)), None, [], {1.0, 2.0}, ["1", "2"], [True, False]])
 def test_what_is_no_state_is_refused_with_a_sentence(state: object) -> None:
     with pytest.raises(OptionError, match="must be one row of joint values"):
-        PlanRequest.from_options(start=state)  # type: ignore[arg-type]
+        PlanRequest.from_options(start=state)
 
 
 @pytest.mark.parametrize("text", ["1e-4", "1e-4,x", "0,1e-4", "1e-4,nan", "0.1,0.6"])

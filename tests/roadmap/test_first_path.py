@@ -91,7 +91,7 @@ def test_the_last_report_says_that_it_is_there() -> None:
 class Nothing(EdgeProver):
     """Proves no motion at all."""
 
-    def prove(self, *motions: Any, **more: Any):  # type: ignore[override]
+    def prove(self, *motions: Any, **more: Any):
         proofs = super().prove(*motions, **more)
         proofs.verdict[:] = Verdict.UNDECIDED
         return proofs

@@ -79,7 +79,7 @@ def test_a_node_that_the_library_refuses_is_left_out_and_said(caplog: pytest.Log
     limit = float(np.sort(np.delete(roadmap.nodes[:, 0], [0, 1]))[-3])
     checker = Strict(make_post(), limit)
     with caplog.at_level(logging.WARNING):
-        left = with_checked_nodes(roadmap, checker)  # pyright: ignore[reportArgumentType]
+        left = with_checked_nodes(roadmap, checker)
     refused = int((roadmap.nodes[:, 0] > limit).sum())
     assert refused >= 2
     assert len(left.nodes) == 60 - refused
@@ -92,7 +92,7 @@ def test_a_node_that_the_library_refuses_is_left_out_and_said(caplog: pytest.Log
 
 def test_a_query_has_its_new_nodes_checked_only() -> None:
     checker = Strict(make_post(), np.inf)
-    found = attach(post_roadmap(), checker, np.array([[-0.9, 0.9]]), np.array([[0.9, -0.9]]))  # pyright: ignore[reportArgumentType]
+    found = attach(post_roadmap(), checker, np.array([[-0.9, 0.9]]), np.array([[0.9, -0.9]]))
     assert found.nodes_checked["fcl"] == len(found.nodes)
     # the two ends are asked for once more when they are resolved
     assert checker.asked == len(found.nodes) - 60 + 2

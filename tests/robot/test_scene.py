@@ -1,4 +1,3 @@
-# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false
 """Scene files: what each key means, what is refused and with which words."""
 
 from pathlib import Path

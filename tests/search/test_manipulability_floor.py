@@ -96,7 +96,7 @@ def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None
 
     def cost(way: tuple[int, ...]) -> float:
         arcs = [network.arcs_between(i, j)[0] for i, j in itertools.pairwise(way)]
-        return sum(0.5 * omega[network.indices[a]] + 0.5 * weight[a] for a in arcs)  # type: ignore[index]
+        return sum(0.5 * omega[network.indices[a]] + 0.5 * weight[a] for a in arcs)
 
     best = min((cost(way) for way in ways(roadmap) if keeps(roadmap, way, floor)), default=np.inf)
     x = gabf.solve(layered.network, law=gabf.SingularityFree(T=4.0)).x
@@ -106,7 +106,7 @@ def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None
 @pytest.mark.parametrize("charge", ["nodes", "edges"])
 def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> None:
     floor = 0.05  # start and goal of the paper's scenario lie below
-    found = plan(request=PlanRequest.from_options(nodes=150, min_manipulability=floor, charge=charge), timing=None)  # type: ignore[arg-type]
+    found = plan(request=PlanRequest.from_options(nodes=150, min_manipulability=floor, charge=charge), timing=None)
     assert found.outcome is Outcome.SOLVED
     w = manipulability(found.robot, dense_path(found.path, 1e-3))
     assert w[0] < floor

@@ -32,7 +32,7 @@ def test_the_first_query_grows_the_roadmap_that_a_plan_would() -> None:
     assert answer.max_error_vs_oracle is not None
     assert answer.max_error_vs_oracle <= 1e-9
     assert answer.cost is not None
-    assert answer.cost.total == pytest.approx(float(answer.cost_to_go.x[answer.path_nodes[0]]), rel=1e-12)  # type: ignore[union-attr]
+    assert answer.cost.total == pytest.approx(float(answer.cost_to_go.x[answer.path_nodes[0]]), rel=1e-12)
 
 
 def test_later_queries_add_little_and_heal_the_field_of_before() -> None:

@@ -1,6 +1,5 @@
 """The gate in a world that changes: as a new gate in that world; what may move by itself is given room."""
 
-# pyright: reportArgumentType=false
 import threading
 from dataclasses import replace
 from typing import Any

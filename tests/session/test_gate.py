@@ -1,6 +1,5 @@
 """Verdicts: what a controller runs, limits, stops, bad input, threads."""
 
-# pyright: reportArgumentType=false, reportAttributeAccessIssue=false
 from dataclasses import replace
 from functools import cache
 from typing import Any

@@ -125,7 +125,7 @@ BAD = {
     "a name that is taken": (lambda s: s.add(Obstacle("link_1", Sphere(0.1), pose([3, 0, 0]))), "taken"),
     "nowhere": (lambda s: Session(s.robot, Scene("none", (BALL,))).attach("ball", "link_2"), "at="),
     "a law": (lambda s: Session(s.robot, s.scene, law="prescribed-time"), "heal"),
-    "an option": (lambda s: Session("planar_2r", "empty", nods=3), "did you mean 'nodes'"),  # type: ignore[call-arg]
+    "an option": (lambda s: Session("planar_2r", "empty", nods=3), "did you mean 'nodes'"),
 }
 
 

@@ -1,6 +1,5 @@
 """The stops of verdicts, jumps at the first point, and shapes that touch by rounding."""
 
-# pyright: reportArgumentType=false
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -134,7 +133,7 @@ def touching(x: float, radius: float, kind: int, rng: np.random.Generator) -> tu
     turn = pose([0, 0, 0], rpy=rng.uniform(-3, 3, 3).tolist()) if kind == 0 else np.eye(4)
     placement = turn.copy()
     placement[:3, 3] = at
-    return Obstacle(f"b{rng.integers(1 << 40)}", shape, placement), sum(max(a, Fraction(0)) ** 2 for a in away)  # pyright: ignore
+    return Obstacle(f"b{rng.integers(1 << 40)}", shape, placement), sum(max(a, Fraction(0)) ** 2 for a in away)
 
 
 @pytest.mark.parametrize("kind", range(4), ids=["sphere", "capsule", "box", "cylinder"])

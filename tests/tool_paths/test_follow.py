@@ -38,7 +38,7 @@ def follower() -> Follower:
 def test_a_raster_is_followed_without_a_jump(follower: Follower) -> None:
     found = follower.plan(REQUEST)
     assert found.outcome is Outcome.SOLVED
-    record = found.tool_path.record  # type: ignore[union-attr]
+    record = found.tool_path.record
     assert (record.followed, record.points, record.first_unreachable, record.proven) == (1.0, 20, None, True)
     assert record.largest_deviation.position <= 1e-3
     assert np.abs(np.diff(found.path, axis=0)).max() < 0.1
@@ -50,9 +50,9 @@ def test_a_raster_is_followed_without_a_jump(follower: Follower) -> None:
 
 def test_beta_trades_off_on_one_ladder(follower: Follower) -> None:
     singular, short = (follower.plan(REQUEST.with_options(beta=beta)) for beta in (0.0, 1.0))
-    assert singular.cost.manipulability <= short.cost.manipulability  # type: ignore[union-attr]
-    assert short.cost.distance <= singular.cost.distance  # type: ignore[union-attr]
-    assert singular.cost.manipulability < short.cost.manipulability or singular.path.tolist() == short.path.tolist()  # type: ignore[union-attr]
+    assert singular.cost.manipulability <= short.cost.manipulability
+    assert short.cost.distance <= singular.cost.distance
+    assert singular.cost.manipulability < short.cost.manipulability or singular.path.tolist() == short.path.tolist()
     assert singular.max_error_vs_oracle == 0.0
 
 
@@ -88,7 +88,7 @@ def test_a_free_motion_leads_to_it_from_a_start() -> None:
     made = found.trajectory
     assert made is not None
     assert made.proven
-    assert found.tool_path.record.proven  # type: ignore[union-attr]
+    assert found.tool_path.record.proven
     first = int(np.argmax(np.linalg.norm(found.path[:, None] - found.roadmap.nodes[None], axis=2).min(axis=1) < 1))
     assert first == 0
     ends = np.abs(made.at(made.times) - found.path[-1]).max(axis=1)
@@ -100,7 +100,7 @@ def test_an_obstacle_on_the_way_is_named_with_the_point() -> None:
     found = follow(path, robot="panda", scene=box("wall", (0.4, 0.05, 1.0), [0.45, 0.1, 0.4]), timing=None)
     assert found.outcome is Outcome.PARTLY_FOLLOWED
     assert found.outcome.exit_code == 4
-    record = found.tool_path.record  # type: ignore[union-attr]
+    record = found.tool_path.record
     assert 0.3 < record.followed < 0.7
     assert record.first_unreachable in (3, 4)
     assert isinstance(found.reason, CannotFollow)
@@ -120,7 +120,7 @@ def test_what_is_out_of_reach_says_by_how_much() -> None:
     assert isinstance(nowhere.reason, CannotFollow)
     assert (nowhere.reason.cause, nowhere.reason.point) == ("out_of_reach", 1)
     assert nowhere.reason.distance > 0.3
-    assert nowhere.tool_path.record.followed == 0.0  # type: ignore[union-attr]
+    assert nowhere.tool_path.record.followed == 0.0
     assert len(nowhere.path) == 0
     assert nowhere.to_dict()["tool_path"]["first_unreachable"] == 1
     assert "followed over 0.0 %" in nowhere.message
@@ -176,7 +176,7 @@ def test_what_is_out_of_reach_on_the_path_is_followed_inside_the_tube() -> None:
     assert on_path.along.max() < path.along[-1]
     found = follow(path, request=REQUEST, timing=None)
     assert found.outcome is Outcome.SOLVED
-    record = found.tool_path.record  # type: ignore[union-attr]
+    record = found.tool_path.record
     assert record.proven
     assert 1e-5 < record.largest_deviation.position <= 1e-3
     s = np.linspace(0, 1, 5)[:, None, None]
@@ -190,7 +190,7 @@ def test_the_motion_itself_stays_in_the_tube(name: str, tube: float) -> None:
     made = found.trajectory
     assert made is not None
     assert made.proven
-    assert found.tool_path.record.proven  # type: ignore[union-attr]
+    assert found.tool_path.record.proven
     q = made.at(np.linspace(made.times[0], made.times[-1], 1500))
     assert outside(path, found.robot, q) <= 1.0
 
@@ -200,7 +200,7 @@ def test_the_tool_goes_no_faster_than_asked_and_as_fast_where_it_can() -> None:
     found = follow(path, request=REQUEST, tool_speed=0.05, timing=TimingRequest())
     made = found.trajectory
     assert made is not None
-    speed = found.tool_path.record.speed  # type: ignore[union-attr]
+    speed = found.tool_path.record.speed
     assert speed is not None
     times = np.linspace(0, made.duration, 40_001)
     from planner.kinematics.forward import tool_positions
@@ -212,7 +212,7 @@ def test_the_tool_goes_no_faster_than_asked_and_as_fast_where_it_can() -> None:
     assert steady == pytest.approx(speed.share, abs=0.01)
     assert steady > 0.9
     free = follow(path, request=REQUEST, timing=TimingRequest())
-    assert free.trajectory.duration < 0.5 * made.duration  # type: ignore[union-attr]
+    assert free.trajectory.duration < 0.5 * made.duration
 
 
 def test_a_start_that_is_cut_off_says_why_and_keeps_the_record(tmp_path: Path) -> None:
@@ -231,7 +231,7 @@ def test_a_start_that_is_cut_off_says_why_and_keeps_the_record(tmp_path: Path) -
 def test_the_example_is_followed_by_arcs_and_cones() -> None:
     found = follow(ROOT / "scenes/examples/seam.yaml", robot="panda", scene="table", timing=None)
     assert found.outcome is Outcome.SOLVED
-    assert found.tool_path.record.followed == 1.0  # type: ignore[union-attr]
+    assert found.tool_path.record.followed == 1.0
 
 
 def test_what_is_told_of_an_arc_is_of_the_arc_and_not_of_its_lines() -> None:
@@ -244,7 +244,7 @@ def test_what_is_told_of_an_arc_is_of_the_arc_and_not_of_its_lines() -> None:
     q = (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)
     away = np.array([pose_of(found.robot, row)[1] for row in q]) - centre
     off = np.hypot(np.hypot(away[:, 0], away[:, 1]) - radius, away[:, 2]).max()
-    assert off <= found.tool_path.record.largest_deviation.position <= 0.005  # type: ignore[union-attr]
+    assert off <= found.tool_path.record.largest_deviation.position <= 0.005
 
 
 def test_a_deviation_is_told_of_the_motion_too_which_rounds_corners() -> None:
@@ -258,7 +258,7 @@ def test_a_deviation_is_told_of_the_motion_too_which_rounds_corners() -> None:
     way = np.diff(corner, axis=0)
     u = np.clip(((spots[:, None] - corner[:-1]) * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
     off = np.linalg.norm(spots[:, None] - corner[:-1] - u[..., None] * way, axis=2).min(axis=1).max()
-    of_path, of_motion = (each.tool_path.record.largest_deviation for each in (alone, path))  # type: ignore[union-attr]
+    of_path, of_motion = (each.tool_path.record.largest_deviation for each in (alone, path))
     assert of_path.position < 0.5 * off
     assert of_motion.position == pytest.approx(off, rel=0.01)
     told = dict(path.record.rows)["tool path"]

@@ -50,7 +50,7 @@ def test_a_plan_has_the_path_of_its_interval_at_its_cost(made: Tradeoff) -> None
         record = found.record
         assert record.trajectory is not None
         assert record.trajectory.duration == item.duration
-        assert item.clearance == min(near.min for near in (record.clearance.path, record.clearance.motion))  # type: ignore[union-attr]
+        assert item.clearance == min(near.min for near in (record.clearance.path, record.clearance.motion))
 
 
 def test_each_motion_is_proven_and_the_other_library_finds_no_contact(made: Tradeoff) -> None:

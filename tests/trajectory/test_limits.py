@@ -174,7 +174,7 @@ def test_a_urdf_without_velocities_gets_assumed_ones() -> None:
 
 def test_limits_of_lists_are_arrays_of_their_own() -> None:
     given, source = np.ones(2), dict.fromkeys(KINDS, "test")
-    limits = MotionLimits(ARM.joints, [1.0, 1.0], (1, 1), given, source)  # pyright: ignore[reportArgumentType]
+    limits = MotionLimits(ARM.joints, [1.0, 1.0], (1, 1), given, source)
     given[0], source["jerk"] = 9.0, "nobody"
     np.testing.assert_array_equal(limits.rows, np.ones((3, 2)))
     assert not any(getattr(limits, kind).flags.writeable for kind in KINDS)

@@ -90,7 +90,7 @@ def earliest_of_all_moments(timed: Drawn, start: int, goal: int) -> float:
 @pytest.mark.parametrize("seed", range(40))
 def test_the_route_is_the_earliest_of_all(seed: int) -> None:
     timed = Drawn(seed)
-    route = earliest_route(timed, np.array([0]), np.array([7]))  # pyright: ignore[reportArgumentType]
+    route = earliest_route(timed, np.array([0]), np.array([7]))
     best = earliest_of_all_moments(timed, 0, 7)
     if route is None:
         assert best == np.inf
@@ -104,7 +104,7 @@ def test_the_route_is_the_earliest_of_all(seed: int) -> None:
 
 
 def test_some_drawn_routes_wait_and_some_are_none() -> None:
-    routes = [earliest_route(Drawn(seed), np.array([0]), np.array([7])) for seed in range(20)]  # pyright: ignore[reportArgumentType]
+    routes = [earliest_route(Drawn(seed), np.array([0]), np.array([7])) for seed in range(20)]
     assert any(route is None for route in routes)
     assert any(route is not None and route.waits.any() for route in routes)
 

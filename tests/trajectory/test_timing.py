@@ -78,7 +78,7 @@ def test_a_given_path_is_passed_corner_by_corner(name: str, deviation: float | N
     path, limits = robot.home + GIVEN[name], MotionLimits.of(robot, LimitsRequest(jerk=jerk))
     checker = make_checker(robot, scene_of((Sphere(0.01), pose([3.0, 0.0, 0.0]))))
     asked, allowed, row = {} if deviation is None else {"deviation": deviation}, deviation or DEVIATION, 0
-    motion = time_path(path, checker, limits, **asked)  # pyright: ignore[reportArgumentType]
+    motion = time_path(path, checker, limits, **asked)
     q = motion.at(np.linspace(0.0, motion.duration, 100_001))
     for waypoint in path:
         near = np.flatnonzero(np.abs(q[row:] - waypoint).max(axis=1) <= 1.01 * allowed)
@@ -93,7 +93,7 @@ def test_a_given_path_is_passed_corner_by_corner(name: str, deviation: float | N
 def test_a_deviation_is_a_length() -> None:
     for bad, told in ((0.0, "must be 1e-06"), (np.nan, "must be")):
         with pytest.raises(OptionError, match=told):
-            time_path(np.zeros((2, 2)), FREE, deviation=bad)  # pyright: ignore[reportArgumentType]
+            time_path(np.zeros((2, 2)), FREE, deviation=bad)
 
 
 def test_stopping_stays_on_the_path_and_takes_as_long_as_trapezoids_do() -> None:

@@ -66,7 +66,7 @@ def test_a_plan_that_is_one_of_several_as_good_is_shown_itself(made: Plan) -> No
     assert made.cost is not None
     other = replace(made, cost=replace(made.cost, distance=made.cost.distance + 1.0))
     plain, _ = made.shown_paths()
-    for beta, place in ((0.0, 0), (plain[0].interval[1], 1), (1.0, len(plain))):  # type: ignore[index]
+    for beta, place in ((0.0, 0), (plain[0].interval[1], 1), (1.0, len(plain))):
         shown, current = replace(other, request=made.request.with_options(beta=beta)).shown_paths()
         assert len(shown) == len(plain) + 1
         assert current == place

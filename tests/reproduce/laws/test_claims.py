@@ -86,7 +86,7 @@ def test_neighbours_differ_in_one_parameter() -> None:
     for a, b in pairs:
         assert a.case.start == b.case.start == "below"
         assert a.case.parameters["m1/m2"] == b.case.parameters["m1/m2"]
-        assert a.case.law.p[0] + 2 == b.case.law.p[0]  # type: ignore[union-attr]
+        assert a.case.law.p[0] + 2 == b.case.law.p[0]
     assert len(study().pairs(FIRST, "h")) == 3
 
 

@@ -91,7 +91,7 @@ def test_ideal_cases_confirm_every_sentence() -> None:
         (replace(ideal(), fields=(SolveFacts(0.0, None, 0.0, 0.01, 1.0),)), "(ours) Every field settles"),
         (replace(ideal(), fields=(SolveFacts(0.0, 1.0, 1e-3, 0.01, 1.0),)), "(ours) Every field settles"),
         (replace(ideal(), fields=(SolveFacts(0.0, 1.0, 0.0, 0.0, 1.0),)), "The kernel satisfies"),
-        (replace(ideal(), roadmap=SimpleNamespace(nodes=[1], edges=[])), "We generate a network"),  # type: ignore[arg-type]
+        (replace(ideal(), roadmap=SimpleNamespace(nodes=[1], edges=[])), "We generate a network"),
     ],
 )
 def test_a_doctored_case_is_not_confirmed(case: SeedStudy, sentence: str) -> None:

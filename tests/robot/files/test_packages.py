@@ -28,7 +28,7 @@ def package(folder: Path, name: str, size: float = 0.1) -> Path:
 
 
 def size_of(robot: Robot) -> float:
-    return float(robot.bodies[0].shape.vertices.max())  # pyright: ignore[reportAttributeAccessIssue]
+    return float(robot.bodies[0].shape.vertices.max())
 
 
 @pytest.fixture(autouse=True)

@@ -1,4 +1,3 @@
-# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportCallIssue=false
 """A robot's files: which joints are planned, what holds the others, and robots of robot_descriptions."""
 
 import sys

@@ -35,11 +35,11 @@ def test_only_its_own_page_may_connect(server: viser.ViserServer) -> None:
     port = server.get_port()
     address, protocol = f"ws://127.0.0.1:{port}", f"viser-v{viser.__version__}"
     for origin in (f"http://127.0.0.1:{port}", f"http://localhost:{port}"):
-        with connect(address, origin=origin, subprotocols=[protocol]) as own:  # type: ignore[arg-type]
+        with connect(address, origin=origin, subprotocols=[protocol]) as own:
             assert own.recv(timeout=10)
     for origin in ("http://evil.example", f"http://evil.example:{port}", f"http://127.0.0.1:{port + 1}", "null", None):
         with pytest.raises(InvalidStatus, match="403"):
-            connect(address, origin=origin, subprotocols=[protocol])  # type: ignore[arg-type]
+            connect(address, origin=origin, subprotocols=[protocol])
 
 
 def test_the_page_in_a_browser(tmp_path: Path) -> None:
