@@ -30,8 +30,8 @@ from planner.native.compiled import (
     ramp_quickest,
     stops_quickest,
 )
-from planner.native.gate import Chunk
 from planner.native.refinement import Descent, EvenStretches, Judge, Refined, Step, descend, even_stretches
+from planner.session.verdict import Chunk
 from planner.trajectory.trajectory import pieces_through
 from tests.random_shapes import random_pose
 
