@@ -424,9 +424,11 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
             name, geometry = f"{link.get('name')}_{k}", element.find("geometry")[0]
             joint, at = place(data, meta, links, link.get("name"))
             named = [n for n, body in enumerate(meta["items"]) if f"{body}, ".startswith(f"{name}, ")]
-            here = [n for n in named if data["joint"][n] == joint]
+            here = [
+                n for n in named if data["joint"][n] == joint and (geometry.tag == "mesh" or meta["items"][n] == name)
+            ]
             require(len(here) > 0, f"'{name}' hangs on another joint in {file}, or is no body of the certificate.")
-            cut = geometry.tag == "mesh" and meta["items"][here[0]] != name  # into pieces or slabs: not compared
+            cut = meta["items"][here[0]] != name  # into pieces or slabs: not compared
             unread += [repr(name)] * ((shape := None if cut else shape_in(geometry, file)) is None)
             if shape is not None:
                 require(shape[1] >= 0.0, f"'{name}' has no shape in {file}.")

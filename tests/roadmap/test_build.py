@@ -22,7 +22,7 @@ def test_build_roadmap_has_the_papers_density(post):
 def test_build_roadmap_says_how_far_it_is(post):
     heard = []
     build_roadmap(load("planar_2r"), post, A[0], B[0], nodes=40, progress=Progress(lambda *args: heard.append(args)))
-    assert {stage for stage, _, _ in heard} == {"first path", "roadmap", "links"}
+    assert {stage for stage, _, _ in heard} == {"first path", "roadmap", "shorter paths", "links"}
     links = [done for stage, done, _ in heard if stage == "links"]
     assert links[-1] == round(40 * 2029 / 1012)
 
