@@ -104,8 +104,9 @@ class _Stages:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if self._bars is not None:
+            self._bars.live.transient = kind is not None  # what is refused is told in one sentence
             self._bars.stop()
 
     def report(self, stage: str, done: int, total: int) -> None:
