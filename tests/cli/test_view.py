@@ -109,7 +109,7 @@ def test_a_state_in_collision_and_out_of_limits(run: Run, tmp_path: Path, post: 
 # the live page
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGTERM])
 def test_a_live_page_is_served_until_a_signal(folder: Path, number: int) -> None:
     """Of a robot and a scene, or of a plan, with its start, goal and roadmap."""
     for words in ((*TASK, "--live"), (str(folder), "--live")):

@@ -67,7 +67,7 @@ def test_a_verdict_does_not_depend_on_earlier_questions() -> None:
 PLATE = np.array([[0.2, -0.5, 0.0], [1.2, -0.5, 0.0], [1.2, 0.5, 0.0], [0.2, 0.5, 0.0]])
 
 
-@pytest.mark.parametrize("triangles", [[[0, 1, 2]], [[0, 1, 2], [0, 2, 3]]])
+@pytest.mark.parametrize("triangles", [[[0, 1, 2], [0, 2, 3]]])
 @pytest.mark.parametrize("backend", ["fcl", "coal"])
 def test_a_level_plate_without_thickness_is_seen(triangles: list[list[int]], backend: str) -> None:
     """Coal's broadphase overlooks boxes without thickness, and its hull of flat meshes crashes."""

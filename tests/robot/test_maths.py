@@ -149,7 +149,7 @@ def test_a_function_that_returns_w_gives_the_plan_of_w() -> None:
 def test_each_measure_raises_itself_along_the_path() -> None:
     plans = {
         measure: planner.plan(
-            robot="panda", scene="shelf", nodes=200, timing=None, objective=Objective(beta=0.0, manipulability=measure)
+            robot="panda", scene="shelf", nodes=100, timing=None, objective=Objective(beta=0.0, manipulability=measure)
         )
         for measure in ("yoshikawa", "min-singular-value")
     }

