@@ -15,7 +15,7 @@ from tests.browser import Tab, browser
 
 PICTURE = Path(__file__).parent / "_static" / "plan.webp"
 STILL = Path(__file__).parents[1] / "notebooks" / "pictures" / "plan.png"
-FRAMES, SIZE, MILLISECONDS = 30, (800, 608), 90
+FRAMES, WIDTH, MILLISECONDS = 30, 800, 90
 
 
 def frame(tab: Tab, share: float) -> Image.Image:
@@ -32,7 +32,8 @@ def main() -> None:
         assert tab.open(Path(folder) / "plan.html")
         whole = [frame(tab, share) for share in np.linspace(0, 1, FRAMES)]
     whole[FRAMES // 3].convert("RGB").quantize(256).save(STILL, optimize=True)
-    forth = [picture.resize(SIZE, Image.Resampling.LANCZOS) for picture in whole]
+    size = WIDTH, round(WIDTH * whole[0].height / whole[0].width)
+    forth = [picture.resize(size, Image.Resampling.LANCZOS) for picture in whole]
     frames = [*forth, *[forth[-1]] * 6]
     frames[0].save(
         PICTURE, save_all=True, append_images=frames[1:], duration=MILLISECONDS, loop=0, quality=72, method=6
