@@ -33,7 +33,7 @@ class Progress:
         progress("links", 3, 10)          # called with (stage, done, total), in the stage's unit of ``UNITS``
         if progress.stopped: ...          # end as soon as possible and hand back the partial result
 
-    A stage ends with all of ``total`` done and may begin anew, with 0; where its end is not known ``total`` is 0.
+    A stage ends with all of ``total`` done and may begin again, with 0; where its end is not known ``total`` is 0.
     Work without a name for its stage reports nothing.
     Stopping is asked for, never raised: an exception must not fly through OMPL's C++.
     """

@@ -106,7 +106,7 @@ class _Stages:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if self._bars is not None:
-            self._bars.live.transient = kind is not None  # what is refused is told in one sentence
+            self._bars.live.transient = kind is not None  # an error is one sentence, with no bar above it
             self._bars.stop()
 
     def report(self, stage: str, done: int, total: int) -> None:
@@ -119,7 +119,7 @@ class _Stages:
             self.drawn[stage] = self._bars.add_task(stage, total=None, count="", before=0, last=0)
         bar = self._bars.tasks[self.drawn[stage]]
         before, last = bar.fields["before"], bar.fields["last"]
-        before += last if done < last else 0  # it begins anew, and its bar goes on
+        before += last if done < last else 0  # the stage begins again, and its bar goes on
         whole = before + total if total else None
         count = f"{before + done}{f'/{whole}' if whole else ''} {UNITS.get(stage, '')}"
         self._bars.update(bar.id, completed=before + done, total=whole, count=count, before=before, last=done)

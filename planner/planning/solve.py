@@ -57,15 +57,10 @@ def find_path(draft: Plan, progress: Progress, clock: Stopwatch) -> Plan:
     return find_path(left, progress, clock)
 
 
-def solve_and_heal(
-    draft: Plan, network: gabf.Network, clock: Stopwatch, seen: set[bytes] | None = None, progress: Progress = QUIET
-) -> Plan:
-    """The plan with its field and the cheapest path; edges that fail a second look are removed from its roadmap.
-
-    ``seen`` as in :func:`second_looks`.
-    """
+def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, progress: Progress = QUIET) -> Plan:
+    """The plan with its field and the cheapest path; edges that fail a second look are removed from its roadmap."""
     request, robot = draft.request, draft.checker.robot
-    look, floor = second_looks(draft.checker, draft.roadmap, seen, progress), request.quality.min_manipulability
+    look, floor = second_looks(draft.checker, draft.roadmap, progress=progress), request.quality.min_manipulability
     with clock("path"):
         paths = RoadmapPaths(draft.roadmap, robot, network, floor, look)
     found = search(paths, gabf.named_law(request.quality.law, request.quality.prescribed_time), clock=clock)

@@ -25,7 +25,7 @@ from planner.base.yamlfile import parse_yaml, read_text
 from planner.collision import make_checker
 from planner.collision.checker import APART, CollisionChecker
 from planner.kinematics.forward import joint_placements, tool_pose
-from planner.kinematics.manipulability import is_always_singular, manipulability
+from planner.kinematics.manipulability import BANDS, is_always_singular, manipulability
 from planner.problem.options import Measure, MeasureName, Rows
 from planner.problem.request import PlanRequest, SweepRequest, WorldRequest
 from planner.problem.targets import TURN, Joints, Target
@@ -41,7 +41,6 @@ from planner.robot.scene import Scene
 from planner.robot.shapes import Carried, Obstacle
 
 _NEAR = 200  # random configurations around mid-range
-_POOR = 0.1  # of their median w: home is another one where w is less
 
 _log = logging.getLogger(__name__)
 
@@ -81,7 +80,7 @@ def at_usable_home(files: RobotFiles, robot: Robot) -> Robot:
     """The robot of ``files``; where they leave home open, and links touch or w is poor at zero, at another one."""
     if {*files.home} & {*robot.joints}:
         return robot
-    home = cached("homes", [robot.identity, _NEAR, _POOR], lambda: {"home": _usable_home(robot)})["home"]
+    home = cached("homes", [robot.identity, _NEAR, BANDS["poor"]], lambda: {"home": _usable_home(robot)})["home"]
     if np.array_equal(home, robot.home):
         return robot
     text = "No file says where home is, and with all joints at zero links touch or the arm is singular: home is "
@@ -102,7 +101,7 @@ def _usable_home(robot: Robot) -> Floats:
     q = np.vstack([robot.home, np.clip(q, robot.lower, robot.upper)])
     free = ~touching_pairs(make_checker(robot, Scene("none"), "coal"), q).any(axis=1)
     w = manipulability(measured_by(robot, None, robot.measure), q)
-    wanted = np.median(w[1:]) * np.append(_POOR, np.ones(_NEAR))
+    wanted = np.median(w[1:]) * np.append(BANDS["poor"], np.ones(_NEAR))
     rows = np.flatnonzero(free & (w >= wanted))
     rows = rows if len(rows) else np.flatnonzero(free)
     return q[rows[0]] if len(rows) else robot.home

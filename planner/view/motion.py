@@ -112,7 +112,7 @@ def _in_time(robot: Robot, motion: ShownMotion) -> dict[str, Any]:
     trajectory, limits = motion.trajectory, motion.trajectory.limits
     times = np.linspace(trajectory.times[0], trajectory.times[-1], SHOWN_STATES)
     rates = {kind: trajectory.at(times, order) for order, kind in enumerate(KINDS, start=1)}
-    moving = np.einsum("nij,nj->ni", linear_rows(robot, motion.states), rates["velocity"])
+    moving = np.einsum("nij,nj->ni", robot.jacobian(motion.states)[:, :3], rates["velocity"])
     return {
         "begin": float(trajectory.times[0]),
         "duration": trajectory.duration,
@@ -173,17 +173,12 @@ def ellipsoids(robot: Robot, q: Floats) -> Floats:
     It maps the unit ball onto the tool velocities that joint velocities of norm 1 reach: Yoshikawa's manipulability
     ellipsoid of the translation. Two-row (planar) robots have a flat one.
     """
-    u, s, _ = np.linalg.svd(linear_rows(robot, q), full_matrices=False)
-    root = np.einsum("nij,nj,nkj->nik", u, s, u)
-    return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-
-
-def linear_rows(robot: Robot, q: Floats) -> Floats:
-    """(n, 3, dof) the linear rows of the tool's Jacobian (m/rad), with a row of zeros for planar robots."""
     linear = np.zeros((len(q), 3, robot.dof))
     rows = jacobians(robot, q)[:, :3]
     linear[:, : rows.shape[1]] = rows
-    return linear
+    u, s, _ = np.linalg.svd(linear, full_matrices=False)
+    root = np.einsum("nij,nj,nkj->nik", u, s, u)
+    return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
 
 
 def worst_points(robot: Robot, q: Floats, shares: Floats) -> list[dict[str, Any]]:

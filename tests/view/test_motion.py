@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from planner.view.motion import (
     shown_motion,
     worst_points,
 )
-from tests.worlds import ROBOTS, load, random_q
+from tests.worlds import ROBOTS, checker_of, load, random_q
 
 
 def test_motion_is_even_in_joint_space(solved: Plan) -> None:
@@ -55,6 +56,18 @@ def test_a_motion_is_even_in_time(solved: Plan) -> None:
     np.testing.assert_allclose(data["condition"], np.linalg.cond(solved.robot.jacobian(q)), rtol=1e-3)
     assert min(data["clearance"]) > 0
     assert data["worst"][0]["w"] <= min(data["w"]) + 3e-7  # as the page rounds times and w
+
+
+@pytest.mark.parametrize("rows", ["pose", "translation", "rotation", "planar"])
+def test_the_tool_is_as_fast_whichever_rows_w_is_of(rows: str) -> None:
+    checker, home = checker_of("panda", "empty"), load("panda").home
+    trajectory = time_path(np.array([home, home + 0.3]), checker)
+    shown = ShownPath(trajectory.columns[0], [], motion=shown_motion(trajectory, checker))
+    speed = motion_data(replace(checker.robot, jacobian_rows=rows), shown)["motion"]["tool_speed"]
+    q = trajectory.at(np.linspace(0.0, trajectory.duration, SHOWN_STATES))
+    step = trajectory.duration / (SHOWN_STATES - 1)
+    numeric = np.linalg.norm(np.gradient(tool_positions(checker.robot, q), step, axis=0), axis=1)
+    np.testing.assert_allclose(speed[1:-1], numeric[1:-1], atol=0.02)
 
 
 def test_a_path_of_one_configuration_stands_still() -> None:
