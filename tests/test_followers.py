@@ -291,7 +291,7 @@ def test_a_certificate_holds_and_false_ones_are_refused(planned: Plan, tmp_path:
     assert verify(case.folder, planned.checker.world)
     rng = np.random.default_rng(0)
     assert closest(case.data, 20, rng, 1.0) > 0
-    assert 1e-3 <= least_w(case.data, case.words, 20) < np.inf
+    assert 1e-3 <= least_w(case.data, case.meta, 20) < np.inf
     for wrong in (
         PALLETIZER.replace('<mimic joint="j2"/>', '<mimic joint="j2" multiplier="0.5"/>'),
         PALLETIZER.replace('<mimic joint="j2"/>', '<mimic joint="j2" offset="0.4"/>'),
@@ -301,15 +301,15 @@ def test_a_certificate_holds_and_false_ones_are_refused(planned: Plan, tmp_path:
         (tmp_path / "linkage.urdf").write_text(wrong)
         with pytest.raises(Refused):
             verify_proof.check(case.folder, tmp_path / "linkage.urdf")
-    rod = case.words["tree"].index("rod_joint")
+    rod = case.meta["tree"].index("rod_joint")
     for name, value in (("factor", 0.0), ("zero", 0.6), ("leader", 2)):
         data = {**case.data, name: case.data[name].copy()}
         data[name][rod] = value
-        accepted = case.accepts(data, case.words)
+        accepted = case.accepts(data, case.meta)
         assert accepted is None or closest(data, 20, rng, 1.0) > 0
         with pytest.raises(Refused, match=f"has other {name} than what"):
             verify(case.folder, planned.checker.world)
-    case.accepts(case.data, case.words)
+    case.accepts(case.data, case.meta)
 
 
 @pytest.mark.parametrize("which", LINKAGES)
@@ -344,7 +344,7 @@ def test_certificates_of_random_linkages_are_true(which: int, tmp_path: Path) ->
             whole += 1
             assert verify_proof.check(folder, made.path)
             assert closest(Case.of(folder).data, 40, np.random.default_rng(k), 1.0) > 0
-            assert least_w(Case.of(folder).data, certificate.words, 20) >= 1e-4
+            assert least_w(Case.of(folder).data, certificate.meta, 20) >= 1e-4
     assert whole
 
 

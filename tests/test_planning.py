@@ -192,7 +192,7 @@ def test_no_path_is_an_outcome(scenes):
     found = plan(request=PlanRequest.from_options(robot="planar_2r", scene=scenes["shut"], nodes=50), timing=None)
     assert found.outcome is Outcome.NO_PATH
     assert found.outcome.exit_code == 4
-    assert not found.roadmap.connected
+    assert not found.roadmap.is_connected
     assert len(found.path) == len(found.path_nodes) == 0
     assert found.cost is None
     assert found.network is not None
@@ -288,7 +288,7 @@ def test_when_every_way_fails_there_is_no_path(small, monkeypatch):
     ends = around[~np.isin(around, before.roadmap.goals)]
     reached = others.components[ends] == others.components[before.roadmap.starts[0]]
     assert after.edges_removed == reached.sum() > 1  # the others lead to nodes that nothing else leads to
-    assert not after.roadmap.connected
+    assert not after.roadmap.is_connected
     assert after.cost is None
     assert len(after.path) == 0
     assert after.max_error_vs_oracle == 0.0

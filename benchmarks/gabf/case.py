@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.memory import peak_memory
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.gabf.problem import reduce
+from planner.gabf.problem import reduce_network
 
 LAW = gabf.SingularityFree()
 KERNEL = gabf.TradeOff(beta=0.5)
@@ -120,7 +120,7 @@ def dijkstra_on(network: gabf.Network) -> Callable[[], Floats]:
 
 def _runge_kutta(network: gabf.Network, tau_end: float, repeats: int) -> dict[str, tuple[int, Callable[[], Any]]]:
     """RK45 on right sides without overhead, on packed states; only the state at the end is kept."""
-    problem = reduce(network)
+    problem = reduce_network(network)
     y0 = problem.pack(np.broadcast_to(np.asarray(gabf.overestimate(network), dtype=np.float64), network.n_nodes))
     anchored = np.zeros(problem.anchors.size)
 

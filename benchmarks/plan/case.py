@@ -25,7 +25,7 @@ from planner.planning.solve import cost_in_motion
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.query.query import make_query
-from planner.roadmap.edges import Motions
+from planner.roadmap.edges import MotionChecker
 from planner.roadmap.ompl_planners import JointSpace
 from planner.robot.robot import Robot
 from planner.trajectory.limits import MotionLimits
@@ -79,9 +79,9 @@ def _of_record(found: Plan) -> Columns:
 
 def _ompl(method: str, request: PlanRequest, seconds: float) -> Columns:
     query = make_query(request.what)
-    robot, check = query.robot, Motions(EdgeProver(query.checker)).looks_free(_STEP)
+    robot, check = query.robot, MotionChecker(EdgeProver(query.checker)).looks_free(_STEP)
     begin, cpu = time.perf_counter(), time.process_time()
-    with OmplPaths(JointSpace.of(robot), check, np.random.default_rng(request.quality.seed)) as planners:
+    with OmplPaths(JointSpace.from_robot(robot), check, np.random.default_rng(request.quality.seed)) as planners:
         path = planners.path(method, query.starts, query.goals, seconds)
     columns = {"total_s": time.perf_counter() - begin, "cpu_s": time.process_time() - cpu}
     if path is None:

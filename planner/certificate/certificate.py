@@ -34,7 +34,7 @@ class Certificate:
     """
 
     arrays: Arrays
-    words: dict[str, Any]
+    meta: dict[str, Any]
     open_pairs: tuple[tuple[str, str], ...]
 
     def __repr__(self) -> str:
@@ -48,7 +48,7 @@ class Certificate:
     def content(self) -> bytes:
         """The file as bytes: the same for the same plan."""
         file = io.BytesIO()
-        meta = np.frombuffer(json.dumps(self.words, sort_keys=True).encode(), dtype=np.uint8)
+        meta = np.frombuffer(json.dumps(self.meta, sort_keys=True).encode(), dtype=np.uint8)
         np.savez_compressed(file, allow_pickle=False, meta=meta, **self.arrays)
         return file.getvalue()
 

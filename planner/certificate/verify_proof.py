@@ -401,7 +401,7 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
     root: Any = ET.parse(file).getroot()
     joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, list[str]()
     links = {joint.find("child").get("link"): joint for joint in joints.values()}
-    led = {name: follow(joints, name) for name in joints}
+    led = {name: resolve_mimic(joints, name) for name in joints}
     moved = data["moved"] = {name for name, (leader, factor, _) in led.items() if leader in meta["joints"] and factor}
     for k, name in enumerate(meta["tree"]):
         own = led.get(name, [""])[0] == name if name in meta["joints"] else name in moved
@@ -409,7 +409,7 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
         joint, (leader, factor, zero) = joints[name], led[name]
         kind, limit, row = joint.get("type"), joint.find("limit"), meta["joints"].index(leader)
         data["leader"][k], data["factor"][k], data["zero"][k] = row, factor, zero
-        data["parent"][k], at = place(data, meta, links, joint.find("parent").get("link"))
+        data["parent"][k], at = locate_link(data, meta, links, joint.find("parent").get("link"))
         at = at @ origin_in(joint)
         data["turn"][k], data["shift"][k], data["axis"][k] = at[:3, :3], at[:3, 3], axis_of(joint)
         data["prismatic"][k], data["wraps"][row] = kind == "prismatic", data["wraps"][row] and kind == "continuous"
@@ -422,7 +422,7 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
     for link in root.findall("link"):
         for k, element in enumerate(link.iter("collision")):
             name, geometry = f"{link.get('name')}_{k}", element.find("geometry")[0]
-            joint, at = place(data, meta, links, link.get("name"))
+            joint, at = locate_link(data, meta, links, link.get("name"))
             named = [n for n, body in enumerate(meta["items"]) if f"{body}, ".startswith(f"{name}, ")]
             here = [
                 n for n in named if data["joint"][n] == joint and (geometry.tag == "mesh" or meta["items"][n] == name)
@@ -435,12 +435,12 @@ def take_urdf(data: Data, meta: Data, file: Path) -> str:
                 at = at @ origin_in(element)
                 data["shapes"][here[0]] = shape[0] @ at[:3, :3].T + at[:3, 3], *shape[1:]
     if own := root.find(f"link[@name='{meta['tool link']}']") is not None:
-        data["carrier"], data["tool"] = place(data, meta, links, meta["tool link"])
+        data["carrier"], data["tool"] = locate_link(data, meta, links, meta["tool link"])
     but = f" but for {len(unread)} meshes not found, cut or of another kind: {', '.join(unread)}" if unread else ""
     return f"Joints and shapes are those of {file.name}{but}{'' if own else '; the tool is not in there'}."
 
 
-def follow(joints: Data, name: str) -> tuple[str, float, float]:
+def resolve_mimic(joints: Data, name: str) -> tuple[str, float, float]:
     """The joint that leads ``name`` through all <mimic>, and the factor and zero with which it does."""
     factor, zero = 1.0, 0.0
     for _ in joints:
@@ -451,7 +451,7 @@ def follow(joints: Data, name: str) -> tuple[str, float, float]:
     return name, factor, zero
 
 
-def place(data: Data, meta: Data, links: Data, link: str) -> tuple[int, Array]:
+def locate_link(data: Data, meta: Data, links: Data, link: str) -> tuple[int, Array]:
     """The number of the joint that carries a link, 0 the base, and where the link is in its frame (4, 4)."""
     if link not in links:
         return 0, data["base"]
@@ -462,31 +462,31 @@ def place(data: Data, meta: Data, links: Data, link: str) -> tuple[int, Array]:
     require(kind == "fixed" or (kind in MOVING and name not in data["moved"]), f"'{name}' moves, not planned.")
     held[:3, 3] = value * (kind == "prismatic") * axis_of(joint)
     held[:3, :3] = rotation(axis_of(joint), value * (kind in MOVING[:2]))
-    number, at = place(data, meta, links, joint.find("parent").get("link"))
+    number, at = locate_link(data, meta, links, joint.find("parent").get("link"))
     return number, at @ origin_in(joint) @ held
 
 
-def three(element: Any, key: str, otherwise: str = "0 0 0") -> Array:
+def read_vector(element: Any, key: str, otherwise: str = "0 0 0") -> Array:
     return np.array((otherwise if element is None else element.get(key, otherwise)).split(), dtype=float)
 
 
 def axis_of(joint: Any) -> Array:
-    return (axis := three(joint.find("axis"), "xyz", "1 0 0")) / max(np.linalg.norm(axis), 1e-300)
+    return (axis := read_vector(joint.find("axis"), "xyz", "1 0 0")) / max(np.linalg.norm(axis), 1e-300)
 
 
 def origin_in(element: Any) -> Array:
     """Where the origin of a joint or a shape is (4, 4): turned about x, y and z in this order, then shifted."""
     found = np.eye(4)
-    for axis, angle in zip(np.eye(3), three(element.find("origin"), "rpy"), strict=True):
+    for axis, angle in zip(np.eye(3), read_vector(element.find("origin"), "rpy"), strict=True):
         found[:3, :3] = rotation(axis, angle) @ found[:3, :3]
-    found[:3, 3] = three(element.find("origin"), "xyz")
+    found[:3, 3] = read_vector(element.find("origin"), "xyz")
     return found
 
 
 def shape_in(shape: Any, file: Path) -> Shape | None:
     """A shape of the URDF in its own frame; of a mesh the vertices, None where its file is not read here."""
     if shape.tag == "box":
-        return (np.indices((2, 2, 2)).reshape(3, 8).T - 0.5) * three(shape, "size"), 0.0, False
+        return (np.indices((2, 2, 2)).reshape(3, 8).T - 0.5) * read_vector(shape, "size"), 0.0, False
     if shape.tag in ("sphere", "cylinder", "capsule"):
         ends = np.array([[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]]) * float(shape.get("length", "0"))
         return ends, float(shape.get("radius")), shape.tag == "cylinder"
@@ -499,7 +499,7 @@ def shape_in(shape: Any, file: Path) -> Shape | None:
             mark = "none" if b"\0" in content else {".stl": "vertex", ".obj": "v"}.get(kind, "none")
             points = re.findall(rf"(?i)\b{mark}\s+(\S+)\s+(\S+)\s+(\S+)", content.decode(errors="replace"))
         if len(points):
-            return np.unique(np.array(points, dtype=float), axis=0) * three(shape, "scale", "1 1 1"), 0.0, False
+            return np.unique(np.array(points, dtype=float), axis=0) * read_vector(shape, "scale", "1 1 1"), 0.0, False
     return None
 
 

@@ -37,13 +37,15 @@ def build(
     """
     require_writable_file(file)
     from planner.query.query import make_query
-    from planner.roadmap.obtain import obtain_roadmap
+    from planner.roadmap.load_or_build import obtain_roadmap
     from planner.roadmap.storage import save_roadmap
 
     with working() as progress:
         query = make_query(what, in_time=True)  # of the world that stands
         result = obtain_roadmap(quality, query, progress)
-        outcome = Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.connected else Outcome.NO_PATH
+        outcome = (
+            Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.is_connected else Outcome.NO_PATH
+        )
         place = file_for_interrupted(file) if outcome is Outcome.INTERRUPTED else file
         make_folder(place.parent)
         save_roadmap(result, place)

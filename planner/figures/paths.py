@@ -35,7 +35,7 @@ _MOMENTS = 2001  # at which a motion is drawn: at a column's width, about as man
 
 
 @dataclass(frozen=True)
-class Way:
+class DrawnPath:
     """A joint path (k, dof) to draw with its label and its world, and the motion along it, if there is one."""
 
     label: str
@@ -61,15 +61,15 @@ class Way:
         return t, clearance_in_time(require_motion(self.motion), self.checker, t)
 
 
-def ways(shown: Shown, checker: CollisionChecker | None = None) -> list[Way]:
+def drawn_paths(shown: Shown, checker: CollisionChecker | None = None) -> list[DrawnPath]:
     """What ``shown`` holds to draw, with ``checker`` as the world of what comes without one."""
     if isinstance(shown, Tradeoff):
-        return [Way(f"$\\beta$ {i.betas}", shown.checker, i.path) for i in intervals_of(shown)]
+        return [DrawnPath(f"$\\beta$ {i.betas}", shown.checker, i.path) for i in intervals_of(shown)]
     items = shown if isinstance(shown, Mapping) else {"": shown}
     return [_way(label, thing, checker) for label, thing in items.items()]
 
 
-def _way(label: str, thing: Drawn, checker: CollisionChecker | None) -> Way:
+def _way(label: str, thing: Drawn, checker: CollisionChecker | None) -> DrawnPath:
     if isinstance(thing, Plan):
         path, checker, motion = thing.path, thing.checker, thing.trajectory
     elif checker is None:
@@ -80,7 +80,7 @@ def _way(label: str, thing: Drawn, checker: CollisionChecker | None) -> Way:
         path, motion = numbers("path", thing, ("k", checker.robot.dof)), None
     if not len(path):
         raise OptionError(f"{label or 'the plan'} has no path to draw: leave it out.")
-    return Way(label, checker, path, motion)
+    return DrawnPath(label, checker, path, motion)
 
 
 def require_motion(motion: Trajectory | None) -> Trajectory:
@@ -101,11 +101,11 @@ def manipulability(shown: Shown, over: Over = "path", checker: CollisionChecker 
     Raises :class:`OptionError` where there is no path, and over time where there is no motion.
     """
 
-    def w_of(way: Way) -> Curve:
+    def w_of(way: DrawnPath) -> Curve:
         x, q = way.states(over)
         return x, w_at(way.checker.robot, q)
 
-    drawn = ways(shown, checker)
+    drawn = drawn_paths(shown, checker)
     return _profile(drawn, over, w_label(drawn[0].checker.robot), w_of)
 
 
@@ -118,7 +118,7 @@ def clearance(shown: Shown, over: Over = "path", checker: CollisionChecker | Non
     Arguments and errors as of :func:`manipulability`. Over time obstacles that move are where they are then; along a
     path only what stands still counts.
     """
-    return _profile(ways(shown, checker), over, "clearance (m)", lambda way: way.clearance(over))
+    return _profile(drawn_paths(shown, checker), over, "clearance (m)", lambda way: way.clearance(over))
 
 
 def w_label(robot: Robot) -> str:
@@ -127,7 +127,7 @@ def w_label(robot: Robot) -> str:
     return f"{name} ({unit_of(robot) or 'no unit'})"
 
 
-def _profile(drawn: list[Way], over: Over, label: str, curve: Callable[[Way], Curve]) -> Figure:
+def _profile(drawn: list[DrawnPath], over: Over, label: str, curve: Callable[[DrawnPath], Curve]) -> Figure:
     figure, axes = single(COLUMN, 2.1, _ABSCISSA[over], label)
     for k, way in enumerate(drawn):
         x, y = curve(way)

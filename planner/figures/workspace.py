@@ -11,7 +11,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
-from planner.figures.paths import Shown, w_label, ways
+from planner.figures.paths import Shown, drawn_paths, w_label
 from planner.figures.style import COLUMN, MARKS, RAMP, SMALL, JournalFigure, journal, stroke
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.kinematics.manipulability import manipulability
@@ -44,7 +44,7 @@ def tool_paths(shown: Shown, shade: Literal["path", "w"] = "path", checker: Coll
     Arguments and errors as of :func:`~planner.figures.manipulability`. Dots are waypoints; with ``shade="w"`` lines are
     as light as w is high. The arm is a line through its joints.
     """
-    drawn = ways(shown, checker)
+    drawn = drawn_paths(shown, checker)
     robot, dense = drawn[0].checker.robot, [dense_path(way.path) for way in drawn]
     lines, arms = [tool_positions(robot, q) for q in dense], [_arm(robot, q) for q in drawn[0].path[[0, -1]]]
     figure, axes = _panel(drawn[0].checker, np.concatenate([*lines, *arms]))
@@ -86,7 +86,7 @@ def roadmap(shown: Plan | Tradeoff) -> Figure:
     edges = tool_positions(robot, q.reshape(-1, robot.dof)).reshape(*q.shape[:2], 3)
     axes.add_collection3d(Line3DCollection(edges, **_EDGES))
     dots = axes.scatter(*nodes.T, c=roadmap.manipulability, **_DOTS)
-    for way in ways(shown) if shown.solved else []:
+    for way in drawn_paths(shown) if shown.solved else []:
         line = tool_positions(robot, dense_path(way.path)).T
         axes.plot(*line, color="white", linewidth=2.8, zorder=5)
         axes.plot(*line, color="black", linewidth=1.4, zorder=6)

@@ -14,7 +14,7 @@ from planner.gabf.flows import PowerFlow
 from planner.gabf.laws import FixedTime, Law, PrescribedClock, SingularityFree, UserLaw
 from planner.gabf.network import Network
 from planner.gabf.oracle import TIES, Structure, oracle, structure
-from planner.gabf.problem import reduce
+from planner.gabf.problem import reduce_network
 from planner.gabf.solve import CostToGo
 
 
@@ -81,7 +81,7 @@ def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None 
     representable; of a user's law there are none. Bounds on the whole trajectory and on the control input need a result
     that saved its states.
     """
-    if not (reachable := reduce(net)).n_rows:
+    if not (reachable := reduce_network(net)).n_rows:
         return []
     known = result.x if result.residual == 0.0 else oracle(net)
     facts = Facts(law, result, structure(net, known) if optimum is None else optimum, reachable.rows)

@@ -15,7 +15,7 @@ from planner.base.errors import AssumptionError, OptionError
 from planner.gabf.laws import Law, law_of
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
-from planner.gabf.problem import reduce, states
+from planner.gabf.problem import check_states, reduce_network
 from planner.gabf.solve import CostToGo, solve
 
 
@@ -74,8 +74,8 @@ def raised_start(net: Network, x: Floats) -> Floats:
     >= x_j* as f is increasing. The other nodes, the subtree that relied on arcs that vanished or rose, get what the
     cheapest arc towards the nodes before them costs, layer by layer: the cost of some path. Ours.
     """
-    problem = reduce(net)
-    y = problem.pack(states(net, x, "x"))
+    problem = reduce_network(net)
+    y = problem.pack(check_states(net, x, "x"))
     with np.errstate(invalid="ignore"):
         bears = problem.arcs(y[problem.heads]) <= y[problem.owners]
     settled = problem.hops_along(bears & np.isfinite(y[problem.owners])) >= 0

@@ -10,7 +10,7 @@ from planner.base.arrays import Bools, Floats, Ints, indices, plain_numbers, so_
 from planner.base.errors import AssumptionError
 from planner.gabf.kernels import AffineArcs
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem, field, reduce, states
+from planner.gabf.problem import Problem, check_finite_states, check_states, reduce_network
 from planner.native.compiled import cheapest_costs
 
 
@@ -25,7 +25,7 @@ def oracle(net: Network) -> Floats:
     if isinstance(arcs, AffineArcs) and arcs.slope is None and (arcs.offset > 0).all():
         ends = np.column_stack([net.tails, net.indices])
         return cheapest_costs(net.n_nodes, ends, arcs.offset, net.sources, net.source_values)
-    problem = reduce(net)
+    problem = reduce_network(net)
     return problem.unpack(_dijkstra(problem))
 
 
@@ -53,8 +53,10 @@ def _dijkstra(problem: Problem) -> Floats:
 
 def bellman_operator(net: Network, x: Floats) -> Floats:
     """T'x (n,) of eq. (bellman-gabf): sources keep their values, others take min_j f_i(x_j, w_ij), or +inf."""
-    problem = reduce(net)
-    return problem.unpack(problem.with_sources(problem.parent_values(problem.pack(field(problem, x, "x")))))
+    problem = reduce_network(net)
+    return problem.unpack(
+        problem.with_sources(problem.parent_values(problem.pack(check_finite_states(problem, x, "x"))))
+    )
 
 
 def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> tuple[Floats, int]:
@@ -63,8 +65,8 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     From overestimates n sweeps suffice; from below the number grows like x* / zeta. AssumptionError if ``max_sweeps``
     (default 1000 n) do not suffice.
     """
-    problem = reduce(net)
-    y = problem.pack(field(problem, x0, "x0"))
+    problem = reduce_network(net)
+    y = problem.pack(check_finite_states(problem, x0, "x0"))
     budget = 1000 * net.n_nodes if max_sweeps is None else max_sweeps
     for sweep in range(budget + 1):
         swept = problem.with_sources(problem.parent_values(y))
@@ -121,8 +123,8 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
     |x*|), with the largest |x*| in place of 1 where that is less. Levels count every distinct x*: a chain of tiny arcs
     settles one after another, however near its values are.
     """
-    x = oracle(net) if x_star is None else states(net, x_star, "x_star")
-    problem = reduce(net)
+    x = oracle(net) if x_star is None else check_states(net, x_star, "x_star")
+    problem = reduce_network(net)
     y = problem.pack(x)
     values, own, head = problem.arcs(y[problem.heads]), y[problem.owners], y[problem.heads]
     nearly = TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))

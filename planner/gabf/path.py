@@ -7,7 +7,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, indices
 from planner.base.errors import ArrayError, StateError
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem, field, reduce, states
+from planner.gabf.problem import Problem, check_finite_states, check_states, reduce_network
 from planner.gabf.solve import CostToGo
 
 SLACK = 1e-9  # arcs this close to the minimum, times max(1, |x|), count as ties if the field is not settled to the bit
@@ -34,7 +34,7 @@ def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | S
 
     Raises :class:`StateError` for a start that is no node.
     """
-    x = states(network, cost_to_go, "x")
+    x = check_states(network, cost_to_go, "x")
     nodes = indices("starts", starts, ("s",), network.n_nodes, StateError)
     reaching = nodes[np.isfinite(x[nodes])].tolist()
     paths = dict(zip(reaching, _extract_paths(network, cost_to_go, reaching), strict=True))
@@ -51,7 +51,7 @@ def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
 
 
 def _extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]) -> list[Ints]:
-    problem = result.problem if isinstance(result, CostToGo) and result.network is net else reduce(net)
+    problem = result.problem if isinstance(result, CostToGo) and result.network is net else reduce_network(net)
     position = np.full(net.n_nodes, -1)
     position[problem.nodes] = np.arange(problem.nodes.size)
     for start in starts:
@@ -59,7 +59,7 @@ def _extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int
             raise StateError(f"start {start} is not a node; nodes run from 0 to {net.n_nodes - 1}")
         if position[start] < 0:
             raise StateError(f"node {start} reaches no source: there is no path; connect it, or start elsewhere")
-    y = problem.pack(field(problem, result, "x"))
+    y = problem.pack(check_finite_states(problem, result, "x"))
     values = problem.arcs(y[problem.heads])
     least = np.minimum.reduceat(values, problem.starts) if problem.n_rows else np.empty(0)
     settled = np.array_equal(least, y[: problem.n_rows])

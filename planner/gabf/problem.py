@@ -94,7 +94,7 @@ class Problem:
         sources = np.arange(self.n_rows, self.nodes.size)
         return hops_to_source(np.concatenate(([0], np.cumsum(counts))), self.heads[arcs], sources)
 
-    def climb(self, k: int, a: float) -> float:
+    def hop_bound(self, k: int, a: float) -> float:
         """g_k(a): the largest, over the nodes of k hops, of the cheapest f_ij(a) towards k - 1 hops."""
         arcs, starts = self._stairs[k - 1]
         with np.errstate(over="ignore"):
@@ -117,7 +117,7 @@ class Problem:
             np.maximum.at(least, self.hops, y0[: self.n_rows])
         rungs = [float(self.anchors.max())]
         for k, floor in enumerate(least[1:].tolist(), start=1):
-            rungs.append(max(floor, self.climb(k, rungs[-1])))
+            rungs.append(max(floor, self.hop_bound(k, rungs[-1])))
         return np.array(rungs)
 
     def mean_cost(self, y: Floats) -> float:
@@ -140,7 +140,7 @@ class Problem:
         return x
 
 
-def reduce(net: Network) -> Problem:
+def reduce_network(net: Network) -> Problem:
     """Leave out sources' arcs, unreachable nodes and arcs into them."""
     hops = hops_to_source(net.indptr, net.indices, net.sources)
     is_row = hops > 0
@@ -154,7 +154,7 @@ def reduce(net: Network) -> Problem:
     return Problem(net, starts, heads, arcs, nodes, net.source_values, arc_ids, hops[is_row])
 
 
-def states(net: Network, x: Any, name: str) -> Floats:
+def check_states(net: Network, x: Any, name: str) -> Floats:
     """``x``, or the x of a result, as one state a node (n,), finite or not; AssumptionError otherwise."""
     result = plain_numbers(name, getattr(x, "x", x), AssumptionError)
     if result.shape != (net.n_nodes,):
@@ -162,9 +162,9 @@ def states(net: Network, x: Any, name: str) -> Floats:
     return result
 
 
-def field(problem: Problem, x: Any, name: str) -> Floats:
+def check_finite_states(problem: Problem, x: Any, name: str) -> Floats:
     """``x`` as :func:`states` has it, finite at every reachable node."""
-    result = states(problem.network, x, name)
+    result = check_states(problem.network, x, name)
     if (bad := problem.nodes[~np.isfinite(result[problem.nodes])]).size:
         raise AssumptionError(f"{name}[{bad[0]}] is {result[bad[0]]}: every state must be finite")
     return result
@@ -190,12 +190,12 @@ def overestimate(net: Network) -> Floats:
     U_0 = max source value, U_k = g_k(U_(k-1)) with g_k(a) the largest, over nodes of k hops, of their cheapest arc's
     f_ij(a) towards k - 1 hops: a fewest-hops path costs at most U_k. Nodes of k hops start at g_k(U_k) > U_k.
     """
-    problem = reduce(net)
+    problem = reduce_network(net)
     return problem.unpack(start_above(problem))
 
 
 def start_above(problem: Problem) -> Floats:
-    starts = [0.0, *(problem.climb(k, rung) for k, rung in enumerate(problem.rungs().tolist()) if k)]
+    starts = [0.0, *(problem.hop_bound(k, rung) for k, rung in enumerate(problem.rungs().tolist()) if k)]
     return problem.with_sources(np.array(starts)[problem.hops])
 
 
@@ -253,4 +253,4 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
         return start_above(problem)
     x = plain_numbers("x0", x0, AssumptionError)
     x = np.full(problem.network.n_nodes, float(x)) if x.ndim == 0 else x
-    return problem.pack(field(problem, x, "x0"))
+    return problem.pack(check_finite_states(problem, x, "x0"))

@@ -16,7 +16,7 @@ from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input, law_of
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
-from planner.gabf.problem import Premises, Problem, State, pack_start, premises, reduce, require_overestimate
+from planner.gabf.problem import Premises, Problem, State, pack_start, premises, reduce_network, require_overestimate
 from planner.gabf.splitting import Splitting, run
 
 
@@ -158,7 +158,7 @@ def solve(
     """
     if not (settle_tolerance > 0 and until_tau >= 0 and max_steps >= 0 and save_every >= 0):
         raise OptionError("settle_tolerance must be positive, max_steps, until_tau and save_every not negative.")
-    law, problem = law_of(law), reduce(net)
+    law, problem = law_of(law), reduce_network(net)
     y0 = pack_start(problem, x0)
     bounds = premises(problem, y0)
     if law.needs_overestimate and x0 is not None:

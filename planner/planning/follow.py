@@ -23,7 +23,7 @@ from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, Objective, TimingRequest, request_of
 from planner.query.query import Query, open_world, states_of
 from planner.query.resolve import other_turns, resolve
-from planner.roadmap.obtain import obtain_roadmap
+from planner.roadmap.load_or_build import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
@@ -124,7 +124,7 @@ class Follower:
                 free = improve_plan(replace(draft, roadmap=grown), progress)
                 if progress.stopped:
                     return draft
-                if not free.roadmap.connected:
+                if not free.roadmap.is_connected:
                     failed = replace(free, outcome=Outcome.NO_PATH)
                     return self._finished(replace(failed, reason=why_no_path(failed, progress)), along)
                 roadmap, along = _joined(free, roadmap, along)

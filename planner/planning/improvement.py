@@ -14,7 +14,7 @@ from planner.native.graphs import reached
 from planner.planning.result import Curve, Plan
 from planner.problem.request import PlanQuality, SweepQuality
 from planner.roadmap.improve import Improvement, improve, without_last_grown
-from planner.roadmap.roadmap import Roadmap, path_waypoints, segments
+from planner.roadmap.roadmap import Roadmap, edge_motions, path_waypoints
 from planner.search.manipulability_floor import layered_network
 from planner.search.network import build_network, cheapest_steps
 from planner.trajectory.measure import path_manipulability
@@ -166,7 +166,7 @@ def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, 
     rows = np.flatnonzero(roadmap.clearance < clearance)
     wider = keeping(checker, clearance)
     prover = EdgeProver(wider, progress, "clearance")
-    proofs = prover.prove(*segments(roadmap, checker.robot, rows), contacts=False)
+    proofs = prover.prove(*edge_motions(roadmap, checker.robot, rows), contacts=False)
     known, free = roadmap.clearance.copy(), proofs.free
     known[rows[free]] = clearance + np.maximum(proofs.clearance[free], 0.0)
     return replace(roadmap, clearance=known)

@@ -12,7 +12,7 @@ from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import Objective, PlanRequest, TimingRequest, request_of
 from planner.query.query import make_query
-from planner.roadmap.obtain import obtain_roadmap
+from planner.roadmap.load_or_build import obtain_roadmap
 from planner.tool_paths.ladder_roadmap import roadmap_of
 from planner.trajectory.limits import MotionLimits
 

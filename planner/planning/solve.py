@@ -118,7 +118,7 @@ def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
         )
     if progress.stopped:
         return None
-    if not roadmap.connected:
+    if not roadmap.is_connected:
         apart = why_apart(roadmap, checker, progress)
         return None if progress.stopped else apart
     if floor <= 0:

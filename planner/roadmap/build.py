@@ -15,7 +15,7 @@ from planner.query.resolve import free_configurations
 from planner.roadmap.connections import LINKS, connect
 from planner.roadmap.edges import RecordingProver
 from planner.roadmap.grow import ROADMAP, GrowthSettings, grow
-from planner.roadmap.measure import measure_anew, nobody, with_checked_nodes
+from planner.roadmap.measure import measure_anew, unchecked, with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, origin_of
 from planner.roadmap.shortcuts import add_refined_paths
 from planner.robot.robot import Robot
@@ -132,7 +132,7 @@ def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints,
         **measures,
         clearance=clearance,
         samples=samples,
-        checked_by=nobody(len(nodes)),
+        checked_by=unchecked(len(nodes)),
         scale=scale,
         origin=origin_of(prover.checker, seed),
     )

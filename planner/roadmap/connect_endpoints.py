@@ -11,12 +11,12 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.query.resolve import free_configurations
 from planner.roadmap.connections import NEIGHBOURS, nearest_of
-from planner.roadmap.edges import Motions, RecordingProver, enlarged
+from planner.roadmap.edges import MotionChecker, RecordingProver, enlarged
 from planner.roadmap.first_path import FirstPathSearch
 from planner.roadmap.forest import Forest
 from planner.roadmap.grow import GrowthSettings, join_settings
 from planner.roadmap.roadmap import Roadmap, component_labels
-from planner.roadmap.shortcuts import Linked, in_pieces, shortcuts, straight_paths
+from planner.roadmap.shortcuts import DraftRoadmap, in_pieces, prove_shortcuts, straight_paths
 from planner.robot.robot import Robot
 
 SAME = 1e-9  # rad: a configuration this near a node is that node
@@ -56,15 +56,15 @@ def attach(
     ends = free_configurations([*(("start", q) for q in starts), *(("goal", q) for q in goals)], checker)
     first, last = np.split(np.array([builder.index(q) for q in ends], dtype=np.int64), [len(starts)])
     same = np.array_equal(first, roadmap.starts) and np.array_equal(last, roadmap.goals)
-    if same and (roadmap.connected or not join):
+    if same and (roadmap.is_connected or not join):
         return roadmap
     builder.link(np.arange(len(roadmap.nodes), len(builder.nodes)), NEIGHBOURS)
     builder.link_straight(first, last, settings.range)
     for start in dict.fromkeys(first.tolist() if join else ()):
         builder.bring_together(start, last)
     n, m = len(roadmap.nodes), len(roadmap.edges)
-    linked = Linked(roadmap, builder.nodes[n:], builder.edges[m:], first, last)
-    found = shortcuts(linked, builder.prover, settings.range, progress)
+    linked = DraftRoadmap(roadmap, builder.nodes[n:], builder.edges[m:], first, last)
+    found = prove_shortcuts(linked, builder.prover, settings.range, progress)
     edges = np.concatenate([linked.added_edges, found.edges()])
     return enlarged(roadmap, builder.prover, found.nodes()[n:], edges, (first, last))
 
@@ -122,7 +122,7 @@ class _Builder:
 
     def link_straight(self, starts: Ints, goals: Ints, longest: float) -> None:
         """Add the straight motions from ``starts`` to ``goals`` that are proven, in pieces."""
-        self._add_paths(straight_paths(Motions(self.prover), self.nodes[starts], self.nodes[goals], longest))
+        self._add_paths(straight_paths(MotionChecker(self.prover), self.nodes[starts], self.nodes[goals], longest))
 
     def bring_together(self, start: int, goals: Ints) -> None:
         """Grow until ``start`` and one of the ``goals`` are joined, through the largest component if that helps."""
@@ -202,7 +202,7 @@ def bridges(
         if free.any() or progress.stopped:
             return [in_pieces(prover, pair, settings.range) for pair in ends[free]]
     rng = np.random.default_rng(seed)
-    search = FirstPathSearch(Motions(prover), join_settings(settings, robot), rng, progress)
+    search = FirstPathSearch(MotionChecker(prover), join_settings(settings, robot), rng, progress)
     path = search.join_near(part, other, pairs[0]) if len(pairs) else None
     if path is None:
         path = search.join(part, other)

@@ -14,7 +14,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, MotionCheck, Proofs
 from planner.collision.path_moves import cheapest_chain
 from planner.kinematics.manipulability import manipulability, node_manipulability
-from planner.roadmap.measure import measure_edges, nobody, with_checked_nodes
+from planner.roadmap.measure import measure_edges, unchecked, with_checked_nodes
 from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
 
 
@@ -78,7 +78,7 @@ def _missing(found: list[tuple[float, int] | None]) -> list[int]:
     return [row for row, known in enumerate(found) if known is None]
 
 
-class Motions:
+class MotionChecker:
     """Motion checks in one world, for one thread; counts nothing, remembers nothing.
 
     With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``W_IN_GROWTH`` apart. What the
@@ -163,7 +163,7 @@ def enlarged(
         starts=starts,
         goals=goals,
         manipulability=np.concatenate([roadmap.manipulability, node_manipulability(robot, nodes)]),
-        checked_by=np.concatenate([roadmap.checked_by, nobody(len(nodes))]),
+        checked_by=np.concatenate([roadmap.checked_by, unchecked(len(nodes))]),
         origin=replace(roadmap.origin, margin=margin),
         **{name: _merged(old[name], fresh[name], is_old) for name in EDGE_ARRAYS},
     )

@@ -15,7 +15,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import measured_tool
-from planner.roadmap.edges import Motions
+from planner.roadmap.edges import MotionChecker
 from planner.roadmap.ompl_planners import JointSpace
 from planner.roadmap.refine import PathRefiner
 from planner.roadmap.shortcuts import in_pieces, straight_paths
@@ -51,7 +51,7 @@ class InformedSet:
     def _box(self) -> JointSpace:
         robot, longest = self._robot, self.longest
         if not math.isfinite(longest):
-            return JointSpace.of(robot)
+            return JointSpace.from_robot(robot)
         apart = robot.difference(self._starts[:, None], self._goals[None])
         middle, apart = (self._starts[:, None] + 0.5 * apart).reshape(-1, robot.dof), apart.reshape(-1, robot.dof)
         far = (apart * apart).sum(axis=1, keepdims=True)
@@ -97,7 +97,7 @@ class FirstPathSearch:
 
     def __init__(
         self,
-        motions: Motions,
+        motions: MotionChecker,
         settings: JoinSettings,
         rng: np.random.Generator,
         progress: Progress = QUIET,
@@ -127,7 +127,7 @@ class FirstPathSearch:
         if not len(starts) or not len(goals):
             return None
         end, sample = self._settings.motions, MOTION_IN_FIRST_PATH
-        space = JointSpace.of(self._robot) if self._within is None else self._within.space
+        space = JointSpace.from_robot(self._robot) if self._within is None else self._within.space
         for factor, most in itertools.cycle(_TRIES):
             left = end - self.checked
             if left <= 0 or self._progress.stopped:
@@ -243,7 +243,7 @@ class FirstPathSearch:
         if self._settings.shortcuts < 1:
             return path
         robot, prover, floor, longest = self._robot, self._motions.prover, self._motions.floor, self._settings.range
-        roomy, cost = Motions(prover, floor, EXTRA_CLEARANCE), MotionCost.of_length(robot)
+        roomy, cost = MotionChecker(prover, floor, EXTRA_CLEARANCE), MotionCost.of_length(robot)
         tries, seed = self._settings.shortcuts, int(self._rng.integers(2**31))
         refiner = PathRefiner(prover, cost, EXTRA_CLEARANCE, seed, self._progress, tries, floor)
         path = roomy.shortest_way(path)
@@ -253,7 +253,7 @@ class FirstPathSearch:
 
 
 def shorter_path(
-    motions: Motions,
+    motions: MotionChecker,
     settings: JoinSettings,
     starts: Floats,
     goals: Floats,

@@ -12,7 +12,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import MOTION_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.edges import Motions
+from planner.roadmap.edges import MotionChecker
 from planner.roadmap.first_path import FirstPathSearch, JoinSettings, shorter_path
 from planner.roadmap.forest import Forest
 from planner.roadmap.ompl_planners import JointSpace
@@ -79,7 +79,7 @@ def grow(
     of it is kept. The same seed gives the same growth.
     """
     rng = np.random.default_rng(seed)
-    motions, forest = Motions(prover, (1.0 + _ABOVE) * settings.floor), Forest()
+    motions, forest = MotionChecker(prover, (1.0 + _ABOVE) * settings.floor), Forest()
     first = np.array([forest.add(q) for q in starts], dtype=np.int64)
     last = np.array([forest.add(q) for q in goals], dtype=np.int64)
     search = FirstPathSearch(motions, join_settings(settings, prover.robot), rng, progress)
@@ -103,7 +103,7 @@ def join_settings(settings: GrowthSettings, robot: Robot) -> JoinSettings:
 
 
 def _add_shorter_paths(
-    motions: Motions,
+    motions: MotionChecker,
     forest: Forest,
     starts: Floats,
     goals: Floats,
@@ -134,7 +134,7 @@ def _length(robot: Robot, path: Floats) -> float:
     return float(np.linalg.norm(robot.difference(path[:-1], path[1:]), axis=1).sum())
 
 
-def _risen(forest: Forest, motions: Motions, ends: Floats) -> Floats:
+def _risen(forest: Forest, motions: MotionChecker, ends: Floats) -> Floats:
     """The states (m, dof) where paths up from ``ends`` (k, dof) reach the floor; all paths are added to the forest."""
     paths = [ascend_manipulability(motions.prover, q, motions.floor) for q in ends]
     for path in paths:
@@ -144,7 +144,7 @@ def _risen(forest: Forest, motions: Motions, ends: Floats) -> Floats:
 
 
 def grow_tree(
-    motions: Motions,
+    motions: MotionChecker,
     forest: Forest,
     wanted: int,
     settings: GrowthSettings,
@@ -164,7 +164,7 @@ def grow_tree(
 
         before = len(forest)
         check = motions.looks_free(MOTION_IN_GROWTH)
-        with TreePlanners(JointSpace.of(motions.robot), check, rng, progress, motions.keeps) as planners:
+        with TreePlanners(JointSpace.from_robot(motions.robot), check, rng, progress, motions.keeps) as planners:
             planners.on_accept = lambda new, old=before, most=most: progress(ROADMAP, max(old + new, most), full)
             part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
             tree = planners.rrt(forest.nodes(), motions.step(settings.range), part, limit - checked)
@@ -174,7 +174,7 @@ def grow_tree(
     return checked
 
 
-def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
+def _add_proven(motions: MotionChecker, forest: Forest, tree: Tree) -> None:
     """Add to ``forest`` what proven motions connect to it of ``tree``, which begins with its nodes."""
     if not len(tree.edges):
         return

@@ -16,7 +16,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.cost.motion_cost import MotionCost
-from planner.roadmap.edges import Motions, RecordingProver, enlarged
+from planner.roadmap.edges import MotionChecker, RecordingProver, enlarged
 from planner.roadmap.first_path import shorter_path
 from planner.roadmap.forest import Forest
 from planner.roadmap.grow import GrowthSettings, join_settings
@@ -148,7 +148,7 @@ class _Search:
         if best is not None and self._rate > 0:
             longest = min(longest, best.cost / self._rate)
         rng = np.random.default_rng([refiner.seed, self._explored])
-        motions = Motions(refiner.prover, cost.objective.floor)
+        motions = MotionChecker(refiner.prover, cost.objective.floor)
         settings = join_settings(GrowthSettings(join_motions=_JOIN_MOTIONS), motions.robot)
         if cost.objective.beta < 1.0:  # a shorter path is no better one there, and refined as soon
             settings = replace(settings, shortcuts=0)
@@ -167,7 +167,7 @@ def improve(
     checker: CollisionChecker,
     cost: MotionCost,
     path: Floats | None,
-    effort: int,
+    rounds: int,
     seed: int = 0,
     progress: Progress = QUIET,
     around: Floats | None = None,
@@ -190,17 +190,17 @@ def improve(
     if first is not None:
         search.take(first)
     curve = [] if search.best is None else [(0, search.best.cost)]
-    progress(IMPROVING, 0, effort)
-    for spent in range(1, effort + 1):
+    progress(IMPROVING, 0, rounds)
+    for spent in range(1, rounds + 1):
         if progress.stopped:
             break
-        if _has_settled(curve, effort):
-            progress(IMPROVING, effort, effort)
+        if _has_settled(curve, rounds):
+            progress(IMPROVING, rounds, rounds)
             break
         search.round()
         if search.best is not None:
             curve.append((spent, search.best.cost))
-        progress(IMPROVING, spent, effort)
+        progress(IMPROVING, spent, rounds)
     if search.best is None:
         return Improvement(roadmap)
     search.finish()

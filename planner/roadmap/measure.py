@@ -52,7 +52,7 @@ def _measured(
 _log = logging.getLogger(__name__)
 
 
-def nobody(count: int) -> NDArray[np.int8]:
+def unchecked(count: int) -> NDArray[np.int8]:
     """``checked_by`` of nodes that no library has looked at."""
     return np.zeros(count, dtype=np.int8)
 

@@ -34,7 +34,7 @@ class JointSpace:
     wrap: Bools
 
     @staticmethod
-    def of(robot: Robot) -> JointSpace:
+    def from_robot(robot: Robot) -> JointSpace:
         return JointSpace(robot.lower, robot.upper, robot.continuous)
 
     def holds(self, q: Floats) -> Bools:
@@ -119,7 +119,7 @@ class TreePlanners:
         planner.solve(self._until(self.checked + limit))
         return self._configurations(problem.getSolutionPath()) if problem.hasExactSolution() else None
 
-    def rrt(self, roots: Floats, step: float, wanted: int, limit: int) -> Tree:
+    def rrt(self, roots: Floats, step: float, count: int, limit: int) -> Tree:
         """Grow from every row of ``roots`` until ``wanted`` nodes are added or ``limit`` motions were checked.
 
         Its nodes are the roots, then those that were added, in that order. RRT adds a node wherever it may move to, so
@@ -129,7 +129,7 @@ class TreePlanners:
         self.accepted, self._grown = 0, motions
         planner = self._planner(og.RRT, self._problem(roots, _Nowhere(self._info)), step)
         planner.setGoalBias(0.0)
-        planner.solve(self._until(self.checked + limit, wanted))
+        planner.solve(self._until(self.checked + limit, count))
         self._grown, grown = None, Forest(roots)
         grown.add_edges(np.frombuffer(b"".join(motions)).reshape(-1, *self._both.shape))
         return Tree(grown.nodes(), grown.edges())

@@ -189,7 +189,7 @@ class Roadmap:
         return int(self.components.max(initial=-1)) + 1
 
     @property
-    def connected(self) -> bool:
+    def is_connected(self) -> bool:
         """Whether some start and some goal lie in one component."""
         return bool(np.isin(self.components[self.starts], self.components[self.goals]).any())
 
@@ -290,7 +290,7 @@ def roomy_part(roadmap: Roadmap, clearance: float) -> Roadmap:
 def roomy_where_joined(roadmap: Roadmap, clearance: float) -> Roadmap:
     """The :func:`roomy_part` where it still leads from a start to a goal, else the roadmap."""
     roomy = roomy_part(roadmap, clearance)
-    return roomy if roomy.connected else roadmap
+    return roomy if roomy.is_connected else roadmap
 
 
 def kept_part(roadmap: Roadmap, keeps: Keeps) -> Roadmap:
@@ -299,14 +299,14 @@ def kept_part(roadmap: Roadmap, keeps: Keeps) -> Roadmap:
         return roadmap
     nodes = keeps.holds(roadmap.nodes)
     edges = np.all(nodes[roadmap.edges], axis=1)
-    start, delta = segments(roadmap, keeps.robot, np.flatnonzero(edges))
+    start, delta = edge_motions(roadmap, keeps.robot, np.flatnonzero(edges))
     edges[edges] = keeps.proven(np.stack([start, delta], axis=1))
     if not nodes.any():
         raise StateError("the roadmap has no node that keeps what is to be kept: build one that does, or keep less.")
     return roadmap.part(nodes, edges)
 
 
-def segments(roadmap: Roadmap, robot: Robot, rows: Ints) -> tuple[Floats, Floats]:
+def edge_motions(roadmap: Roadmap, robot: Robot, rows: Ints) -> tuple[Floats, Floats]:
     """Starts and motions (k, dof) of the edges in ``rows``."""
     a, b = roadmap.nodes[roadmap.edges[rows, 0]], roadmap.nodes[roadmap.edges[rows, 1]]
     return a, robot.difference(a, b)

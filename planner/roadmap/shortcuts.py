@@ -16,7 +16,7 @@ from planner.cost.scale import measure_scale
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import cheapest_nodes
 from planner.problem.request import Objective
-from planner.roadmap.edges import Motions, RecordingProver
+from planner.roadmap.edges import MotionChecker, RecordingProver
 from planner.roadmap.forest import Forest
 from planner.roadmap.refine import PathRefiner, split_evenly
 from planner.roadmap.roadmap import Roadmap
@@ -91,7 +91,7 @@ _LEAST_GAIN = 1e-4  # relative
 _MOST_PER_PATH = 60  # of the motions past waypoints, those that save most
 
 
-def straight_paths(motions: Motions, starts: Floats, goals: Floats, longest: float) -> list[Floats]:
+def straight_paths(motions: MotionChecker, starts: Floats, goals: Floats, longest: float) -> list[Floats]:
     """The proven ones of the straight motions from every row of ``starts`` (s, dof) to every row of ``goals`` (g, dof).
 
     Each is a path (k, dof) of pieces no longer than ``longest`` (rad).
@@ -131,7 +131,7 @@ def parts_is_below_half_turn(robot: Robot, delta: Floats, longest: float) -> Int
 
 
 @dataclass(frozen=True, eq=False)
-class Linked:
+class DraftRoadmap:
     """A roadmap and what is about to be added to it: nodes (k, dof) that follow its own, and proven edges (j, 2).
 
     ``starts`` and ``goals`` are node numbers.
@@ -160,7 +160,9 @@ class Linked:
         return np.concatenate([cost.of_edges(self.roadmap), cost(a, a + cost.robot.difference(a, b))])
 
 
-def shortcuts(linked: Linked, prover: RecordingProver, longest: float, progress: Progress = QUIET) -> Forest:
+def prove_shortcuts(
+    linked: DraftRoadmap, prover: RecordingProver, longest: float, progress: Progress = QUIET
+) -> Forest:
     """Proven motions past waypoints of the best path from every start, for each of ``BETAS``, where they are cheaper.
 
     The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
@@ -199,7 +201,7 @@ def _pairs(count: int) -> tuple[Ints, Ints]:
     return frozen(i, np.int64), frozen(j, np.int64)
 
 
-def _best_paths(linked: Linked, cost: Floats) -> list[Ints]:
+def _best_paths(linked: DraftRoadmap, cost: Floats) -> list[Ints]:
     """The nodes (k,) of the cheapest path to a goal from every start that reaches one; edges have ``cost`` (m,)."""
     n, arcs, both, goals = len(linked.nodes), linked.arcs, np.tile(cost, 2), linked.goals
     starts = dict.fromkeys(linked.starts.tolist())

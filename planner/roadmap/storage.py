@@ -1,7 +1,7 @@
 """Roadmaps on disk: one ``.npz`` of plain arrays and a JSON header, no pickles.
 
 A file is believed when its arrays have the right shapes and its content matches its hash. A hash is no signature: in
-another world all edges are proven again, see :func:`planner.roadmap.obtain.reprove`.
+another world all edges are proven again, see :func:`planner.roadmap.load_or_build.reprove`.
 """
 
 import io
@@ -196,7 +196,7 @@ def summary(roadmap: Roadmap) -> dict[str, Any]:
         "nodes_checked": roadmap.nodes_checked,
         "starts": roadmap.starts.tolist(),
         "goals": roadmap.goals.tolist(),
-        "connected": roadmap.connected,
+        "connected": roadmap.is_connected,
         "components": sorted(np.bincount(roadmap.components).tolist(), reverse=True),
         "degree": {"min": int(degree.min()), "mean": float(degree.mean()), "max": int(degree.max())},
         "manipulability": {f"{q:g}": float(np.quantile(roadmap.manipulability, q)) for q in QUANTILES},

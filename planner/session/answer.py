@@ -96,7 +96,7 @@ def _found(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveRoa
         live = before.proven(np.flatnonzero(before.proofs.open))  # growth begins at nodes that are proven free
         live, grown = _attached(live, query, planning, join=True)
         edges.append(grown)
-        if live.held(live.proofs.free).connected:
+        if live.held(live.proofs.free).is_connected:
             searches.append(_search(live, planning))
             edges.append(searches[-1].live.proofs.since(live.proofs))
     nodes_grown, curve = len(live.roadmap.nodes) - nodes, ()

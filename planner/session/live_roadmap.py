@@ -17,9 +17,9 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.roadmap.measure import nobody, with_checked_nodes
-from planner.roadmap.obtain import in_this_world
-from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, kept_part, origin_of, segments
+from planner.roadmap.load_or_build import in_this_world
+from planner.roadmap.measure import unchecked, with_checked_nodes
+from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, edge_motions, kept_part, origin_of
 from planner.robot.shapes import Carried, Obstacle, Shape, corners
 
 ARM = ""  # the part that all links of the robot are
@@ -140,7 +140,7 @@ class EdgeProofs:
         patterns, of_row = np.unique(np.isnan(known[rows]), axis=0, return_inverse=True)
         for k, wanted in enumerate(patterns):
             these = rows[of_row.ravel() == k]
-            proofs = prover.only(wanted[clause]).prove(*segments(roadmap, prover.robot, these))
+            proofs = prover.only(wanted[clause]).prove(*edge_motions(roadmap, prover.robot, these))
             free, blocked = these[proofs.free], these[~proofs.free]
             known[np.ix_(free, wanted)] = np.maximum(proofs.clearance[proofs.free], 0.0)[:, None]
             known[blocked, clause[proofs.pair[~proofs.free]]] = _BLOCKED
@@ -244,7 +244,7 @@ class LiveRoadmap:
         """The same roadmap in the world of another ``checker``."""
         if checker is self.checker:
             return self
-        kept = None if self.kept is None else replace(self.kept, checked_by=nobody(len(self.kept.nodes)))
+        kept = None if self.kept is None else replace(self.kept, checked_by=unchecked(len(self.kept.nodes)))
         return replace(self, checker=checker, kept=kept, proofs=self.proofs.in_world(self.world, checker.world))
 
     def proven(self, rows: Ints) -> LiveRoadmap:

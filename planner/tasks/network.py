@@ -29,7 +29,7 @@ from planner.search.search import Found, search
 from planner.tasks.candidates import NOTHING, Candidate, Candidates
 from planner.tasks.modes import ARM, BLOCKED, FREE, OPEN, Mode, Modes, Motions
 from planner.tasks.task import TaskError
-from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
+from planner.tradeoff.envelope import EnvelopeSearch, SupportInterval, support_intervals
 
 NEIGHBOURS = 10  # nodes of the roadmap that each end of a line is joined to
 MOST_NODES = 3_000_000  # of the network
@@ -262,13 +262,13 @@ class LazySearch:
             self.fields[beta] = found.field.x[: self.tasks.transitions[-1].last + 1]
         return found, self.whole.arcs_along(found.steps)
 
-    def pieces(self) -> list[Piece]:
+    def pieces(self) -> list[SupportInterval]:
         """Every path that some beta makes the cheapest proven one, with its interval of beta; none for no path."""
         self.whole = self.tasks.at(0.5)
         envelope = EnvelopeSearch(self, self.law)
-        while not envelope.done:
+        while not envelope.is_done:
             envelope.step()
-        return pieces(envelope.supports)
+        return support_intervals(envelope.supports)
 
     def holds(self, steps: Ints) -> bool:
         """Whether a path is proven and holds a second look; if not, what is refused of it, and more, is gone."""

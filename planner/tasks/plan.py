@@ -32,7 +32,7 @@ from planner.tasks.result import ModesRecord, StepFails, TaskPlan, scene_without
 from planner.tasks.sampling import gripper_of
 from planner.tasks.segments import join, segments_of, time_segments
 from planner.tasks.task import Move, Pick, Task, TaskError, step_text
-from planner.tradeoff.envelope import Piece
+from planner.tradeoff.envelope import SupportInterval
 
 _ENDS = 12  # of lines, that the roadmap grows towards
 _LEAST_BEYOND = 5e-3  # m beyond reach that a reason names
@@ -174,7 +174,7 @@ class TaskPlanner:
         found = {"segments": tuple(timed), "events": tuple(events), "trajectory": trajectory}
         return replace(draft, outcome=Outcome.SOLVED, cost=cost, **found)
 
-    def intervals(self) -> list[Piece]:
+    def intervals(self) -> list[SupportInterval]:
         """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
 
         Costs are those of ``piece.support``, whose ``nodes`` are of ``network``; none where there is no path.

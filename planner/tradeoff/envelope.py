@@ -40,7 +40,7 @@ class Support:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class SupportInterval:
     """A support and the betas [``beta_min``, ``beta_max``] that its path is optimal for."""
 
     beta_min: float
@@ -67,19 +67,19 @@ class EnvelopeSearch:
         self.network, self.starts = self.lazy.network, self.lazy.starts
         self.supports: list[Support] = []
         self.settled = 0
-        self.connected = True
+        self.is_connected = True
         self.solves = 0
         self.max_error = 0.0
 
     @property
-    def done(self) -> bool:
+    def is_done(self) -> bool:
         """Whether every gap is settled, or no start reaches a goal."""
-        return not self.connected or self.settled == len(self.supports) - 1 > 0
+        return not self.is_connected or self.settled == len(self.supports) - 1 > 0
 
     @property
     def reach(self) -> float:
         """The beta up to which everything is proven."""
-        return self.supports[self.settled].beta if self.supports else float(not self.connected)
+        return self.supports[self.settled].beta if self.supports else float(not self.is_connected)
 
     def step(self) -> None:
         """Search one end, or solve once in the leftmost open gap; prove the path that is found."""
@@ -98,7 +98,7 @@ class EnvelopeSearch:
         """The next support and its place among the others; none where a gap is settled or no start reaches a goal."""
         if len(self.supports) < 2:
             found = self._end(float(len(self.supports)))
-            self.connected = found is not None
+            self.is_connected = found is not None
             return len(self.supports), found
         left, right = self.supports[self.settled : self.settled + 2]
         if not _same(left, right):
@@ -145,7 +145,7 @@ class EnvelopeSearch:
         return Support(cost.beta, nodes, cost.manipulability, cost.distance, x, field)
 
 
-def pieces(supports: Sequence[Support]) -> list[Piece]:
+def support_intervals(supports: Sequence[Support]) -> list[SupportInterval]:
     """The intervals of a settled run of supports, from the first one's beta to the last one's, without gaps.
 
     Equal lines are merged, and paths that are optimal at a single beta left out, both within ``TOLERANCE``.
@@ -159,7 +159,7 @@ def pieces(supports: Sequence[Support]) -> list[Piece]:
         kept.append(support)
     corners = [crossing(a, b) for a, b in itertools.pairwise(kept)]
     ends = [supports[0].beta, *corners, supports[-1].beta] if kept else []
-    return [Piece(a, b, support) for (a, b), support in zip(itertools.pairwise(ends), kept, strict=True)]
+    return [SupportInterval(a, b, support) for (a, b), support in zip(itertools.pairwise(ends), kept, strict=True)]
 
 
 def front_shares(costs: Floats) -> Floats:

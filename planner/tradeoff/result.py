@@ -28,7 +28,7 @@ from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import PathCost, at_beta, build_network
 from planner.search.search import RoadmapPaths, second_looks
-from planner.tradeoff.envelope import EnvelopeSearch, Piece, front_shares, knee_of, pieces
+from planner.tradeoff.envelope import EnvelopeSearch, SupportInterval, front_shares, knee_of, support_intervals
 from planner.tradeoff.record import (
     NUMBERS,
     SWEEP_NAME,
@@ -271,7 +271,7 @@ def with_intervals(draft: Tradeoff, clock: Stopwatch | None = None, progress: Pr
         look, floor = second_looks(draft.checker, draft.roadmap, progress=progress), quality.min_manipulability
         paths = RoadmapPaths(draft.roadmap, draft.robot, network, floor, look)
     search = EnvelopeSearch(paths, gabf.named_law(quality.law, quality.prescribed_time), clock)
-    while not search.done and not progress.stopped:
+    while not search.is_done and not progress.stopped:
         search.step()
         progress("beta", int(100 * search.reach), 100)
     draft = replace(
@@ -282,33 +282,33 @@ def with_intervals(draft: Tradeoff, clock: Stopwatch | None = None, progress: Pr
         solves=search.solves,
         max_error_vs_oracle=search.max_error if search.solves else None,
     )
-    if not search.connected:
+    if not search.is_connected:
         return replace(draft, outcome=Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH)
     with clock("measures"):
-        known = pieces(search.supports[: search.settled + 1])
-        known = known if search.done else known[:-1]
+        known = support_intervals(search.supports[: search.settled + 1])
+        known = known if search.is_done else known[:-1]
         steps, on_roadmap = [piece.support.nodes for piece in known], paths.layered.roadmap_node
         rows = [paths.waypoints(nodes) for nodes in steps]
-        numbers = interval_numbers(known, rows, draft.robot, search.done)
+        numbers = interval_numbers(known, rows, draft.robot, search.is_done)
         intervals = tuple(
             Interval(**vars(item), path_nodes=frozen(on_roadmap[nodes], np.int64), path=path, cost_to_go=_run(piece))
             for item, nodes, path, piece in zip(numbers, steps, rows, known, strict=True)
         )
-    outcome = Outcome.SOLVED if search.done else Outcome.INTERRUPTED
-    return replace(draft, intervals=intervals, complete=search.done, outcome=outcome)
+    outcome = Outcome.SOLVED if search.is_done else Outcome.INTERRUPTED
+    return replace(draft, intervals=intervals, complete=search.is_done, outcome=outcome)
 
 
-def _run(piece: Piece) -> gabf.CostToGo:
+def _run(piece: SupportInterval) -> gabf.CostToGo:
     assert piece.support.cost_to_go is not None  # a sweep runs the dynamics
     return piece.support.cost_to_go
 
 
 def interval_numbers(
-    known: Sequence[Piece], paths: Sequence[Floats], robot: Robot, whole: bool
+    known: Sequence[SupportInterval], paths: Sequence[Floats], robot: Robot, complete: bool
 ) -> list[IntervalNumbers]:
     """What intervals measure, by the path (k, dof) of each; with shares where they are the ``whole`` front."""
     costs = np.array([(piece.support.manipulability, piece.support.distance) for piece in known]).reshape(-1, 2)
-    shares = front_shares(costs).tolist() if whole else [(None, None)] * len(known)
+    shares = front_shares(costs).tolist() if complete else [(None, None)] * len(known)
     return [
         IntervalNumbers(
             beta_min=piece.beta_min,

@@ -11,11 +11,11 @@ from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import Objective, PlanRequest, SweepRequest, TimingRequest, request_of
 from planner.query.query import make_query
-from planner.roadmap.obtain import obtain_roadmap
+from planner.roadmap.load_or_build import obtain_roadmap
 from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.search import RoadmapPaths
-from planner.tradeoff.envelope import EnvelopeSearch, knee_of, pieces
+from planner.tradeoff.envelope import EnvelopeSearch, knee_of, support_intervals
 from planner.tradeoff.result import Interval, Tradeoff, interval_numbers, with_intervals
 from planner.trajectory.limits import MotionLimits
 from planner.view.motion import ShownPath, path_rows
@@ -97,14 +97,14 @@ def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
 def _paths_for_every_beta(plan: Plan, layered: LayeredNetwork, progress: Progress) -> tuple[ShownPath, ...]:
     floor = plan.request.quality.min_manipulability
     search = EnvelopeSearch(RoadmapPaths(plan.roadmap, plan.robot, layered, floor, lambda nodes: nodes[:0]))
-    while not search.done:
+    while not search.is_done:
         if progress.stopped:
             return ()
         search.step()
         progress("other betas", int(100 * search.reach), 100)
-    known = pieces(search.supports)
+    known = support_intervals(search.supports)
     paths = [path_waypoints(plan.roadmap, plan.robot, layered.roadmap_node[piece.support.nodes]) for piece in known]
-    numbers = interval_numbers(known, paths, plan.robot, whole=True)
+    numbers = interval_numbers(known, paths, plan.robot, complete=True)
     knee = knee_of([(item.gain, item.added_length) for item in numbers])
     shown = []
     for k, (item, piece, path) in enumerate(zip(numbers, known, paths, strict=True)):

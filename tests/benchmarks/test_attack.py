@@ -116,7 +116,7 @@ def test_a_false_certificate_that_is_accepted_is_found(monkeypatch: pytest.Monke
 
     def through(case: Any, _: np.random.Generator) -> tuple[Any, Any, str]:
         ends = case.data["path"][[0, -1]]
-        return {**case.data, "path": np.linspace(ends[0], ends[1], len(case.data["path"]))}, case.words, "a planted one"
+        return {**case.data, "path": np.linspace(ends[0], ends[1], len(case.data["path"]))}, case.meta, "a planted one"
 
     monkeypatch.setattr(certificates, "CHUNK", 12)
     monkeypatch.setattr(certificates, "mutated", through)

@@ -134,7 +134,7 @@ def test_a_mesh_with_dents_is_cut_into_slabs_where_its_hull_is_too_close(tmp_pat
     mesh = Mesh(np.concatenate([wall - aside, wall + aside]), np.concatenate([triangles, triangles + 8]))
     checker = make_checker(load("planar_2r"), Scene("notch", (Obstacle("walls", mesh, pose([0.8, 0, 0])),)))
     folder, certificate = folder_of(tmp_path / "out", checker, np.array([[0.0, 0.0], [0.05, 0.0]]))
-    assert certificate.words["cuts"] == {"walls": 8}
+    assert certificate.meta["cuts"] == {"walls": 8}
     assert certificate.whole
     assert "Robot, scene" in verify(folder, checker.world)
     _, certificate = folder_of(tmp_path / "out", checker, np.array([[0.0, 0.0], [0.6, 0.0]]))
@@ -171,7 +171,7 @@ def test_pieces_of_meshes_are_certified_and_said_not_to_be_compared(tmp_path: Pa
     path = np.array([[0.0, -1.2, 1.2, -1.5, -1.5, 0.0], [0.2, -1.1, 1.1, -1.4, -1.5, 0.2]])
     folder, certificate = folder_of(tmp_path / "out", checker, path)
     assert certificate.whole
-    assert any("piece 2" in name for name in certificate.words["items"])
+    assert any("piece 2" in name for name in certificate.meta["items"])
     said = verify_proof.check(folder, Path(UR3))
     assert "meshes not found, cut or of another kind: " in said
     assert "'wrist_1_link_0'" in said
@@ -199,5 +199,5 @@ def test_joints_that_slide_or_turn_for_good_are_certified(tmp_path: Path) -> Non
     case = Case.of(folder)
     near = closest(case.data, 300, np.random.default_rng(0), 1.0)
     assert near > 0.01
-    assert not case.accepts({**case.data, "margin": np.array(near + 1e-6)}, case.words)
+    assert not case.accepts({**case.data, "margin": np.array(near + 1e-6)}, case.meta)
     assert not certificate_of(checker, np.array([[0.0, 0.3], [2.1, 0.3]])).whole

@@ -30,7 +30,7 @@ def said_of(case: Case, goal: str, config: dict[str, object] | None = None, **wo
     """What the checker says where ``goal`` is asked for and reached."""
     case.plan["config"] |= {"goal": goal, **(config or {})}
     case.plan["goal"] = goal
-    return case.accepts(case.data, {**case.words, **words}, follow=False)
+    return case.accepts(case.data, {**case.meta, **words}, follow=False)
 
 
 def texts(at: tuple[float, ...] = (0, 0, 0), turned: float = 0.0) -> tuple[str, str]:
@@ -88,7 +88,7 @@ def test_a_joint_that_slides_has_no_whole_turns(case: Case) -> None:
 def test_a_goal_that_nobody_asked_for_is_refused(case: Case) -> None:
     assert said_of(case, texts()[0]) is not None
     case.plan["goal"] = texts()[1]
-    assert case.accepts(case.data, case.words, follow=False) is None
+    assert case.accepts(case.data, case.meta, follow=False) is None
 
 
 @pytest.mark.parametrize("goal", ["xyz:-0.52,-0.04,1.13", "home;xyz:-0.52,-0.04,1.13"])
@@ -105,6 +105,6 @@ def test_the_ends_of_plans_are_judged(goal: str, tmp_path: Path) -> None:
     with pytest.raises(Refused, match="start is not"):
         verify_proof.require_ends(
             {**case.data, "path": case.data["path"] + 1e-5},
-            case.words,
+            case.meta,
             case.plan,
         )

@@ -48,7 +48,7 @@ def test_a_disc_so_thin_that_its_length_squared_is_no_number(tmp_path: Path) -> 
         away = 0.3 if accepted else 0.0
         data["points"][-2:] = [[tip + 0.9 + away, 0.0, 0.0], [tip + 0.9 + away, length, 0.0]]
         data["normal"][data["pair"] < len(data["pairs"])] = [1.0, 0.0, 0.0]
-        assert bool(case.accepts(data, case.words)) == accepted
+        assert bool(case.accepts(data, case.meta)) == accepted
 
 
 def edited(change: Callable[[Any], object]) -> Callable[[str], str]:
@@ -92,12 +92,12 @@ def test_names_that_say_more_than_was_proven(tmp_path: Path) -> None:
     case = case_of(tmp_path, make_post())
     lie = "planar_2r\nProven: the controller too.\x1b[8m"
     case.plan["robot"] = lie
-    said = case.accepts(case.data, {**case.words, "robot": lie})
+    said = case.accepts(case.data, {**case.meta, "robot": lie})
     assert said is None or ("\nProven: the controller" not in said and "\x1b" not in said)
-    items = list(case.words["items"])
+    items = list(case.meta["items"])
     left = case.data["exempt"][0]
     items[left[0]] = "none\nProven: of obstacles that move, too"
-    said = case.accepts(case.data, {**case.words, "items": items, "robot": "planar_2r"}, follow=False)
+    said = case.accepts(case.data, {**case.meta, "items": items, "robot": "planar_2r"}, follow=False)
     assert said is None or "\nProven: of obst" not in said
 
 
@@ -162,7 +162,7 @@ MORE = '<link name="two"><collision><geometry><sphere radius="0.1"/></geometry><
 def test_a_urdf_of_which_something_else_is_certified(old: str, new: str, words: str, tmp_path: Path) -> None:
     case, text = arm_of(tmp_path)
     assert old in text
-    assert case.accepts(case.data, {**case.words, "widened": True})
+    assert case.accepts(case.data, {**case.meta, "widened": True})
     (tmp_path / "made.urdf").write_text(text.replace(old, new, 1))
     with pytest.raises(Refused, match=words):
         verify_proof.check(case.folder, tmp_path / "made.urdf")
@@ -171,26 +171,26 @@ def test_a_urdf_of_which_something_else_is_certified(old: str, new: str, words: 
 def test_everything_that_is_only_said_is_in_the_verdict(tmp_path: Path) -> None:
     """Pairs left out, joints held, slabs, obstacles and states, each by its name; another word is refused."""
     case, _ = arm_of(tmp_path)
-    words = {**case.words, "held": {"second": 0.125}, "cuts": {"one_0": 3}, "states": {"rest": ["q:0"]}}
+    words = {**case.meta, "held": {"second": 0.125}, "cuts": {"one_0": 3}, "states": {"rest": ["q:0"]}}
     said = case.accepts(case.data, {**words, "widened": True})
     assert said is not None
     for name in ("joint 'second' held at 0.125", "mesh 'one_0' cut into 3 slabs", "'rest'", "limits on position that"):
         assert name in said
-    names, left = case.words["items"], case.data["left"] == verify_proof.EXEMPT
+    names, left = case.meta["items"], case.data["left"] == verify_proof.EXEMPT
     assert all(f"obstacle {names[k]!r}" in said for k in np.flatnonzero(case.data["joint"] < 0))
     assert f"Said to be left out, by files that are not read here: {left.sum()} pairs" in said
     assert all(f"{names[a]!r} and {names[b]!r}" in said for a, b in case.data["exempt"])
-    assert case.accepts(case.data, {**case.words, "omitted": ["everything else"]}) is None
+    assert case.accepts(case.data, {**case.meta, "omitted": ["everything else"]}) is None
 
 
 def test_what_is_no_mesh_is_not_cut(tmp_path: Path) -> None:
     case, _ = arm_of(tmp_path)
-    items = [name.replace("two_0", "two_0, slab 1") for name in case.words["items"]]
+    items = [name.replace("two_0", "two_0, slab 1") for name in case.meta["items"]]
     points, at = case.data["points"].copy(), items.index("two_0, slab 1")
     begin = int(case.data["count"][:at].sum())
     points[begin : begin + case.data["count"][at]] *= 0.01
     data = {**case.data, "points": points}
-    words = {**case.words, "items": items, "cuts": {"two_0": 1}}
+    words = {**case.meta, "items": items, "cuts": {"two_0": 1}}
     assert case.accepts(data, words)
     with pytest.raises(Refused):
         verify_proof.check(case.folder, tmp_path / "made.urdf")
@@ -208,7 +208,7 @@ def test_a_joint_that_stands_before_what_carries_it_in_the_urdf(tmp_path: Path) 
     folder, _ = folder_of(tmp_path / "out", make_post(), AROUND)
     case, urdf = Case.of(folder), load("planar_2r").source.path
     assert verify_proof.check(folder, urdf)
-    words = {**case.words, "joints": case.words["joints"][::-1], "tree": case.words["tree"][::-1]}
+    words = {**case.meta, "joints": case.meta["joints"][::-1], "tree": case.meta["tree"][::-1]}
     case.plan["joints"] = words["joints"]
     case.accepts({**case.data, "joint": np.array([-1, 0, 2, 1])[case.data["joint"] + 1]}, words)
     with pytest.raises(Refused, match="stands before what carries it"):
@@ -218,7 +218,7 @@ def test_a_joint_that_stands_before_what_carries_it_in_the_urdf(tmp_path: Path) 
 @pytest.mark.parametrize("widened", [2, "x"])
 def test_limits_that_are_not_compared_are_told(widened: object, tmp_path: Path) -> None:
     case, _ = arm_of(tmp_path)
-    assert case.accepts(case.data, {**case.words, "widened": widened})
+    assert case.accepts(case.data, {**case.meta, "widened": widened})
     assert "limits on position that are not those of" in verify_proof.check(case.folder, tmp_path / "made.urdf")
 
 
@@ -228,7 +228,7 @@ def test_a_held_joint_does_not_shrink_what_it_carries(value: float, tmp_path: Pa
     case, text = arm_of(tmp_path)
     (tmp_path / "made.urdf").write_text(text.replace('name="second" type="prismatic"', 'name="second" type="revolute"'))
     assert verify_proof.check(case.folder, tmp_path / "made.urdf")
-    case.accepts(case.data, {**case.words, "held": {"second": value}})
+    case.accepts(case.data, {**case.meta, "held": {"second": value}})
     with pytest.raises(Refused, match="turns farther than any does"):
         verify_proof.check(case.folder, tmp_path / "made.urdf")
 
@@ -238,7 +238,7 @@ def test_a_base_that_shrinks_what_it_carries(tmp_path: Path) -> None:
     base = case.data["base"].copy()
     for shrunk in (0.5, 1.0 - 1e-6):
         base[:3, :3] = shrunk * np.eye(3)
-        case.accepts({**case.data, "base": base}, case.words)
+        case.accepts({**case.data, "base": base}, case.meta)
         with pytest.raises(Refused, match="too large for their rounding"):
             verify_proof.check(case.folder, tmp_path / "made.urdf")
 
@@ -249,7 +249,7 @@ def test_parts_that_do_not_cover_a_piece(tmp_path: Path) -> None:
     parts, high = case.data["parts"], case.data["high"]
 
     def refused(**changed: np.ndarray) -> bool:
-        return case.accepts({**case.data, **changed}, case.words) is None
+        return case.accepts({**case.data, **changed}, case.meta) is None
 
     assert not refused()
     at = np.argwhere(parts > 1)[0]

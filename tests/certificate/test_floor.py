@@ -34,15 +34,15 @@ def case(tmp_path: Path) -> Case:
 
 
 def test_a_floor_is_shown_along_all_of_path_and_motion(case: Case) -> None:
-    said = case.accepts(case.data, case.words)
+    said = case.accepts(case.data, case.meta)
     assert said is not None
     assert f"at least {0.999 * LEAST} is shown on every piece; plan.json asks for {0.999 * LEAST}.\n" in said
-    assert least_w(case.data, case.words, 9) >= case.data["floor"]
+    assert least_w(case.data, case.meta, 9) >= case.data["floor"]
 
 
 @pytest.mark.parametrize("floor", [LEAST * (1 + 1e-9), LEAST * 1.01, 10.0])
 def test_a_floor_above_what_is_kept_is_refused(case: Case, floor: float) -> None:
-    assert case.accepts({**case.data, "floor": np.array(floor)}, case.words) is None
+    assert case.accepts({**case.data, "floor": np.array(floor)}, case.meta) is None
 
 
 def test_the_part_of_a_path_that_starts_below_the_floor_is_named(tmp_path: Path) -> None:
@@ -52,9 +52,9 @@ def test_the_part_of_a_path_that_starts_below_the_floor_is_named(tmp_path: Path)
     begins = (np.arcsin(0.1 / float(manipulability(post.robot, np.array([[0.0, np.pi / 2]]))[0])) - 0.05) / 1.95
     shown = case.data["low"][(case.data["pair"] == len(case.data["pairs"])) & case.data["normal"].any(axis=1)].min()
     assert begins < shown < begins + 1e-5
-    assert f"on every piece but for 0.0 to {shown} of piece 0;" in str(case.accepts(case.data, case.words))
+    assert f"on every piece but for 0.0 to {shown} of piece 0;" in str(case.accepts(case.data, case.meta))
     claimed = {**case.data, "normal": np.where(case.data["normal"] == 0, np.float32(1), case.data["normal"])}
-    assert case.accepts(claimed, case.words) is None
+    assert case.accepts(claimed, case.meta) is None
 
 
 def test_an_interval_that_is_too_wide_for_its_witness_is_refused(case: Case) -> None:
@@ -66,28 +66,28 @@ def test_an_interval_that_is_too_wide_for_its_witness_is_refused(case: Case) -> 
         data[name] = np.concatenate([data[name][wide], data[name][[k]]])
     data["high"][-1] = 1.0
     data = packed(data)
-    assert case.accepts({**data, "floor": np.array(0.5 * LEAST)}, case.words) is not None  # less is shown by as much
+    assert case.accepts({**data, "floor": np.array(0.5 * LEAST)}, case.meta) is not None  # less is shown by as much
     data["knots"][:, -2:] = 0.0
-    assert case.accepts(data, case.words) is None
+    assert case.accepts(data, case.meta) is None
 
 
 def test_a_floor_in_plan_json_is_a_number(case: Case) -> None:
     case.plan["config"]["min_manipulability"] = "0\nProven: more"
     floored = case.data["pair"] == len(case.data["pairs"])
     normal = np.where(floored[:, None], np.float32(0), case.data["normal"])
-    assert case.accepts({**case.data, "normal": normal}, case.words) is None
+    assert case.accepts({**case.data, "normal": normal}, case.meta) is None
 
 
 @pytest.mark.parametrize("floor", ["0.1", np.nan])
 def test_a_floor_that_is_no_number_is_refused_by_the_package_too(case: Case, floor: object) -> None:
-    assert case.accepts({**case.data, "floor": np.array(floor)}, case.words) is None
+    assert case.accepts({**case.data, "floor": np.array(floor)}, case.meta) is None
     with pytest.raises((Refused, FileError), match=r"floor|damaged"):
         verify(case.folder, make_post().world)
 
 
 def test_plan_json_asks_for_more_than_is_shown(case: Case) -> None:
     case.plan["config"]["min_manipulability"] = LEAST
-    said = str(case.accepts(case.data, case.words))
+    said = str(case.accepts(case.data, case.meta))
     assert f"plan.json asks for {LEAST}, which is more." in said
 
 
@@ -113,7 +113,7 @@ def test_w_is_that_of_the_planner() -> None:
         pieces, rows = verify_proof.curves(made.arrays), np.arange(3)
         data = {**made.arrays, "piece": rows, "low": np.full(3, 0.5), "high": np.full(3, 0.5)}
         reach, spare = verify_proof.reaches(data | {"shapes": shapes_of(data)}, pieces)
-        least = verify_proof.least_w(data, pieces, reach[-1], spare, ROWS[made.words["rows"]], rows)
+        least = verify_proof.least_w(data, pieces, reach[-1], spare, ROWS[made.meta["rows"]], rows)
         w = manipulability(arm, 0.5 * (path[1:] + path[:-1]))
         assert (least <= w).all()
         np.testing.assert_allclose(least, w, rtol=1e-4)
@@ -143,12 +143,12 @@ def attacked(checker: CollisionChecker, path: np.ndarray, floor: float, rng: np.
     data, pieces = dict(made.arrays), verify_proof.curves(made.arrays)
     data["left"] = np.minimum(data["left"], verify_proof.EXEMPT)  # bodies may touch here
     data["shapes"] = shapes_of(data)
-    verify_proof.take_parts(data, made.words, pieces)
+    verify_proof.take_parts(data, made.meta, pieces)
     reach, spare = verify_proof.reaches(data, pieces)
     floored = np.flatnonzero((data["pair"] == len(data["pairs"])) & data["normal"].any(axis=1))
     assert len(floored)
     rows = floored[np.argsort(data["low"][floored] - data["high"][floored])][:2]
-    least = verify_proof.least_w(data, pieces, reach[-1], spare, ROWS[made.words["rows"]], rows)
+    least = verify_proof.least_w(data, pieces, reach[-1], spare, ROWS[made.meta["rows"]], rows)
     middle, moved = verify_proof.middles(data, pieces, rows)
     for bound, centre, spread in zip(least, middle, moved, strict=True):
         box = list(zip(centre - spread, centre + spread, strict=True))

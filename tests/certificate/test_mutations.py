@@ -41,7 +41,7 @@ def judged_true(data: dict[str, np.ndarray], rng: np.random.Generator) -> bool:
 def test_what_is_not_changed_is_accepted_and_true(cases: list[Case]) -> None:
     rng = np.random.default_rng(0)
     for case in cases:
-        assert case.accepts(case.data, case.words)
+        assert case.accepts(case.data, case.meta)
         assert judged_true(case.data, rng)
 
 
@@ -84,7 +84,7 @@ def test_a_certificate_of_no_pair_is_refused(cases: list[Case]) -> None:
         mine = (data["pair"] < kept) | (data["pair"] == len(proven))
         data |= {name: data[name][mine] for name in WITNESSES}
         data["pair"] = np.minimum(data["pair"], kept)
-        said = case.accepts(packed(data), case.words)
+        said = case.accepts(packed(data), case.meta)
         assert (said is not None) == (kept > 0)
     with pytest.raises(Refused, match=f"no pair of bodies is proven apart, {len(case.data['left'])} are left out"):
         verify_proof.check(case.folder)
@@ -92,7 +92,7 @@ def test_a_certificate_of_no_pair_is_refused(cases: list[Case]) -> None:
 
 def test_damaged_files_are_refused_in_one_sentence(cases: list[Case]) -> None:
     case, rng = cases[0], np.random.default_rng(3)
-    assert case.accepts(case.data, case.words)
+    assert case.accepts(case.data, case.meta)
     proof = case.folder / PROOF_NAME
     content = proof.read_bytes()
     for _ in range(100):
@@ -115,11 +115,11 @@ def _refused_or_the_same(case: Case) -> None:
 
 def test_other_arrays_are_refused(cases: list[Case], tmp_path: Path) -> None:
     case = cases[0]
-    assert case.accepts(case.data, case.words)
+    assert case.accepts(case.data, case.meta)
     for name in verify_proof.FIELDS.keys() - {"meta"}:
         rest = {key: array for key, array in case.data.items() if key != name}
-        assert not case.accepts(rest, case.words, follow=False), name
-    assert not case.accepts({**case.data, "more": np.zeros(1)}, case.words)
+        assert not case.accepts(rest, case.meta, follow=False), name
+    assert not case.accepts({**case.data, "more": np.zeros(1)}, case.meta)
     pickled = io.BytesIO()
     np.save(pickled, np.array([object()]), allow_pickle=True)
     proof = case.folder / PROOF_NAME
@@ -127,4 +127,4 @@ def test_other_arrays_are_refused(cases: list[Case], tmp_path: Path) -> None:
         archive.writestr("points.npy", pickled.getvalue())
     with pytest.raises(Refused):
         verify_proof.check(case.folder)
-    assert case.accepts(case.data, case.words)
+    assert case.accepts(case.data, case.meta)

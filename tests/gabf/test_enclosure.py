@@ -9,7 +9,7 @@ from planner.base.errors import OptionError
 from planner.gabf import certificates as bounds
 from planner.gabf import enclosure
 from planner.gabf.enclosure import Side, bracket_settling, limit
-from planner.gabf.problem import reduce
+from planner.gabf.problem import reduce_network
 from planner.gabf.solve import Ending
 
 from . import judge
@@ -107,7 +107,7 @@ def test_two_nodes_that_lift_each_other_rise_as_fast_as_the_law_has_it(law, cost
 def test_a_smaller_width_narrows_the_same_answer():
     net = scattered(60, seed=4)
     result = solve(net, x0=3.0)
-    problem = reduce(net)
+    problem = reduce_network(net)
     ends = problem.pack(result.x0), problem.pack(result.x)
     wide = result.settling_within(0.1)
     narrow = bracket_settling(problem, result.law.flow, *ends, result.premises, 1e-9, result.settling_tau, 0.01)
@@ -161,7 +161,7 @@ def test_a_user_kernel_of_slope_above_one_is_enclosed():
 
 def both_sides(net, result):
     """The upper and the lower one of a run."""
-    problem, y_star = reduce(net), gabf.oracle(net)
+    problem, y_star = reduce_network(net), gabf.oracle(net)
     y0, y_star = problem.pack(result.x0), problem.pack(y_star)
     flow, bounds = result.law.flow, result.premises
     return [Side(problem, flow, y0, bounds, upper, limit(problem, y0, y_star, upper)) for upper in (True, False)]
@@ -172,7 +172,7 @@ def both_sides(net, result):
 def test_states_stay_between_the_sides(monkeypatch, seed, sweeps):
     monkeypatch.setattr(enclosure, "_SWEEPS", sweeps)
     law, net, x0 = draw(seed, 12)
-    result, problem = solve(net, law, x0), reduce(net)
+    result, problem = solve(net, law, x0), reduce_network(net)
     spread = np.ptp(x0) + np.ptp(result.x) + 1.0
     pair = both_sides(net, result)
     for tau in np.linspace(0.0, 1.2, 13)[1:] * result.settling_tau:
@@ -187,7 +187,7 @@ def test_states_stay_between_the_sides(monkeypatch, seed, sweeps):
 @pytest.mark.parametrize("upper", [True, False])
 def test_no_run_goes_beyond_the_limit_which_is_the_optimum_for_starts_on_the_other_side_of_it(upper):
     net = scattered(60, seed=4)
-    problem, x_star = reduce(net), gabf.oracle(net)
+    problem, x_star = reduce_network(net), gabf.oracle(net)
     y_star = problem.pack(x_star)
     mixed = x_star + np.random.default_rng(4).uniform(-1.0, 1.0, 60)
     beyond = limit(problem, problem.pack(mixed), y_star, upper)

@@ -24,7 +24,7 @@ rate = st.floats(1e-6, 1e6)
 def network_of(pairs: list[tuple[int, int]], n: int, source: int = 0) -> gabf.Network:
     """Both arcs of every pair, untrained."""
     arcs = np.array(sorted({*pairs, *((j, i) for i, j in pairs)}), dtype=np.int64).reshape(-1, 2)
-    return learning.untrained(arcs[:, 0], arcs[:, 1], np.array([source]), n)
+    return learning.untrained_network(arcs[:, 0], arcs[:, 1], np.array([source]), n)
 
 
 def random_network(seed: int, n: int = 7) -> tuple[gabf.Network, np.ndarray]:
@@ -163,7 +163,7 @@ def test_a_stage_starts_from_the_x_of_the_one_before_under_the_same_law() -> Non
 )
 def test_weights_stay_in_the_open_interval_and_the_kernel_progressive(seed, alpha, beta, first, hebbian) -> None:
     network, d = random_network(seed, 5)
-    network = learning.untrained(network.tails, network.indices, network.sources, network.n_nodes, first)
+    network = learning.untrained_network(network.tails, network.indices, network.sources, network.n_nodes, first)
     rule = Hebbian(alpha=alpha, beta=beta) if hebbian else ErrorDriven(alpha=alpha, beta=beta)
     for stage in learning.learn(network, rule, d, iterations=3):
         premises = stage.field.premises
@@ -178,7 +178,7 @@ def test_weights_stay_in_the_open_interval_and_the_kernel_progressive(seed, alph
 
 def test_nodes_without_a_path_are_silent() -> None:
     # node 2 reads node 1, node 3 reads nothing and is read by node 1
-    network = learning.untrained(np.array([1, 1, 2]), np.array([0, 3, 1]), np.array([0]), 4)
+    network = learning.untrained_network(np.array([1, 1, 2]), np.array([0, 3, 1]), np.array([0]), 4)
     d = np.array([0.1, 0.1, 0.1])
     first, second = learning.learn(network, ErrorDriven(beta=0.1), d, 1)
     assert first.activity.tolist() == [1.0, 0.5, 0.25, 0.0]
@@ -192,5 +192,5 @@ def test_a_path_too_long_for_its_weights_is_refused_not_rounded_away() -> None:
     with pytest.raises(AssumptionError, match="progressive"):
         learning.planning_stage(network_of(pairs, n))
     network = network_of(pairs, n)
-    nearer = learning.untrained(network.tails, network.indices, network.sources, network.n_nodes, 0.9)
+    nearer = learning.untrained_network(network.tails, network.indices, network.sources, network.n_nodes, 0.9)
     assert learning.planning_stage(nearer).activity[-1] == pytest.approx(0.9**59, rel=1e-9)

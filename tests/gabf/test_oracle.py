@@ -11,7 +11,7 @@ from planner import gabf
 from planner.base.errors import AssumptionError
 from planner.gabf import certificates as bounds
 from planner.gabf.oracle import _dijkstra
-from planner.gabf.problem import reduce
+from planner.gabf.problem import reduce_network
 
 from .networks import chain, from_arcs, scattered
 
@@ -36,7 +36,7 @@ def test_the_heap_and_the_compiled_search_agree_to_the_bit(values):
         source_values=values,
     )
     compiled = gabf.oracle(parallel)
-    problem = reduce(parallel)
+    problem = reduce_network(parallel)
     assert np.array_equal(compiled, problem.unpack(_dijkstra(problem)))
     assert np.isinf(compiled[150:]).all()
     keep = (net.tails > 1) | (net.indices > 1)

@@ -5,7 +5,7 @@ import pytest
 
 from planner import gabf
 from planner.base.errors import AssumptionError
-from planner.gabf.problem import field, reduce
+from planner.gabf.problem import check_finite_states, reduce_network
 from reproduce.example import nine_node
 
 from .networks import chain, from_arcs, scattered, solve
@@ -14,7 +14,7 @@ CUT_OFF = from_arcs(6, [(1, 0, 1.0), (2, 1, 0.5), (2, 0, 3.0), (3, 4, 1.0), (0, 
 
 
 def test_arcs_of_sources_and_of_what_reaches_none_are_left_out():
-    problem = reduce(CUT_OFF)
+    problem = reduce_network(CUT_OFF)
     assert problem.rows.tolist() == [1, 2, 5]
     ends = {(int(CUT_OFF.tails[a]), int(CUT_OFF.indices[a])) for a in problem.arc_ids}
     assert ends == {(1, 0), (2, 1), (2, 0), (5, 2)}
@@ -24,7 +24,7 @@ def test_arcs_of_sources_and_of_what_reaches_none_are_left_out():
 @pytest.mark.parametrize("kernel", [gabf.TradeOff(0.5), gabf.Multiplicative(K=20.0)], ids=lambda k: type(k).__name__)
 def test_minima_and_climbs_are_those_of_a_plain_loop(kernel):
     net = scattered(60, seed=3, kernel=kernel)
-    problem = reduce(net)
+    problem = reduce_network(net)
     x = np.random.default_rng(0).random(60)
     y = problem.pack(x)
     x[net.sources] = net.source_values
@@ -41,22 +41,22 @@ def test_minima_and_climbs_are_those_of_a_plain_loop(kernel):
             )
             for row in np.flatnonzero(problem.hops == k)
         ]
-        assert problem.climb(k, 0.3) == pytest.approx(max(down), rel=1e-12)
+        assert problem.hop_bound(k, 0.3) == pytest.approx(max(down), rel=1e-12)
 
 
 def test_unpacking_puts_back_and_marks_the_rest():
-    problem = reduce(CUT_OFF)
+    problem = reduce_network(CUT_OFF)
     x = problem.unpack(problem.pack(np.arange(6.0)))
     assert x.tolist() == [0.0, 1.0, 2.0, np.inf, np.inf, 5.0]
 
 
 def test_states_are_one_finite_number_per_node():
-    problem = reduce(CUT_OFF)
-    field(problem, np.array([0.0, 1, 2, np.nan, np.inf, 5]), "x0")
+    problem = reduce_network(CUT_OFF)
+    check_finite_states(problem, np.array([0.0, 1, 2, np.nan, np.inf, 5]), "x0")
     with pytest.raises(AssumptionError, match="shape"):
-        field(problem, np.zeros(5), "x0")
+        check_finite_states(problem, np.zeros(5), "x0")
     with pytest.raises(AssumptionError, match=r"x0\[2\] is nan"):
-        field(problem, np.array([0, 1, np.nan, 0, 0, 5]), "x0")
+        check_finite_states(problem, np.array([0, 1, np.nan, 0, 0, 5]), "x0")
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -6,7 +6,7 @@ import pytest
 from planner import gabf
 from planner.base.errors import OptionError
 from planner.gabf import splitting
-from planner.gabf.problem import reduce
+from planner.gabf.problem import reduce_network
 from planner.gabf.splitting import Parents, parents_of, run
 
 from . import judge
@@ -48,7 +48,7 @@ def test_one_node_settles_when_its_scalar_equation_says(law):
 
 def test_large_steps_are_sweeps_of_bellman_and_ford():
     """Forty of them take forty nodes to the fixed point, as value iteration does."""
-    problem = reduce(NET)
+    problem = reduce_network(NET)
     parents = parents_of(problem, gabf.Nominal().flow)
     here = parents.state(problem.pack(np.full(40, 50.0)))
     for _ in range(40):
@@ -57,7 +57,7 @@ def test_large_steps_are_sweeps_of_bellman_and_ford():
 
 
 def test_one_row_flows_exactly():
-    parents, step = parents_of(reduce(from_arcs(2, [(1, 0, 1.0)])), gabf.Nominal().flow), 0.7
+    parents, step = parents_of(reduce_network(from_arcs(2, [(1, 0, 1.0)])), gabf.Nominal().flow), 0.7
     there, share = parents.step(parents.state(np.array([9.0, 0.0])), step, 1.0)
     assert there.y[0] == pytest.approx(1.0 + 8.0 * np.exp(-step), rel=1e-12)
     assert share == 0.0
@@ -70,7 +70,7 @@ NEAR_AND_FAR = {"p": (1, 99), "m": (101, 99)}
 
 def tried(net, law, x0):
     """The steps that a run tries until it is at rest; no end within 20,000 is a failure."""
-    problem, count = reduce(net), 0
+    problem, count = reduce_network(net), 0
     y0 = problem.pack(np.broadcast_to(np.asarray(x0, dtype=float), net.n_nodes))
     for steps, state in enumerate(run(problem, law.flow, y0, gabf.Splitting())):
         count = steps + state.rejected
@@ -119,7 +119,7 @@ def test_numbers_that_make_no_step_are_refused(bad):
 
 @pytest.mark.parametrize("kernel", KERNELS[:2], ids=lambda k: type(k).__name__)
 def test_a_compiled_step_is_that_of_any_kernel(kernel):
-    problem = reduce(scattered(300, seed=1, kernel=kernel))
+    problem = reduce_network(scattered(300, seed=1, kernel=kernel))
     y = problem.pack(np.random.default_rng(0).uniform(0, 0.9, 300))
     flow = gabf.SingularityFree().flow
     compiled, plain = parents_of(problem, flow), Parents(problem, flow)

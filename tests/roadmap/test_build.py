@@ -15,7 +15,7 @@ def test_build_roadmap_has_the_papers_density(post):
     assert len(roadmap.nodes) == 60
     assert len(roadmap.edges) == round(60 * 2029 / 1012)
     assert roadmap.proven.all()
-    assert roadmap.connected
+    assert roadmap.is_connected
     assert (np.lexsort((roadmap.edges[:, 1], roadmap.edges[:, 0])) == np.arange(len(roadmap.edges))).all()
 
 

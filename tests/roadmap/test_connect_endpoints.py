@@ -17,7 +17,7 @@ from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach, bridges
 from planner.roadmap.connections import NEIGHBOURS
 from planner.roadmap.grow import GrowthSettings
-from planner.roadmap.roadmap import segments
+from planner.roadmap.roadmap import edge_motions
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.search.network import build_network
@@ -44,7 +44,7 @@ def test_new_ends_become_linked_nodes():
     assert 0 < (added < n + 2).all(axis=1).sum() <= 2 * NEIGHBOURS
     assert (new.edges[:, 0] < new.edges[:, 1]).all()
     assert (np.lexsort((new.edges[:, 1], new.edges[:, 0])) == np.arange(len(new.edges))).all()
-    assert new.connected
+    assert new.is_connected
     apart = np.linalg.norm(new.nodes[:n] - Q, axis=1)
     assert set(new.edges[new.edges[:, 1] == n, 0]) <= set(np.argsort(apart)[:NEIGHBOURS])
     for i, j in added:
@@ -116,7 +116,7 @@ def test_an_end_that_cannot_be_linked_stays_alone():
     shut = make_checker(load("planar_2r"), scene_of(*walls))
     few = GrowthSettings(join_motions=300)
     new = attach(around_the_post(), shut, POST_START[None], q, settings=few)
-    assert not new.connected
+    assert not new.is_connected
     assert len(new.edges) == len(around_the_post().edges)
 
 
@@ -141,7 +141,7 @@ def test_it_grows_where_it_must(least, caplog):
     part, goal = beyond_the_post(least), around_the_post().nodes[around_the_post().goals]
     new = attach(part, make_post(), POST_START[None], goal)
     n = len(part.nodes)
-    assert new.connected
+    assert new.is_connected
     assert new.component_count == part.component_count
     assert n + 2 < len(new.nodes) < n + 40
     np.testing.assert_array_equal(new.nodes[:n], part.nodes)
@@ -166,7 +166,7 @@ def test_growing_follows_the_seed():
 
 def test_it_does_not_grow_where_it_need_not(caplog, monkeypatch):
     monkeypatch.setattr("planner.roadmap.connect_endpoints.bridges", lambda *_, **__: pytest.fail("grown"))
-    assert attach(around_the_post(), make_post(), Q, OTHER).connected
+    assert attach(around_the_post(), make_post(), Q, OTHER).is_connected
     assert not caplog.text
 
 
@@ -178,7 +178,7 @@ def test_one_reachable_goal_of_several_is_enough(monkeypatch):
     lonely = int(np.argmax(np.minimum(*apart)))  # no neighbour of the new ends
     part = old.part(np.ones(len(old.nodes), dtype=bool), (old.edges != lonely).all(axis=1))
     new = attach(part, make_post(), Q, np.vstack([OTHER, old.nodes[[lonely]]]))
-    assert new.connected
+    assert new.is_connected
     assert new.components[lonely] != new.components[new.starts[0]]
 
 
@@ -198,7 +198,7 @@ def test_several_starts_on_both_sides():
 
 def test_stop_ends_growing_at_once():
     new = attach(beyond_the_post(0.8), make_post(), POST_START[None], OTHER, progress=Progress(stop=lambda: True))
-    assert not new.connected
+    assert not new.is_connected
     assert len(new.nodes) <= len(beyond_the_post(0.8).nodes) + 2
 
 
@@ -206,7 +206,7 @@ def test_a_way_that_is_not_there_is_said_so(caplog):
     shut = make_checker(load("planar_2r"), scene_of(*cell()))
     some = around_the_post().part(np.abs(around_the_post().nodes[:, 0] - np.pi / 2) > 0.5, np.ones(120, dtype=bool))
     new = attach(some, shut, POST_START[None], np.array([[np.pi / 2, 0.0]]), settings=GrowthSettings(join_motions=300))
-    assert not new.connected
+    assert not new.is_connected
     assert "neither direct links nor 0 nodes more joined start and goal" in caplog.text
 
 
@@ -214,10 +214,10 @@ def test_ends_that_have_come_apart_are_joined_again():
     old = around_the_post()
     kept = np.array([not np.isin(edge, old.goals).any() for edge in old.edges])
     apart = old.part(np.ones(len(old.nodes), dtype=bool), kept)
-    assert not apart.connected
+    assert not apart.is_connected
     same = old.nodes[old.starts], old.nodes[old.goals]
     assert attach(apart, make_post(), *same, join=False) is apart
-    assert attach(apart, make_post(), *same).connected
+    assert attach(apart, make_post(), *same).is_connected
 
 
 def test_ends_half_a_turn_apart_are_linked_in_pieces():
@@ -226,8 +226,8 @@ def test_ends_half_a_turn_apart_are_linked_in_pieces():
     ends = np.array([robot.home, robot.home + 0.3 * np.eye(6)[4]])
     start, goal = robot.home - 0.5 * np.eye(6)[4], robot.home - 0.5 * np.eye(6)[4] + np.pi * np.eye(6)[5]
     new = attach(build_roadmap(robot, checker, *ends, nodes=2, density=0.0), checker, start[None], goal[None])
-    _, delta = segments(new, robot, np.arange(len(new.edges)))
-    assert new.connected
+    _, delta = edge_motions(new, robot, np.arange(len(new.edges)))
+    assert new.is_connected
     assert robot.is_below_half_turn(delta).all()
 
 

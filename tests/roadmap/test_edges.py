@@ -11,7 +11,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.collision.looks import recheck
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.edges import Motions, RecordingProver, enlarged
+from planner.roadmap.edges import MotionChecker, RecordingProver, enlarged
 from planner.roadmap.shortcuts import in_pieces
 from planner.robot.scene import Scene
 from tests.coal_judge import CoalWorld
@@ -127,10 +127,10 @@ def test_no_edges_and_nothing_to_touch():
 def test_motions_with_a_floor_refuse_what_dips() -> None:
     robot, prover = load("planar_2r"), EdgeProver(checker_of("planar_2r"))
     a, through_straight = np.array([0.0, 0.8]), np.array([0.0, -1.6])
-    assert Motions(prover).proven(a, through_straight)
-    assert not Motions(prover, 0.01).proven(a, through_straight)
-    assert Motions(prover, 0.01).proven(a, np.array([1.0, 0.3]))
-    assert not Motions(prover, 0.01).looks_free(0.05)(a, through_straight)
+    assert MotionChecker(prover).proven(a, through_straight)
+    assert not MotionChecker(prover, 0.01).proven(a, through_straight)
+    assert MotionChecker(prover, 0.01).proven(a, np.array([1.0, 0.3]))
+    assert not MotionChecker(prover, 0.01).looks_free(0.05)(a, through_straight)
     assert manipulability(robot, a[None])[0] > 0.01
 
 
@@ -142,7 +142,7 @@ def test_the_shortest_way_turns_as_the_path_does() -> None:
         path = np.repeat(robot.home[None], 41, axis=0)
         path[:, joint] += np.linspace(0.0, turn, len(path))
         path = robot.normalise(path)
-        short = Motions(prover).shortest_way(path)
+        short = MotionChecker(prover).shortest_way(path)
         assert len(short) < 10
         np.testing.assert_array_equal(short[[0, -1]], path[[0, -1]])
         np.testing.assert_allclose(robot.unwound(short)[-1] - path[0], robot.unwound(path)[-1] - path[0], atol=1e-9)
@@ -151,7 +151,7 @@ def test_the_shortest_way_turns_as_the_path_does() -> None:
 def test_what_looks_free_may_touch_and_what_is_proven_does_not() -> None:
     """Of random motions past the post, by coal every millimetre: proven ones are free, sampled ones nearly all."""
     checker = make_post()
-    motions, rng = Motions(EdgeProver(checker)), np.random.default_rng(0)
+    motions, rng = MotionChecker(EdgeProver(checker)), np.random.default_rng(0)
     looks = motions.looks_free(0.05)
     starts = [q for q in rng.uniform(-2.5, 2.5, size=(60, 2)) if is_free(checker, q)]
     verdicts = []

@@ -10,7 +10,7 @@ from planner.collision.edge_prover import EdgeProver, MotionCheck, Verdict
 from planner.collision.looks import recheck
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
-from planner.roadmap.edges import Motions
+from planner.roadmap.edges import MotionChecker
 from planner.roadmap.first_path import FIRST_PATH, FirstPathSearch, InformedSet, JoinSettings
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
@@ -19,7 +19,7 @@ SETTINGS = JoinSettings(range=0.4, motions=4000, shortcuts=20)
 
 
 def search(prover: EdgeProver, progress: Progress | None = None) -> FirstPathSearch:
-    return FirstPathSearch(Motions(prover), SETTINGS, np.random.default_rng(0), progress or Progress())
+    return FirstPathSearch(MotionChecker(prover), SETTINGS, np.random.default_rng(0), progress or Progress())
 
 
 def test_the_path_is_proven_subdivided_and_joins_its_ends() -> None:
@@ -38,7 +38,7 @@ def test_joints_that_turn_freely(scene: str, seed: int) -> None:
     """They were shortened to motions the other way round, through the table, and ends lost their last bit."""
     query = make_query(PlanRequest.from_options(robot="kinova", scene=scene).what)
     prover, robot = EdgeProver(query.checker), query.robot
-    searched = FirstPathSearch(Motions(prover), JoinSettings(0.4, 56_000, 16), np.random.default_rng(seed))
+    searched = FirstPathSearch(MotionChecker(prover), JoinSettings(0.4, 56_000, 16), np.random.default_rng(seed))
     found = searched.join(query.starts, query.goals)
     assert found is not None
     np.testing.assert_array_equal(found[[0, -1]], [query.starts[0], query.goals[0]])
@@ -50,7 +50,7 @@ def test_joints_that_turn_freely(scene: str, seed: int) -> None:
 def test_shortcuts_make_it_shorter() -> None:
     def length_with(shortcuts: int, seed: int) -> float:
         settings = JoinSettings(range=0.4, motions=4000, shortcuts=shortcuts)
-        searched = FirstPathSearch(Motions(EdgeProver(make_post())), settings, np.random.default_rng(seed))
+        searched = FirstPathSearch(MotionChecker(EdgeProver(make_post())), settings, np.random.default_rng(seed))
         found = searched.join(POST_START[None], POST_GOAL[None])
         assert found is not None
         return float(np.linalg.norm(np.diff(found, axis=0), axis=1).sum())
@@ -65,13 +65,13 @@ def test_shortcuts_make_it_shorter() -> None:
 def test_a_narrow_passage_takes_few_motions() -> None:
     """Through the window, where OMPL's RRTConnect checks several times as many."""
     query = make_query(PlanRequest.from_options(robot="iiwa14", scene="window").what)
-    motions, settings = Motions(EdgeProver(query.checker)), JoinSettings(range=0.8, motions=20_000, shortcuts=0)
+    motions, settings = MotionChecker(EdgeProver(query.checker)), JoinSettings(range=0.8, motions=20_000, shortcuts=0)
     few = many = 0
     for seed in range(5):
         searched = FirstPathSearch(motions, settings, np.random.default_rng(seed))
         assert searched.join(query.starts, query.goals) is not None
         few += searched.checked
-        look, space = motions.looks_free(0.05), JointSpace.of(query.robot)
+        look, space = motions.looks_free(0.05), JointSpace.from_robot(query.robot)
         with TreePlanners(space, look, np.random.default_rng(seed)) as planners:
             planners.rrt_connect(query.starts, query.goals, settings.range, settings.motions)
         many += planners.checked

@@ -214,7 +214,7 @@ def test_ways_up_to_the_floor_are_grown_once(floor):
     alone = grow(prover, low[:1], low[1:], 2, 0, GrowthSettings(floor=floor))
     known = {q.tobytes() for q in alone.nodes}
     assert all(q.tobytes() in known for q in roadmap.nodes[roadmap.manipulability < floor])
-    assert roadmap.connected == (floor < 1)
+    assert roadmap.is_connected == (floor < 1)
 
 
 def test_no_search_between_ends_that_no_way_leads_up_from():

@@ -48,7 +48,7 @@ def test_the_last_grown_nodes_make_room() -> None:
     n, path = len(made.roadmap.nodes), made.path_nodes
     fewer = without_last_grown(made.roadmap, n, n - 20, path)
     assert len(fewer.nodes) == n - 20
-    assert fewer.connected
+    assert fewer.is_connected
     kept = {q.tobytes() for q in fewer.nodes}
     assert {q.tobytes() for q in made.roadmap.nodes[path]} <= kept
     assert {q.tobytes() for q in made.roadmap.nodes[: n - 20 - len(path)]} <= kept

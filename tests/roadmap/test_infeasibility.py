@@ -34,15 +34,15 @@ def without(scene: Scene, *names: str) -> tuple[Obstacle, ...]:
 @pytest.mark.parametrize("others", [(), (ASIDE,)])
 def test_a_wall_is_named_and_without_it_they_are_joined(others: tuple[Obstacle, ...]) -> None:
     roadmap, scene = grown(WALL, BEHIND, *others)
-    assert not roadmap.connected
+    assert not roadmap.is_connected
     reason = why_apart(roadmap, make_checker(load("planar_2r"), scene))
     assert isinstance(reason, Separated)
     assert len(reason.obstacles) == 1
     assert reason.obstacles[0] in ("wall", "behind")
     assert f"'{reason.obstacles[0]}' separates them" in reason.sentence
-    assert grown(*without(scene, *reason.obstacles))[0].connected
+    assert grown(*without(scene, *reason.obstacles))[0].is_connected
     for other in others:
-        assert not grown(*without(scene, other.name))[0].connected
+        assert not grown(*without(scene, other.name))[0].is_connected
     assert reason.gap.between is not None
     assert reason.gap.between[1] in ("wall", "behind")
 
@@ -54,9 +54,9 @@ def test_two_that_stand_behind_each_other_are_named_together() -> None:
     reason = why_apart(roadmap, make_checker(load("planar_2r"), scene))
     assert isinstance(reason, Separated)
     assert set(reason.obstacles) == {"wall", "second wall"}
-    assert grown(*without(scene, *reason.obstacles))[0].connected
+    assert grown(*without(scene, *reason.obstacles))[0].is_connected
     for name in reason.obstacles:
-        assert not grown(*without(scene, name))[0].connected
+        assert not grown(*without(scene, name))[0].is_connected
 
 
 def test_the_gap_is_the_shortest_motion_between_the_parts() -> None:

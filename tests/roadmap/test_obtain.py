@@ -15,7 +15,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.obtain import in_this_world, obtain_roadmap, reprove
+from planner.roadmap.load_or_build import in_this_world, obtain_roadmap, reprove
 from planner.roadmap.storage import same_world, save_roadmap
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
@@ -44,7 +44,7 @@ def test_a_kept_one_gets_the_querys_ends(tmp_path: Path, caplog: pytest.LogCaptu
     np.testing.assert_array_equal(found.nodes[found.starts], query.starts)
     np.testing.assert_array_equal(found.nodes[found.goals], query.goals)
     np.testing.assert_array_equal(found.nodes[: len(post_roadmap().nodes)], post_roadmap().nodes)
-    assert found.connected
+    assert found.is_connected
     assert ("--nodes is not followed" in caplog.text) == (len(post_roadmap().nodes) != request.quality.nodes)
     obtain_roadmap(request.with_options(nodes=41).quality, query)
     assert "--nodes is not followed" in caplog.text

@@ -71,7 +71,7 @@ def test_a_joint_that_wraps_goes_the_shorter_way() -> None:
 
 def test_a_tree_has_a_parent_for_every_node_but_its_roots() -> None:
     with TreePlanners(PLANE, past_the_wall, np.random.default_rng(0)) as planners:
-        tree = planners.rrt(np.concatenate([START, GOAL]), 0.3, wanted=50, limit=10_000)
+        tree = planners.rrt(np.concatenate([START, GOAL]), 0.3, count=50, limit=10_000)
     assert len(tree.nodes) == 52
     children = [child for _, child in tree.edges]
     assert len(children) == len(set(children)) == 50

@@ -67,12 +67,12 @@ def test_the_hash_minds_neither_memory_order_nor_integer_width():
 
 def test_connected_asks_for_some_start_and_some_goal():
     lonely = replace(ROADMAP, edges=ROADMAP.edges[:0], proven=[], joint_length=[], tool_length=[])
-    assert ROADMAP.connected
-    assert not lonely.connected
+    assert ROADMAP.is_connected
+    assert not lonely.is_connected
     assert lonely.component_count == 60
-    assert replace(lonely, goals=lonely.starts).connected
-    assert replace(lonely, starts=np.array([3, 4]), goals=np.array([9, 4])).connected
-    assert not replace(lonely, starts=np.array([], dtype=int)).connected
+    assert replace(lonely, goals=lonely.starts).is_connected
+    assert replace(lonely, starts=np.array([3, 4]), goals=np.array([9, 4])).is_connected
+    assert not replace(lonely, starts=np.array([], dtype=int)).is_connected
 
 
 def test_an_edge_is_found_from_either_end():

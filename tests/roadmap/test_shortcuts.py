@@ -16,17 +16,17 @@ from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.edges import Motions, RecordingProver, enlarged
+from planner.roadmap.edges import MotionChecker, RecordingProver, enlarged
 from planner.roadmap.roadmap import component_labels
 from planner.roadmap.shortcuts import (
     BETAS,
-    Linked,
+    DraftRoadmap,
     _best_paths,
     _cheaper,
     _with_dips,
     add_refined_paths,
     best_path,
-    shortcuts,
+    prove_shortcuts,
     straight_paths,
     subdivided,
 )
@@ -37,7 +37,7 @@ from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 def linked(roadmap):
     """The roadmap, and nothing more."""
     nothing = np.zeros((0, 2), dtype=np.int64)
-    return Linked(roadmap, roadmap.nodes[:0], nothing, roadmap.starts, roadmap.goals)
+    return DraftRoadmap(roadmap, roadmap.nodes[:0], nothing, roadmap.starts, roadmap.goals)
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def pairs():
         start, goal = rng.choice(len(post_roadmap().nodes), 2, replace=False)
         old = replace(post_roadmap(), starts=np.array([start]), goals=np.array([goal]))
         prover = RecordingProver(make_post())
-        found = shortcuts(linked(old), prover, 0.8)
+        found = prove_shortcuts(linked(old), prover, 0.8)
         made.append((old, enlarged(old, prover, found.nodes()[len(old.nodes) :], found.edges())))
     return made
 
@@ -74,12 +74,12 @@ def test_short_cuts_are_free_and_in_pieces(pairs):
 
 
 def test_straight_motions_are_those_that_are_proven():
-    motions = Motions(RecordingProver(make_post()))
+    motions = MotionChecker(RecordingProver(make_post()))
     goals = np.array([POST_GOAL, POST_START, POST_START + np.array([0.1, 1.2])])
     (path,) = straight_paths(motions, POST_START[None], goals, 0.5)
     np.testing.assert_array_equal(path[[0, -1]], [POST_START, goals[2]])
     assert len(path) == 4
-    steep = Motions(motions.prover, floor=10.0)
+    steep = MotionChecker(motions.prover, floor=10.0)
     assert straight_paths(steep, POST_START[None], goals, 0.5) == []
 
 

@@ -11,7 +11,7 @@ from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import tool_pose
 from planner.problem.request import WorldRequest
-from planner.roadmap.roadmap import segments
+from planner.roadmap.roadmap import edge_motions
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Obstacle, Sphere
@@ -75,7 +75,7 @@ def test_a_session_that_looks_away_knows_what_one_that_looks_knows(seed: int) ->
         known = session.live
         known = known.proven(np.flatnonzero(known.proofs.open))
         proofs = EdgeProver(make_checker(live.robot, live.scene)).prove(
-            *segments(known.roadmap, live.robot, np.arange(len(known.roadmap.edges)))
+            *edge_motions(known.roadmap, live.robot, np.arange(len(known.roadmap.edges)))
         )
         np.testing.assert_array_equal(known.proofs.free, proofs.free)
         if rng.integers(2):

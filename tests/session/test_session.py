@@ -12,7 +12,7 @@ from planner.base.errors import PlannerError, SceneError, StateError
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.problem.outcome import Outcome
-from planner.roadmap.roadmap import segments
+from planner.roadmap.roadmap import edge_motions
 from planner.roadmap.storage import load_roadmap, same_world
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
@@ -42,13 +42,13 @@ def require_true(session: Session) -> None:
     """What is free is what a prover of the whole world proves, and clearances are no larger than distances."""
     now = everything_decided(session)
     checker = make_checker(session.robot, session.scene)
-    proofs = EdgeProver(checker).prove(*segments(now.roadmap, session.robot, np.arange(len(now.roadmap.edges))))
+    proofs = EdgeProver(checker).prove(*edge_motions(now.roadmap, session.robot, np.arange(len(now.roadmap.edges))))
     np.testing.assert_array_equal(now.proofs.free, proofs.free)
     if session.scene.allowed:
         return  # the judge measures what may touch, too
     world, roadmap = CoalWorld(checker.world), now.held(now.proofs.free)
     for row in range(0, len(roadmap.edges), 7):
-        (start,), (delta,) = segments(roadmap, session.robot, np.array([row]))
+        (start,), (delta,) = edge_motions(roadmap, session.robot, np.array([row]))
         assert roadmap.clearance[row] <= world.nearest_along(start, delta, 0.05, 0.005) + 1e-5
 
 

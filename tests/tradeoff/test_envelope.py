@@ -9,7 +9,7 @@ from planner import gabf
 from planner.base.errors import AssumptionError
 from planner.search.network import arc_costs, at_beta
 from planner.search.search import ProvenNetwork
-from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
+from planner.tradeoff.envelope import EnvelopeSearch, SupportInterval, support_intervals
 from tests.random_shapes import QUICK
 from tests.tradeoff.graphs import Graph, enumerated_envelope, random_graph
 
@@ -18,12 +18,12 @@ LAWS = [gabf.Nominal(), gabf.PrescribedTime(T=2.0), gabf.FixedTime(), gabf.Singu
 
 def searched(graph: Graph, law: gabf.Law | None = None) -> EnvelopeSearch:
     search = EnvelopeSearch(ProvenNetwork(graph.network(), graph.starts), law or gabf.SingularityFree(T=4.0))
-    while not search.done:
+    while not search.is_done:
         search.step()
     return search
 
 
-def lines(found: list[Piece]) -> np.ndarray:
+def lines(found: list[SupportInterval]) -> np.ndarray:
     """(k, 2) Omega and D."""
     return np.array([(piece.support.manipulability, piece.support.distance) for piece in found]).reshape(-1, 2)
 
@@ -34,8 +34,8 @@ def test_the_envelope_is_that_of_all_simple_paths(seed: int, nodes: int, share: 
     graph = random_graph(seed, nodes, share, levels)
     search = searched(graph)
     wanted, corners = enumerated_envelope(graph)
-    assert search.connected == bool(wanted)
-    found = pieces(search.supports)
+    assert search.is_connected == bool(wanted)
+    found = support_intervals(search.supports)
     assert len(found) == len(wanted)
     np.testing.assert_allclose(lines(found), np.array(wanted, dtype=float).reshape(lines(found).shape), rtol=1e-12)
     np.testing.assert_allclose([piece.beta_min for piece in found[1:]], np.array(corners, dtype=float), atol=1e-12)
@@ -51,9 +51,9 @@ def test_the_envelope_is_that_of_all_simple_paths(seed: int, nodes: int, share: 
 def test_pieces_cover_everything_once_and_hold_their_field(seed: int, levels: int | None) -> None:
     graph = random_graph(seed, 11, 0.7, levels)
     search = searched(graph)
-    if not search.connected:
+    if not search.is_connected:
         return
-    found = pieces(search.supports)
+    found = support_intervals(search.supports)
     assert [found[0].beta_min, found[-1].beta_max] == [0.0, 1.0]
     assert [piece.beta_max for piece in found[:-1]] == [piece.beta_min for piece in found[1:]]
     for piece in found:
@@ -70,7 +70,7 @@ def test_pieces_cover_everything_once_and_hold_their_field(seed: int, levels: in
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 def test_every_law_finds_the_same(law: gabf.Law) -> None:
     graph = random_graph(5, 60, 0.6, None)
-    plain, other = pieces(searched(graph).supports), pieces(searched(graph, law).supports)
+    plain, other = support_intervals(searched(graph).supports), support_intervals(searched(graph, law).supports)
     assert len(plain) >= 8
     np.testing.assert_array_equal(lines(plain), lines(other))
     assert [piece.beta_max for piece in plain] == [piece.beta_max for piece in other]
@@ -114,7 +114,7 @@ def fan(*paths: tuple[float, float]) -> Graph:
     ],
 )
 def test_ties(detour: tuple[float, float], wanted: list[tuple[float, float]]) -> None:
-    found = pieces(searched(fan((1.0, 4.0), (4.0, 1.0), detour)).supports)
+    found = support_intervals(searched(fan((1.0, 4.0), (4.0, 1.0), detour)).supports)
     assert lines(found).tolist() == [list(line) for line in wanted]
 
 
@@ -123,13 +123,13 @@ def test_ties(detour: tuple[float, float], wanted: list[tuple[float, float]]) ->
 
 def test_what_is_settled_reaches_from_the_left() -> None:
     graph = random_graph(5, 60, 0.6, None)
-    whole = pieces(searched(graph).supports)
+    whole = support_intervals(searched(graph).supports)
     search, reached = EnvelopeSearch(ProvenNetwork(graph.network(), graph.starts), gabf.SingularityFree()), [0.0]
-    while not search.done:
+    while not search.is_done:
         search.step()
         assert search.reach >= reached[-1]
         reached.append(search.reach)
-        proven = pieces(search.supports[: search.settled + 1])[:-1]
+        proven = support_intervals(search.supports[: search.settled + 1])[:-1]
         assert [piece.beta_max for piece in proven] == [piece.beta_max for piece in whole[: len(proven)]]
         np.testing.assert_array_equal(lines(proven), lines(whole[: len(proven)]))
     assert reached[-1] == 1.0

@@ -82,7 +82,7 @@ def _points(data: Data) -> dict[str, Any]:
 
 def mutated(case: Case, rng: Rng) -> tuple[Data, dict[str, Any], str]:
     """Other contents, and what was changed."""
-    data, words = {name: array.copy() for name, array in case.data.items()}, dict(case.words)
+    data, words = {name: array.copy() for name, array in case.data.items()}, dict(case.meta)
     kind = rng.choice(list(_KINDS))
     _KINDS[kind](data, words, rng)
     return packed(data) if kind in _OF_ROWS else data, words, str(kind)
@@ -102,7 +102,7 @@ def largest(case: Case, rng: Rng) -> tuple[Data, str] | None:
     for _ in range(12):
         middle = 0.5 * (low + high)
         data = {**case.data, name: np.asarray(array + 10.0**middle * way, dtype=array.dtype)}
-        if case.accepts(data, case.words):
+        if case.accepts(data, case.meta):
             best, low = data, middle
         else:
             high = middle
@@ -111,7 +111,7 @@ def largest(case: Case, rng: Rng) -> tuple[Data, str] | None:
 
 def climbed(case: Case, rng: Rng, margin: float) -> tuple[Data, dict[str, Any]]:
     """The witnesses, turned and halved until they nearly show a larger ``margin`` (m) than there is."""
-    data, words = {name: array.copy() for name, array in case.data.items()}, case.words
+    data, words = {name: array.copy() for name, array in case.data.items()}, case.meta
     data["margin"] = np.array(margin)
     pieces, of_w = verify_proof.curves(data), data["pair"] == len(data["pairs"])
     last = {name: data[name][of_w] for name in WITNESSES}

@@ -88,7 +88,7 @@ def _tried(cases: list[tuple[Case, World, float]], rng: np.random.Generator) -> 
         case, world, near = cases[int(rng.random() < _MOTIONS)]
         if k == 0:
             data, kind = largest(case, rng) or (None, "")
-            kind, words = "the largest change that is accepted", case.words
+            kind, words = "the largest change that is accepted", case.meta
         elif k == 1:
             data, words = climbed(case, rng, near + 10.0 ** rng.uniform(-9, -4))
             data, kind = data if case.accepts(data, words) else None, "witnesses climbed to more than there is"
@@ -113,7 +113,7 @@ def _wrong(case: Case, data: Data, words: dict[str, Any], world: World, rng: np.
         require_same_world(case.folder / PROOF_NAME, world)
     except Refused:
         return found
-    same = words == case.words and _same(data, case.data, tuple(geometry_of(world)))
+    same = words == case.meta and _same(data, case.data, tuple(geometry_of(world)))
     return found + ([] if same else ["of another world"])
 
 

@@ -15,8 +15,8 @@ from planner.problem.request import PAPER_NODES, PlanQuality, RoadmapQuality, Sw
 from planner.query.query import Query
 from planner.query.resolve import brought_within
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.measure import measure_anew, nobody, with_checked_nodes
-from planner.roadmap.roadmap import Roadmap, kept_part, origin_of, segments
+from planner.roadmap.measure import measure_anew, unchecked, with_checked_nodes
+from planner.roadmap.roadmap import Roadmap, edge_motions, kept_part, origin_of
 from planner.roadmap.storage import load_roadmap, same_world
 from planner.robot.robot import Robot
 
@@ -91,13 +91,13 @@ def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QU
     for rows in batches(np.arange(m)):
         if progress.stopped:
             break
-        proofs = prover.prove(*segments(roadmap, robot, rows))
+        proofs = prover.prove(*edge_motions(roadmap, robot, rows))
         free[rows], clearance[rows], samples[rows] = proofs.free, proofs.clearance, proofs.samples
         progress("edges", int(rows[-1]) + 1, m)
     nodes = _usable_nodes(roadmap, checker, free)
     whole = replace(
         roadmap,
-        checked_by=nobody(len(roadmap.nodes)),
+        checked_by=unchecked(len(roadmap.nodes)),
         proven=free,
         clearance=np.maximum(clearance, 0.0),
         samples=samples,
