@@ -62,7 +62,7 @@ def _measure_at_once(
                     waiting.popleft()
             if not running:
                 break
-            for future in cf.wait(running, 0.1, cf.FIRST_COMPLETED).is_done:
+            for future in cf.wait(running, 0.1, cf.FIRST_COMPLETED).done:
                 k, case = running.pop(future)
                 try:
                     yield k, future.result()

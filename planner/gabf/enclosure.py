@@ -93,7 +93,7 @@ class Side:
         self.tau, self.y, self.sign, self.steps = 0.0, y0, 1.0 if upper else -1.0, 0
         self._problem, self._rows, self._values = problem, slice(0, problem.n_rows), parents_of(problem, flow)
         self._flow, self._worse, self._better = flow, *((np.maximum, np.minimum) if upper else (np.minimum, np.maximum))
-        self._falling, self._rising = (flow.upper_bound, flow.fastest) if upper else (flow.fastest, flow.upper_bound)
+        self._falling, self._rising = (flow.slowest, flow.fastest) if upper else (flow.fastest, flow.slowest)
         self._speed = self._expected = np.zeros(problem.n_rows)
         self._contracts = bounds.L <= 1.0 and not bounds.sampled  # between samples a kernel may be steeper
         self._limit = beyond[self._rows]

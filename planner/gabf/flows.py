@@ -48,7 +48,7 @@ class Flow(ABC):
         """By how much ``left`` = :meth:`advance` may be off, where :meth:`longest_step` does not see to that."""
         return 0.0
 
-    def upper_bound(self, s: Floats, dtau: float) -> Floats:
+    def slowest(self, s: Floats, dtau: float) -> Floats:
         """A proved upper bound of |s| after ``dtau``, first order in ``dtau``, with the sign of s; exact at 0.
 
         As beta1 s^p / (beta2 s^q) falls with s, the power below 1 takes less off where it acts first, at the larger s.

@@ -1,7 +1,7 @@
 """Learning-based path planning, section 4.3: GABF settles x on the current weights, then x trains the weights.
 
 >>> ways = np.array([[1, 0], [2, 1], [2, 3], [3, 0]])  # two ways from 2 to 0, by 1 and by 3
->>> network = gabf.learning.untrained(*ways.T, sources=[0], n_nodes=4)
+>>> network = gabf.learning.untrained_network(*ways.T, sources=[0], n_nodes=4)
 >>> rule, distances = gabf.learning.ErrorDriven(beta=0.1), np.array([2.0, 2.0, 1.0, 1.0])
 >>> gabf.learning.learn(network, rule, distances, iterations=6)[-1].path(2)
 array([2, 3, 0])

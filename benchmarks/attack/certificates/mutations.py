@@ -27,7 +27,7 @@ class Case:
 
     folder: Path
     data: Data
-    words: dict[str, Any]
+    meta: dict[str, Any]
     plan: dict[str, Any]
     motion: dict[str, Any] | None
 
