@@ -1,10 +1,56 @@
 #!/usr/bin/env python3
-"""Checks the certificate of a plan without its planner: this file needs Python and numpy, nothing else.
+r"""Check the certificate of a plan without the planner: this file needs Python and numpy, nothing else.
 
     python verify_proof.py OUT [--urdf ROBOT.urdf]
 
-OUT is what `planner plan --certificate` wrote. Exit code 0 and what is proven and what is not, else 1 and why not.
-Each inequality, as [5], holds in real arithmetic, whoever wrote the numbers: docs/explanation/certificate.md has them.
+OUT is the folder that `planner plan --certificate` wrote. Exit code 0 and what is proven, or 1 and the reason.
+docs/explanation/certificate.md explains the idea. The analysis follows: each inequality holds in real arithmetic,
+whatever numbers the certificate contains. u = 2^-53, gamma_k = k u / (1 - k u), C = sum over k >= 1 of |c_k|.
+
+[1] Sizes. LAYOUT bounds each number: coordinates by 1000 m, sum_k |c_k| of a joint on a piece by 1000, joints by 100,
+times by 23 days, up to which nanoseconds differ as seconds. A joint of the tree is f q + z of a planned q, where |f|,
+|z| and |f| sum_k |c_k| + |z| are at most 1000. So nothing overflows, and underflow is far below the 2e-11 L of [6].
+[2] Frames. A joint's frame P stands for the nearest rotation. With eps = max |P^T P - I| < 1e-6 (as sigma of [10] is at
+most 1e-5; usually 1e-15) and det P > 0, a singular value s has |s - 1| <= |s^2 - 1| <= ||P^T P - I|| <= 3 eps. Axes are
+unit vectors up to 1e-13. Frames from a URDF are products of rotations [4], within 3e-12 rad of the file's angles.
+[3] Curves. A segment of the path is q_0 + s (q_1 - q_0). A piece of the motion is the Hermite line, cubic or quintic
+of a ROS 2 joint trajectory controller: c_0 = q_0, and QUINTIC weighs q_1 - q_0, h q', h^2 q'' at both ends, h in s.
+[4] Sine and cosine. e^(ix) = (e^(ix/1024))^1024, where x/1024 is exact and below 1. Taylor's series to the 20th power
+leaves 1e-19. Horner's f_k = 1 + (z/k) f_(k+1), |f_k| <= e, rounds by less than 20 u, as a complex product is off by at
+most sqrt(5) u. Ten squarings multiply this by 1024 and add sqrt(5) u (512 + 256 + ...): in all below 3e-12.
+[5] Joint values. In [3], q_1 - q_0 = sum c_k, h q'_0 = c_1, h q'_1 = sum k c_k, h^2 q''_0 = 2 c_2 and h^2 q''_1 =
+sum k (k-1) c_k are at most 1, 1, 5, 2 and 20 times C. The table's columns sum to 31, 18, 14, 4 and 2, so the terms sum
+to at most 167 C, with an error of gamma_10 of that. Taylor's shift to m adds gamma_16 (|c_0| + C), as m + w <= 1. The
+sum is 2e-13 (|c_0| + C): values and motions of a joint are off by less than delta = 2e-11 (|c_0| + C).
+[6] Forward kinematics. A joint's rotation is off by less than 5e-12 + 3 eps in norm, by [2], [4] and 3e-13 of f q + z.
+It moves points beyond the joint by at most L times that, L the sum of link lengths, travel of prismatic joints and the
+largest item or tool, at least 1 m. With products of errors (1e-3 of it), two points and the sums of [9] are off by less
+than (dof + 1) (2e-11 + 8 eps) L.
+[7] Motion of a joint. On [l, h] with middle m as rounded and w = max(h - m, m - l), Taylor's coefficients at m give
+|q(s) - q(m)| <= mu = delta + sum over k >= 1 of |c_k(m)| w^k, times |f| for a joint that follows. Sums of products of
+non-negative numbers are too small by less than 1e-12 of them.
+[8] Motion of a body. A joint that turns by dq moves a point by at most |dq| times its distance from the axis, one that
+slides by |dq|. From the body to the base: points of the joint's own body are within max |p x a| + r of its axis a. All
+beyond the next joint is within max |p| + r, plus its travel, of that joint's origin o, so within that plus |o x a| of
+the axis before. That distance is R, at least 1e-9 for joints that carry the body, else 0. Joints that carry both bodies
+do not change their distance: R(A, B) is 0 for them, else R(A) + R(B).
+[9] The gap. For |n| = 1, g = min_B n.x - max_A n.x is at most the distance of A and B. The support of a hull is that of
+its points plus the radius, of a cylinder that of its ends plus r |n x a|. No n makes a false witness.
+[10] The inequality. On the line from q(m) to q(s) the distance changes by at most sum_j R_j mu_j, so the checker
+requires g > margin + (1 + 1e-12) sum_j R_j mu_j + sigma, where sigma = (dof + 1) (2e-11 + 8 eps) L (usually 1e-9 m).
+[11] Limits. A polynomial lies between its least and largest Bernstein coefficient; pieces beyond a limit are halved (de
+Casteljau). The k-th derivative multiplies c_j by j!/(j-k)! / h^k. The terms of the third, the largest, sum to at most
+4338 C/h^3 (columns 780, 408, 372, 75, 57) with 19 roundings each: 9.2e-12 C/h^3. Forty halvings of eight roundings of
+at most 60 C/h^3 add 2.2e-12, Bernstein's form 0.1e-12: less than the 2e-11 C/h^k that is added (delta to positions).
+[12] The floor. w is the product of the singular values of J, the Jacobian of the tree's joints times the matrix of f.
+A = J(q(m)), J(q(s)) = A + E, and sigma_k moves by at most ||E||_F (Weyl, Mirsky). For any U, S, V with A = USV + R,
+sigma_k(USV) >= S_k (1 - ||U^T U - I||_F - ||V V^T - I||_F) where not negative. So w >= product over k of max(0, S_k (1
+- ||U^T U - I|| - ||V V^T - I||) - ||R|| - ||E||). Columns of U and V are below 2: sums of 100 products are off by less
+than 2e-13, those of R by 1e-13 of the largest S_k; the checker takes 1e-12. Joint k before i turns column i: R_i above,
+1 below. Other joints move the tool: R_k above. So e_i = sum_k sqrt(R_max(i,k)^2 + [k < i, six rows]) mu_k, ||E|| <=
+||e||, each column times |f|. A's columns are off by less than 4 dof sigma (z: sigma, z x (p - o): 1.2 sigma) times the
+largest sum of |f| of a planned joint.
+[13] The ends. Joint values agree to 1e-8 (up to whole turns without limits), positions and rotation entries to 2e-6.
 """
 
 from __future__ import annotations
