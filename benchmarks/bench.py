@@ -32,7 +32,7 @@ __all__ = ["SERIAL", "Debug", "Flat", "Folder", "Out", "Verdict", "Workers", "Wo
 Workers = WorkersRequest
 
 Folder = Annotated[Path, tyro.conf.arg(help="Folder of planning problems."), tyro.conf.Positional]
-OptionalFolder = tyro.conf.Positional[Path | None]
+
 Flat = tyro.conf.arg(name="")  # the options of a request, without its name before them
 
 Columns = dict[str, Any]

@@ -20,14 +20,13 @@ class Row(bench.Row):
     scene; a chunk of changes. ``tried``, of which ``free`` are called free, proven or accepted, ``false_free`` wrongly.
 
     Metres of claims: the largest claim minus truth of each call (``distances_m`` to ``verdict_m``; empty where the call
-    claimed nothing), of the clearance of a free segment, of a motion minus its bound; ``beyond_m``: the largest of them
-    minus what the contract allows; ``short_m``: the largest truth minus what ``distances`` says; ``open_m``: the widest
-    doubt about a truth. ``apart``: cases that do not touch; ``share``: the largest share of its bound that a motion
-    takes. Edges past thin obstacles: ``touching`` at 0.1 mm by coal, ``left_out``: free there and not certified,
-    ``looks``: configurations sampled. Motions beside HPP: proven by ``both``, ``only_ours``, ``only_theirs``; of these
-    two so many on which coal sees a contact at 0.1 mm; seconds of the wall clock for all. Certificates: seconds of
-    computing, bytes, ``verdict`` is "proven" or the reason why it is not; ``counts`` of changes by kind, tried and
-    accepted, as JSON. ``found``: the worst cases, as JSON.
+    claimed nothing), of the clearance of a free segment; ``beyond_m``: the largest of them minus what the contract
+    allows; ``short_m``: the largest truth minus what ``distances`` says; ``open_m``: the widest doubt about a truth.
+    ``apart``: cases that do not touch. Edges past thin obstacles: ``touching`` at 0.1 mm by coal, ``left_out``: free
+    there and not certified, ``looks``: configurations sampled. Motions beside HPP: proven by ``both``, ``only_ours``,
+    ``only_theirs``; of these two so many on which coal sees a contact at 0.1 mm; seconds of the wall clock for all.
+    Certificates: seconds of computing, bytes, ``verdict`` is "proven" or the reason why it is not; ``counts`` of
+    changes by kind, tried and accepted, as JSON. ``found``: the worst cases, as JSON.
     """
 
     attack: str
@@ -48,8 +47,6 @@ class Row(bench.Row):
     close_m: float | None = None
     verdict_m: float | None = None
     clearance_m: float | None = None
-    reach_m: float | None = None
-    share: float | None = None
     beyond_m: float | None = None
     short_m: float | None = None
     open_m: float | None = None
@@ -90,7 +87,6 @@ _MUST: dict[str, tuple[str, Callable[[Row], bool]]] = {
         "No segment that is called free touches, and none is closer than its clearance.",
         lambda row: row.false_free == 0 and (row.clearance_m or 0.0) <= ROUNDING,
     ),
-    "reach": ("No point moves further than the bound says.", lambda row: (row.reach_m or 0.0) <= ROUNDING),
     "misses": ("No proven edge past a thin obstacle touches.", lambda row: row.false_free == 0),
     "proofs": ("No motion touches that we alone prove.", lambda row: not row.only_ours_touching),
     "certificates": ("Every certificate of a plan is accepted.", lambda row: row.verdict == "proven"),
@@ -131,7 +127,6 @@ def tables(rows: Sequence[Row]) -> list[str]:
 _COLUMNS = {
     "claims": ("tried", "apart", "distances_m", "coarse_m", "close_m", "verdict_m", "beyond_m", "short_m"),
     "segments": ("tried", "free", "false_free", "clearance_m"),
-    "reach": ("tried", "reach_m", "share"),
     "misses": ("tried", "touching", "free", "false_free", "left_out", "looks"),
     "proofs": (
         "tried",

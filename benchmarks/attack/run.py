@@ -5,10 +5,10 @@ shapes (1 mm to 3 m, meshes of plates, loose and degenerate triangles, boxes and
 kilometre from the origin, one carried by an arm and the other an obstacle or carried too. Asked are `distances` of the
 checker, `coarse` and `close` of the bounds that prove, and for one pair in twelve the verdict on the state with a
 margin that is not kept, or on an overlap. Segments: one that an arm of two joints, or a robot, moves past one shape,
-put to the prover; where that says free the true distance along it is minimised. Reach: how far points of every body of
-a robot really move. The truth is computed by Wolfe's algorithm between convex parts, triangle by triangle: two points
-bound it from above, a plane from below ("open" in the table as CSV is the widest gap between both), and touching is 0.
-"Short" is truth minus claim: safe, but such edges are left unproven.
+put to the prover; where that says free the true distance along it is minimised. The truth is computed by Wolfe's
+algorithm between convex parts, triangle by triangle: two points bound it from above, a plane from below ("open" in the
+table as CSV is the widest gap between both), and touching is 0. "Short" is truth minus claim: safe, but such edges are
+left unproven.
 
 Misses. Walls, poles (round or square) and windows (four boards) of the given thickness stand where a link of a random
 edge passes, at a random pose, a little off; an edge counts when both its ends are free. Every edge is sampled at each
@@ -49,7 +49,6 @@ from benchmarks.attack import cases as shapes
 from benchmarks.attack import misses, proofs, thin_obstacles
 from benchmarks.attack.certificates import run as certificates
 from benchmarks.attack.claims import attack_claims
-from benchmarks.attack.reach import attack_reach
 from benchmarks.attack.report import Row, aims, fault, tables
 from benchmarks.attack.segments import attack_segments
 from benchmarks.problems import Problem, find_problems
@@ -61,14 +60,14 @@ from planner.problem.request import PlanRequest, RoadmapQuality
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 
-Part = Literal["claims", "segments", "reach", "misses", "proofs", "certificates", "changes"]
+Part = Literal["claims", "segments", "misses", "proofs", "certificates", "changes"]
 ROBOTS = ("planar_2r", "iiwa14")
 PAIRS = tuple(combinations_with_replacement(shapes.KINDS, 2))
 
 
 def attack(
     out: bench.Out = Path("bench-attack"),
-    parts: tuple[Part, ...] = ("claims", "segments", "reach", "misses", "proofs", "certificates", "changes"),
+    parts: tuple[Part, ...] = ("claims", "segments", "misses", "proofs", "certificates", "changes"),
     seed: int = 0,
     tries: int = 1000,
     segments: int = 100,
@@ -87,7 +86,7 @@ def attack(
     """An optimiser against every claim that proofs rest on: distances, bounds, motions, segments, certificates.
 
     Claims: the largest claim minus truth of distances and bounds, over shapes, sizes and poses. Segments: those that
-    are called free. Reach: the bound on motion. Misses: edges past obstacles of a few millimetres, by the proof and by
+    are called free. Misses: edges past obstacles of a few millimetres, by the proof and by
     OMPL's default resolution, looked at every 0.1 mm. Proofs: ours beside HPP's, with --problems and --python, left
     out without. Certificates: of plans, and their cost; changes: certificates that were changed. Writes attack.csv and
     attack.md. Exit code 4 where a false claim was found.
@@ -95,7 +94,7 @@ def attack(
     Args:
         parts: Parts to run.
         seed: Seed of the searches.
-        tries: Pairs of shapes for each two kinds and library, and motions of each robot.
+        tries: Pairs of shapes for each two kinds and library.
         segments: Segments put to the proof for each two kinds of shapes, and each robot, and library.
         edges: Edges for each robot, kind of thin obstacle and thickness.
         thicknesses: Of the thin obstacles, in millimetres.
@@ -120,7 +119,6 @@ def attack(
     cases: dict[str, list[bench.Case[Row]]] = {
         "claims": [_case("claims", *pair, library, tries, seed) for pair in PAIRS for library in libraries],
         "segments": [_case("segments", *pair, library, segments, seed) for pair in swept for library in libraries],
-        "reach": [_case("reach", name, "", "", tries, seed) for name in arms],
         "misses": [
             _case("misses", name, kind, (misses.RULE, *BACKENDS), edges, seed, thickness=t) for name, kind, t in thin
         ],
@@ -212,13 +210,6 @@ def _segments(row: Row, rng: np.random.Generator, progress: Progress, _: None) -
     }
 
 
-def _reach(row: Row, rng: np.random.Generator, progress: Progress, _: None) -> dict[str, Any] | None:
-    moved = attack_reach(row.first, row.tries, rng, progress)
-    if moved is None:
-        return None
-    return {"tried": moved.tried, "reach_m": moved.over, "share": moved.share, "found": json.dumps(moved.found)}
-
-
 def _misses(row: Row, _: np.random.Generator, progress: Progress, more: None) -> list[dict[str, Any]] | None:
     return misses.attack_edges(row.first, row.second, row.thickness_mm, row.tries, row.seed, progress)
 
@@ -232,7 +223,6 @@ def _proofs(
 _ATTACKS: dict[str, Callable[..., Any]] = {
     "claims": _claims,
     "segments": _segments,
-    "reach": _reach,
     "misses": _misses,
     "proofs": _proofs,
     "certificates": lambda row, *_: certificates.certify(row.first, row.second, row.seed),

@@ -7,9 +7,9 @@ total, or of the time to the path where there is no motion. Ours: `planner plan 
 motion proven, after a plan of the same robot in an empty scene; with the whole roadmap, a plan whose path is there once
 all is refined. Before ours and OMPL's Python collects what loading left behind, 0.03 s that would fall on one plan of a
 process. OMPL: RRTConnect and `simplifyMax` with its defaults, a Python callback that asks Pinocchio and coal about all
-pairs. roboplan (C++) and pyroboplan (Python): RRT-Connect and their own shortcuts, states 0.05 rad apart, in the
-environments given by `--python NAME=PATH`, with the same URDF, limits, link pairs and obstacles; roboplan's connection
-distance is its default, 3 rad, pyroboplan's 1 rad. roboplan's motion is that of its default spline and TOPP-RA, whose
+pairs. roboplan (C++): RRT-Connect and its own shortcuts, states 0.05 rad apart, in the
+environment given by `--python NAME=PATH`, with the same URDF, limits, link pairs and obstacles; roboplan's connection
+distance is its default, 3 rad. roboplan's motion is that of its default spline and TOPP-RA, whose
 samples a controller makes cubics of; it knows no limits on jerk, so its share is that of velocity and acceleration.
 Shares are of exact extrema of the pieces between knots. hpp: BiRRTPlanner and RandomShortcut, every motion proven by
 its continuous validation (Dichotomy, no tolerance); its seed cannot be set, and its motions are not timed here. Of
@@ -49,7 +49,7 @@ def first_motion(
     """From a problem to a motion: ours, proven, with a path only and with the whole roadmap, beside other planners'.
 
     Problems and options are those of 'plan'; paths and motions are checked by the library that has not planned. OMPL's
-    RRTConnect is always beside; roboplan, pyroboplan and hpp take part where they are given, each in an environment of
+    RRTConnect is always beside; roboplan and hpp take part where they are given, each in an environment of
     its own, as what they need clashes with this package:
 
     python -m benchmarks first-motion FOLDER --python roboplan=/opt/rp/bin/python hpp=/opt/hpp/bin/python
@@ -59,7 +59,7 @@ def first_motion(
 
     Args:
         folder: Folder of the problems.
-        python: NAME=PATH: a planner, roboplan, pyroboplan or hpp, and the Python of the environment it is installed in.
+        python: NAME=PATH: a planner, roboplan or hpp, and the Python of the environment it is installed in.
         seconds: Seconds after which the other planners give up.
     """
     request = PlanRequest.from_options(**plain.values(), path_only=True)

@@ -6,8 +6,7 @@ same check once more, "alone" without stops, so the difference is their price. A
 where the motion and all stops that the limits allow are so far from everything at every millimetre, by coal. In the
 attack hill climbing moves targets and a thin obstacle towards a chunk that is called safe and touches; the judge builds
 the controller's splines by itself, looks at them every 0.05 mm where anything may touch, by coal and by FCL (what
-coal's own distances clear is passed over), and finds the extrema of their derivatives by roots. HPP proves straight
-motions one by one, asked from Python, by Dichotomy without a tolerance; without limits and stops. Limitations. Times
+coal's own distances clear is passed over), and finds the extrema of their derivatives by roots. Limitations. Times
 are those of the machine as it was; states every 0.05 mm are no proof.
 """
 
@@ -16,7 +15,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,6 @@ import numpy as np
 from benchmarks import bench
 from benchmarks.gate.attack import Attack
 from benchmarks.gate.chunks import KINDS, Chunk, Rng, clutter, random_chunk
-from benchmarks.gate.hpp import proven_by_hpp
 from benchmarks.gate.judge import motion_of, possible_stops, reach_of, states_on
 from planner.base.arrays import Bools
 from planner.base.errors import OptionError
@@ -55,8 +52,7 @@ class Row(bench.Row):
     millimetre, and how many of these are called safe. ``change_ms``: the median of moving one obstacle after other
     work, ``change_again_ms``: of moving it back, by that clock. ``tries``: of the attack, of which ``safe`` were called
     safe, ``false`` of these touch or have no stop, ``beyond`` a limit. ``touching``: refused for a contact on the
-    motion, of which samples every 0.05 rad call ``sampled`` free. ``hpp_pieces``: of the chunks of lines that are
-    proven without stops, of which HPP proves ``hpp_proven`` in ``hpp_ms`` a chunk; None where it was not asked.
+    motion, of which samples every 0.05 rad call ``sampled`` free.
     """
 
     robot: str
@@ -88,9 +84,6 @@ class Row(bench.Row):
     least_mm: float = 0.0
     touching: int = 0
     sampled: int = 0
-    hpp_pieces: int | None = None
-    hpp_proven: int | None = None
-    hpp_ms: float | None = None
 
 
 def gate(
@@ -101,7 +94,6 @@ def gate(
     steps: int = 50,
     seed: int = 0,
     workers: bench.Workers = bench.SERIAL,
-    python: str | None = None,
     debug: bench.Debug = False,
 ) -> int:
     """Verdicts on chunks of joint targets: how long they take, what they refuse without need, and an attack on them.
@@ -117,7 +109,6 @@ def gate(
         robots: Names of built-in robots or paths of URDFs.
         steps: Targets in a chunk, 1/30 s apart.
         seed: Seed of chunks and obstacles.
-        python: Python of an environment of its own with hpp-python in it, to prove the same lines.
     """
     RoadmapQuality(seed=seed)  # refuses a seed out of range
     if chunks < 1 or attack < 0 or steps < 2:
@@ -127,15 +118,15 @@ def gate(
     here = bench.software()
     rows = [Row(name, kind, steps, chunks, attack, seed, here) for name in robots for kind in KINDS]
     cases = [bench.Case((row,), row) for row in rows]
-    return bench.run_bench(BENCH, out, cases, partial(_measure, python=python), workers)
+    return bench.run_bench(BENCH, out, cases, _measure, workers)
 
 
-def _measure(row: Row, progress: Progress, python: str | None) -> dict[str, Any] | None:
+def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
     robot, rng = Robot.load(row.robot), np.random.default_rng([row.seed, KINDS.index(row.kind), *row.robot.encode()])
     moves = np.random.default_rng(row.seed)
     times: list[tuple[float, ...]] = []
     verdicts: list[tuple[Chunk, Verdict]] = []
-    free, changes, hpp = np.zeros((row.chunks, 2), dtype=bool), [], []
+    free, changes = np.zeros((row.chunks, 2), dtype=bool), []
     for first in range(0, row.chunks, -(-row.chunks // _SCENES)):
         gate = Gate(robot, Scene("clutter", clutter(OBSTACLES, rng)))
         for k in range(first, min(first + -(-row.chunks // _SCENES), row.chunks)):
@@ -147,16 +138,10 @@ def _measure(row: Row, progress: Progress, python: str | None) -> dict[str, Any]
             changes.append(_changed(gate, moves))
             if progress.stopped:
                 return None
-        if python is not None and row.kind == "lines":
-            hpp.append(_by_hpp(python, gate, [chunk for chunk, _ in verdicts[first:]]))
     attacked = Attack(robot, (row.kind,))
     if not attacked.run(row.attack, rng, progress):
         return None
     columns = _of_times(times, changes) | _of_verdicts(free, np.array([verdict.safe for _, verdict in verdicts]))
-    if hpp:
-        asked, proven, seconds = np.sum(hpp, axis=0)
-        columns |= {"hpp_pieces": int(asked), "hpp_proven": int(proven)}
-        columns |= {"hpp_ms": float(1e3 * seconds * row.steps / asked) if asked else None}
     found = attacked.found
     columns |= {name: getattr(found, name) for name in ("tries", "safe", "beyond", "touching", "sampled")}
     return columns | {"false": len(found.false), "least_mm": float(1e3 * found.least)}
@@ -206,13 +191,6 @@ def _free_by(checker: CollisionChecker, chunk: Chunk, verdict: Verdict) -> Bools
     return np.array([keeping(judge, apart).first_contact(states) is None for apart in FREE])
 
 
-def _by_hpp(python: str, gate: Gate, chunks: Sequence[Chunk]) -> tuple[int, int, float]:
-    """Pieces of those chunks that are proven without stops, how many HPP proves, and its seconds."""
-    asked = [(chunk, chunk.arguments()) for chunk in chunks]
-    free = [c for c, (columns, named) in asked if gate.check(*columns, **named, stop=False).safe]  # pyright: ignore[reportArgumentType]
-    return (sum(len(chunk.times) - 1 for chunk in free), *proven_by_hpp(python, gate, free))
-
-
 def _changed(gate: Gate, rng: Rng) -> tuple[float, float]:
     """Seconds of the thread that it takes to move an obstacle after other work, and to move it back."""
     found = []
@@ -227,14 +205,13 @@ def _changed(gate: Gate, rng: Rng) -> tuple[float, float]:
 _TIMES = ("p50_ms", "p99_ms", "p50_cpu_ms", "p99_cpu_ms", "p50_again_ms", "p99_again_ms")
 _TIMES = (*_TIMES, "p50_alone_ms", "p99_alone_ms", "change_ms", "change_again_ms")
 _ACCEPTED = ("chunks", "safe_chunks", "free_5", "accepted_5", "free_20", "accepted_20")
-_HPP = ("p50_alone_ms", "hpp_ms", "hpp_pieces", "hpp_proven")
 _ATTACK = ("tries", "safe", "false", "beyond", "least_mm", "touching", "sampled")
 
 
 def tables(rows: Sequence[Row]) -> list[str]:
-    """Times, what is accepted, the attack, and HPP."""
+    """Return a table of times, one of accepted chunks and one of the attack."""
     lines = []
-    for title, names in (("Times", _TIMES), ("Accepted", _ACCEPTED), ("Attacked", _ATTACK), ("Beside HPP", _HPP)):
+    for title, names in (("Times", _TIMES), ("Accepted", _ACCEPTED), ("Attacked", _ATTACK)):
         lines += [f"## {title}", "", *bench.row_table(rows, ("robot", "kind"), names)]
     return lines
 

@@ -1,1 +1,1 @@
-"""Other planners: in this environment (OMPL, toppra, pyroboplan) and in environments of their own."""
+"""Other planners: in this environment (OMPL, toppra) and in environments of their own."""

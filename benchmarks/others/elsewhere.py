@@ -12,7 +12,7 @@ from typing import Any
 
 from planner.base.errors import OptionError, PlannerError
 
-ROBOPLAN, PYROBOPLAN, HPP = PLANNERS = ("roboplan", "pyroboplan", "hpp")
+ROBOPLAN, HPP = PLANNERS = ("roboplan", "hpp")
 
 
 def environments(given: Sequence[str]) -> dict[str, str]:

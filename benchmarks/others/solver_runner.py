@@ -23,10 +23,10 @@ from typing import Any
 
 import numpy as np
 
-STEP = 0.05  # rad between two states that are checked: the default of both
+STEP = 0.05  # rad between two states that are checked: the default
 _MOST_NODES = 1_000_000
 HPP_TOLERANCES = {"Dichotomy": 0.0, "Progressive": 1e-4}  # m that bodies may penetrate; the second needs some
-_CONNECTION = {"roboplan": 3.0, "pyroboplan": 1.0}  # rad: roboplan's default; pyroboplan's has no bound
+_CONNECTION = 3.0  # rad: roboplan's default
 
 
 def solve_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def solve_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
     options = rrt.RRTOptions(
         group_name="arm",
         max_nodes=_MOST_NODES,
-        max_connection_distance=_CONNECTION["roboplan"],
+        max_connection_distance=_CONNECTION,
         collision_check_step_size=STEP,
         max_planning_time=problem["seconds"],
         rrt_connect=True,
@@ -70,32 +70,6 @@ def solve_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
     clock.lap("path_s")
     order = [path.joint_names.index(name) for name in problem["joints"]] if path.joint_names else slice(None)
     return {"path": [np.asarray(q)[order].tolist() for q in path.positions], **clock.seconds}
-
-
-def solve_by_pyroboplan(problem: dict[str, Any]) -> dict[str, Any]:
-    """RRT-Connect and shortcuts of pyroboplan, in Python."""
-    rrt = importlib.import_module("pyroboplan.planning.rrt")
-    shortcutting = importlib.import_module("pyroboplan.planning.path_shortcutting")
-    model, geometry = _pinocchio_robot(problem)
-    clock = _Clock()
-    _add_obstacles(geometry, problem["obstacles"])
-    options = rrt.RRTPlannerOptions(
-        max_step_size=STEP,
-        max_connection_dist=_CONNECTION["pyroboplan"],
-        rrt_connect=True,
-        bidirectional_rrt=True,
-        max_planning_time=problem["seconds"],
-        rng_seed=problem["seed"],
-    )
-    planner = rrt.RRTPlanner(model, geometry, options)
-    clock.lap("ready_s")
-    found = planner.plan(np.array(problem["start"]), np.array(problem["goal"]))
-    clock.lap("first_s")
-    if not found:
-        return {"path": None, **clock.seconds}
-    path = shortcutting.shortcut_path(model, geometry, found, max_step_size=STEP)
-    clock.lap("path_s")
-    return {"path": [np.asarray(q).tolist() for q in path], **clock.seconds}
 
 
 def solve_by_hpp(problem: dict[str, Any]) -> dict[str, Any]:
@@ -196,7 +170,6 @@ def _numbers(values: Any) -> str:
 
 SOLVERS = {
     "roboplan": solve_by_roboplan,
-    "pyroboplan": solve_by_pyroboplan,
     "hpp": solve_by_hpp,
     "hpp proofs": proofs_of_hpp,
 }
@@ -215,44 +188,6 @@ class _Clock:
         self.seconds[name] = now - self._begin
         if name == "ready_s":
             self._begin = now
-
-
-def _pinocchio_robot(problem: dict[str, Any]) -> tuple[Any, Any]:
-    """Model and collision geometry of the planned joints, with the pairs of links that are checked."""
-    pin = importlib.import_module("pinocchio")
-    whole = pin.buildModelFromXML(problem["urdf"])
-    dirs = problem["package_dirs"]
-    shapes = pin.buildGeomFromUrdfString(whole, problem["urdf"], pin.GeometryType.COLLISION, package_dirs=dirs)
-    q = pin.neutral(whole)
-    for name, value in problem["held"].items():
-        q[whole.joints[whole.getJointId(name)].idx_q] = value
-    held = [whole.getJointId(name) for name in whole.names[1:] if name not in problem["joints"]]
-    model, geometry = pin.buildReducedModel(whole, shapes, held, q)
-    links = [whole.frames[item.parentFrame].name for item in shapes.geometryObjects]
-    free = {frozenset(pair) for pair in problem["free_pairs"]}
-    joints = [item.parentJoint for item in geometry.geometryObjects]
-    for i in range(geometry.ngeoms):
-        for k in range(i):
-            if joints[i] != joints[k] and frozenset((links[i], links[k])) not in free:
-                geometry.addCollisionPair(pin.CollisionPair(i, k))
-    return model, geometry
-
-
-def _add_obstacles(geometry: Any, obstacles: list[dict[str, Any]]) -> None:
-    """Obstacles at their places, each to be checked against all of the robot."""
-    pin, robot = importlib.import_module("pinocchio"), range(geometry.ngeoms)
-    for item in obstacles:
-        placement = pin.SE3(np.array(item["placement"]))
-        added = geometry.addGeometryObject(pin.GeometryObject(item["name"], 0, 0, placement, _coal_shape(item)))
-        for i in robot:
-            geometry.addCollisionPair(pin.CollisionPair(i, added))
-
-
-def _coal_shape(item: dict[str, Any]) -> Any:
-    coal = importlib.import_module("coal")
-    if item["type"] == "box":
-        return coal.Box(*item["size"])
-    return coal.Sphere(item["radius"]) if item["type"] == "sphere" else coal.Cylinder(item["radius"], item["length"])
 
 
 def main(method: str, problem: str, answer: str) -> None:

@@ -12,7 +12,6 @@ from benchmarks.memory import peak_memory
 from benchmarks.others.ompl import OmplPaths
 from benchmarks.others.roboplan_law import roboplan_law
 from benchmarks.others.toppra_law import installed, toppra_duration
-from benchmarks.plan.agreement import agreement
 from benchmarks.processes import plan_request
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
@@ -39,26 +38,22 @@ _STEP = 0.02  # m of motion between two states that OMPL's planners check
 Columns = dict[str, Any]
 
 
-def measure(
-    method: str, request: Columns, limits: Columns, seconds: float, python: str | None = None, states: int = 0
-) -> Columns:
+def measure(method: str, request: Columns, limits: Columns, seconds: float, python: str | None = None) -> Columns:
     """The columns of one row: by ``method``, ours or OMPL's; input that the planner refuses is a row like any other."""
     asked = plan_request(request)
     try:
         if method == OURS:
-            return _ours(asked, LimitsRequest(**limits), python, states)
+            return _ours(asked, LimitsRequest(**limits), python)
         return _ompl(method, asked, seconds)
     except PlannerError as error:
         return {"outcome": REFUSED, "message": str(error)}
 
 
-def _ours(request: PlanRequest, limits: LimitsRequest, python: str | None, states: int) -> Columns:
+def _ours(request: PlanRequest, limits: LimitsRequest, python: str | None) -> Columns:
     watch, cpu = FirstPath(), time.process_time()
     found = plan(request=request, progress=Progress(watch), timing=None)
     columns: Columns = {"total_s": time.perf_counter() - watch.begin, "cpu_s": time.process_time() - cpu}
     columns |= {"memory_mib": peak_memory(), **_of_record(found)}
-    if states:
-        columns |= agreement(found.robot, found.scene, request, states)
     if found.outcome is not Outcome.SOLVED:
         return columns
     columns |= {"first_path_s": watch.seconds, **_along(found.robot, found.path), **_looked_at(found)}

@@ -1,15 +1,13 @@
-"""The rows of ``benchmarks plan``, and their report: paths, motions, agreement, and settings side by side."""
+"""The rows of ``benchmarks plan``, and their report: paths, motions, and settings side by side."""
 
 from __future__ import annotations
 
 import itertools
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from benchmarks import bench
-from benchmarks.plan.agreement import band
 from benchmarks.plan.case import OURS
 from benchmarks.text import markdown_table, median
 from planner.batch.run import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT
@@ -26,10 +24,7 @@ class Row(bench.Row):
     the problem's files. ``total_s`` of the wall clock and ``cpu_s`` of the processor: of the planning itself.
     ``timed_s``, ``blended_s``, ``stopping_s``: durations with shortcuts in time, with rounded corners only, and with a
     stop at each; ``timed_corners``, those ``blended``, and ``shortcuts`` of the first; ``proven``: as a whole;
-    ``largest_share`` of any limit, 1 is all of it; ``timing_cpu_s``: of the first. Of ``states`` random configurations
-    ``free`` as FCL says, on ``disagreed`` the two libraries differ, ``unexplained`` by the band; ``outside``: of those
-    around ``crossings`` contacts, up to ``band_m``; ``batch_differs``: a library contradicts itself on several at once;
-    ``listed``: disagreements as JSON.
+    ``largest_share`` of any limit, 1 is all of it; ``timing_cpu_s``: of the first.
     """
 
     problem: str
@@ -43,7 +38,6 @@ class Row(bench.Row):
     widen_limits: bool
     options: str
     limits: str
-    states_asked: int
     time_limit_s: float
     content: str
     software: str
@@ -90,15 +84,6 @@ class Row(bench.Row):
     roboplan_s: float | None = None
     roboplan_share: float | None = None
     roboplan_contact: str | None = None
-    states: int | None = None
-    free: int | None = None
-    disagreed: int | None = None
-    unexplained: int | None = None
-    batch_differs: int | None = None
-    crossings: int | None = None
-    band_m: float | None = None
-    outside: int | None = None
-    listed: str | None = None
 
     @property
     def settings(self) -> tuple[Any, ...]:
@@ -128,12 +113,11 @@ def by_settings(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 
 def tables(rows: Sequence[Row]) -> list[str]:
-    """For each settings its paths, motions and verdicts by scene type, and settings compared."""
+    """For each settings its paths and motions by scene type, and settings compared."""
     lines = []
     for label, of in by_settings(rows).items():
         lines += ["", f"## {label}", "", *bench.table(of, ["kind"], _PATHS, whole=True)]
-        timed, judged = ([row for row in of if getattr(row, name) is not None] for name in ("timed_s", "states"))
-        lines += bench.table(timed, ["kind"], _MOTIONS, whole=True) + bench.table(judged, ["kind"], _AGREEMENT, True)
+        lines += bench.table([row for row in of if row.timed_s is not None], ["kind"], _MOTIONS, whole=True)
         lines += bench.aim_lines(aims(of, rows))
     limits = "; ".join(dict.fromkeys(row.limits for row in rows))
     return [*lines, "", *_comparison(rows), f"Limits of motions: {limits}."]
@@ -205,12 +189,6 @@ _MOTIONS: dict[str, bench.Pick] = {
     "its largest share": bench.most("roboplan_share"),
     "its contacts": bench.total(lambda row: bool(row.roboplan_contact)),
 }
-_AGREEMENT: dict[str, bench.Pick] = {
-    **{name.replace("_", " "): bench.total(name) for name in ("states", "free", "disagreed", "unexplained")},
-    "batch differs": bench.total("batch_differs"),
-    "crossings": bench.total("crossings"),
-    "band (m)": bench.most("band_m"),
-}
 
 
 def aims(rows: Sequence[Row], everything: Sequence[Row] = ()) -> tuple[bench.Verdict, ...]:
@@ -219,7 +197,6 @@ def aims(rows: Sequence[Row], everything: Sequence[Row] = ()) -> tuple[bench.Ver
         return ()
     tried, solved = [row for row in rows if row.outcome != REFUSED], [row for row in rows if row.outcome == SOLVED]
     refused = f"Refused besides: {len(rows) - len(tried)}."
-    judged = [row for row in rows if row.states]
     return (
         bench.tally(
             f"Every problem whose states are within limits and free is solved within {GOAL_SECONDS:g} s.",
@@ -231,16 +208,6 @@ def aims(rows: Sequence[Row], everything: Sequence[Row] = ()) -> tuple[bench.Ver
         *_aims_of_speed([row for row in solved if row.collision == "coal" and row.nodes_asked >= 1000]),
         *_aims_of_quality(solved, [row for row in everything if row.method == BASE and row.outcome == SOLVED]),
         *_aims_of_motions(solved),
-        bench.tally(
-            "FCL and coal differ only close to a contact.",
-            (row.unexplained == 0 and row.outside == 0 for row in judged),
-            f"Of {sum(row.states or 0 for row in judged)} random states {sum(row.disagreed or 0 for row in judged)} "
-            f"disagreed, around contacts up to {max((row.band_m or 0.0 for row in judged), default=0.0):.1e} m of "
-            f"{band(0.0):g} m.",
-        ),
-        bench.tally(
-            "A library says the same of one state and of many.", (row.batch_differs == 0 for row in judged), ""
-        ),
     )
 
 
@@ -287,12 +254,11 @@ def _aims_of_motions(solved: Sequence[Row]) -> list[bench.Verdict]:
 
 
 def fault(row: Row) -> str:
-    """A run that is not solved, a contact, or a disagreement."""
+    """Return the reason why a run failed, or its contacts."""
     found = [] if row.outcome == SOLVED else [f"{row.outcome}: {row.message}"]
     found += [f"{row.contacts} segments touch; {row.contact}"] if row.contacts else []
     found += [f"the motion touches: {row.motion_contact}"] if row.motion_contact else []
     found += ["not timed"] if row.method == OURS and row.outcome == SOLVED and row.timed_s is None else []
-    found += [f"FCL and coal disagree: {json.loads(row.listed)[0]}"] if row.listed else []
     return f"{row.problem}, seed {row.seed}, {row.label}: {'; '.join(found)}" if found else ""
 
 

@@ -21,13 +21,7 @@ has not planned, at states 0.1 mm of motion apart. toppra (where it is installed
 limits on jerk; roboplan (with --python) times the same path by its default spline and TOPP-RA, its share of a limit is
 that of its own samples, of which a controller makes cubics.
 
-Agreement. Random configurations of each problem's world are put to FCL and coal one by one. A disagreement is explained
-when coal puts the pair within 1e-5 m of touching (1e-4 m of a margin). The places at which FCL's verdict turns are
-bisected; the band is the largest distance at which both still differ, from a nanometre of motion on either side
-outwards.
-
-Limitations. Times depend on the machine; compare them within one run. States every 0.1 mm are no proof. Agreement
-compares verdicts on single states, neither distances nor proofs: ``attack`` is for those.
+Limitations. Times depend on the machine; compare them within one run. States every 0.1 mm are no proof.
 """
 
 from __future__ import annotations
@@ -60,7 +54,6 @@ def plan(
     seeds: tuple[int, ...] = (0, 1, 2),
     beside: tuple[Literal["RRTConnect", "RRT*", "BIT*"], ...] = (),
     seconds: float = 5.0,
-    states: int = 200,
     python: str | None = None,
     time_limit: float = 120.0,
     workers: bench.Workers = bench.SERIAL,
@@ -79,21 +72,20 @@ def plan(
         seeds: Seeds to plan every problem with.
         beside: OMPL's planners to plan every problem with too.
         seconds: Processor time that OMPL's planners get.
-        states: Random configurations in each problem's world that FCL and coal are both asked about.
         python: Python of an environment of its own with roboplan in it, which times the same paths.
         time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
     """
     bench.require_left_to_problems(plain, "seed")
-    if not seeds or not time_limit > 0 or not seconds > 0 or states < 0:
-        raise OptionError("give at least one seed, times above 0 s, and 0 states or more.")
+    if not seeds or not time_limit > 0 or not seconds > 0:
+        raise OptionError("give at least one seed, and times above 0 s.")
     asked = [plain.with_options(seed=seed) for seed in seeds]  # refuses a seed that is out of range
     problems = find_problems(folder)
     robot = Robot.load(str(plain.what.robot))
     words = MotionLimits.of(robot, limits).text(robot)
     cases = []
     for problem, request, method in itertools.product(problems, asked, (OURS, *beside)):
-        row = _blank(problem, request, method, limits, f"{seconds:g} s", words, states, time_limit)
-        options = {"method": method, "seconds": seconds, "python": python, "states": states}
+        row = _blank(problem, request, method, limits, f"{seconds:g} s", words, time_limit)
+        options = {"method": method, "seconds": seconds, "python": python}
         options |= {"request": plain_options(problem.asked(request)), "limits": bench.plain_limits(limits)}
         cases.append(bench.Case((row,), options))
     return bench.run_bench(BENCH, out, cases, partial(_measure, time_limit=time_limit), workers)
@@ -110,7 +102,6 @@ def _blank(
     limits: LimitsRequest,
     seconds: str,
     words: str,
-    states: int,
     time_limit: float,
 ) -> Row:
     """The row before anything is measured; options that OMPL's planners do not have are at zero."""
@@ -129,7 +120,6 @@ def _blank(
         widen_limits=request.what.widen_limits,
         options=", ".join(f"{name} {value}" for name, value in more.items()) if ours else seconds,
         limits=words,
-        states_asked=states if ours else 0,
         time_limit_s=time_limit,
         content=problem.content(request),
         software=bench.software(),

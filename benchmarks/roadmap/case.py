@@ -11,20 +11,11 @@ import numpy as np
 
 from benchmarks.looks import path_contacts
 from benchmarks.memory import peak_memory
-from benchmarks.roadmap.check_speed import measure_speed
-from benchmarks.roadmap.report import (
-    CHECKS,
-    MEASURED,
-    NOT_INSTALLED,
-    OMPL_PLAIN,
-    OURS,
-    PLAN,
-    PYROBOPLAN,
-)
+from benchmarks.roadmap.report import MEASURED, OMPL_PLAIN, OURS, PLAN
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import SceneError
-from planner.collision import BACKENDS, make_checker
+from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.looks import recheck
 from planner.gabf.path import paths_from
@@ -39,27 +30,20 @@ from planner.search.network import build_network
 
 _MOST_DRAWS = 20_000
 _EDGES_LOOKED_AT = 200
-_FREE_STATES = 2_000
 
 Columns = dict[str, Any]
 Answer = Callable[[Floats, Floats], Floats]
 """From a start and a goal (dof,) to a path (k, dof), empty where there is none."""
 
 
-def measure(
-    method: str, robot: str, scene: str, collision: str, nodes: int, queries: int, seed: int
-) -> Columns | list[Columns]:
-    """The columns of the rows that ``method`` fills."""
+def measure(method: str, robot: str, scene: str, collision: str, nodes: int, queries: int, seed: int) -> Columns:
+    """Return the columns of the row of ``method``."""
     if method == PLAN:
         return _plan(PlanRequest.from_options(robot=robot, scene=scene, collision=collision, nodes=nodes, seed=seed))  # type: ignore[arg-type]
     checker = open_world(WorldRequest(robot, scene, collision=collision))  # type: ignore[arg-type]
-    if method in CHECKS:
-        return _checks(checker, seed)
     pairs = random_pairs(checker, queries + 1, seed)
     if method == OURS:
         return _ours(checker, pairs, nodes, seed)
-    if method == PYROBOPLAN:
-        return _pyroboplan(checker, pairs, nodes, seed)
     free = plain_check(checker) if method == OMPL_PLAIN else lambda q: is_free(checker, q)
     return _ompl(checker, free, pairs, nodes, seed)
 
@@ -131,15 +115,6 @@ def _ompl(checker: CollisionChecker, free: Callable[[Floats], bool], pairs: Floa
     return _peer(checker, pairs, seed, lambda: prm.build(nodes), prm.graph, prm.query)
 
 
-def _pyroboplan(checker: CollisionChecker, pairs: Floats, nodes: int, seed: int) -> Columns:
-    from benchmarks.others.pyroboplan_prm import PyroboplanPrm, installed
-
-    if not installed():
-        return {"outcome": NOT_INSTALLED, "message": "pip install --no-deps pyroboplan"}
-    prm = PyroboplanPrm(checker.world, nodes, seed)
-    return _peer(checker, pairs, seed, prm.build, prm.graph, prm.query)
-
-
 def _peer(
     checker: CollisionChecker,
     pairs: Floats,
@@ -186,14 +161,3 @@ def _looked_at(checker: CollisionChecker, nodes: Floats, edges: Ints, seed: int)
     a, b = nodes[edges[rows, 0]], nodes[edges[rows, 1]]
     touching = sum(recheck(coal, q, d) is not None for q, d in zip(a, coal.robot.difference(a, b), strict=True))
     return {"nodes": len(nodes), "edges": len(edges), "looked_at": len(rows), "touching": touching}
-
-
-def _checks(checker: CollisionChecker, seed: int) -> list[Columns]:
-    """The speed of both libraries on the same free configurations and edges of this world."""
-    free = random_pairs(checker, _FREE_STATES // 2, seed).reshape(-1, checker.robot.dof)
-    speed = measure_speed({name: _with(checker, name) for name in BACKENDS}, free)
-    names = {"single": "check_single_us", "batch": "check_batch_us", "edge": "check_edge_us"}
-    return [
-        {"outcome": MEASURED, **{column: getattr(speed[name], look) for look, column in names.items()}}
-        for name in BACKENDS
-    ]

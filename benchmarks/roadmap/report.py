@@ -11,12 +11,10 @@ from benchmarks.text import markdown_table
 from planner.batch.run import CRASHED
 
 OURS = "gabf-planner"
-OMPL, OMPL_PLAIN, PYROBOPLAN = "OMPL PRM, our checker", "OMPL PRM, plain coal", "pyroboplan PRM"
-PEERS = (OMPL, OMPL_PLAIN, PYROBOPLAN)
+PEERS = OMPL, OMPL_PLAIN = "OMPL PRM, our checker", "OMPL PRM, plain coal"
 PLAN = "gabf-planner, plan"
-CHECKS = ("FCL checks", "coal checks")
 _LARGE = 20_000  # nodes
-MEASURED, NOT_INSTALLED = "measured", "not installed"
+MEASURED = "measured"
 
 
 @dataclass(frozen=True)
@@ -24,13 +22,12 @@ class Row(bench.Row):
     """One method in one scene. Up to ``software``: the settings; then the results.
 
     ``build_s``: seconds to a roadmap of ``nodes`` nodes; ``node_checks_s``: of these, the checker's look at every node,
-    measured once more by itself. ``query_ms``, ``query_worst_ms``: median and longest of the
-    ``queries`` new starts and goals put to it one by one, of which ``solved`` were solved. ``many_ms``: milliseconds a
-    start where all starts share one goal and one field. ``touching``: of ``looked_at`` edges of the roadmap, those on
-    which coal finds a contact when they are sampled every millimetre of motion. ``contacts``: segments of the
-    answered paths on which it does. The ``check`` columns, microseconds a configuration, belong to the checkers' rows;
-    ``plan_s`` and ``memory_mib``, the peak of its process, to the rows of whole plans. ``cpu_s``: processor time of our
-    building, or of the plan.
+    measured once more by itself. ``query_ms``, ``query_worst_ms``: median and longest of the ``queries`` new starts and
+    goals put to it one by one, of which ``solved`` were solved. ``many_ms``: milliseconds a start where all starts
+    share one goal and one field. ``touching``: of ``looked_at`` edges of the roadmap, those on which coal finds a
+    contact when they are sampled every millimetre of motion. ``contacts``: segments of the answered paths on which it
+    does. ``plan_s`` and ``memory_mib``, the peak of its process, belong to the rows of whole plans. ``cpu_s``:
+    processor time of our building, or of the plan.
     """
 
     method: str
@@ -56,9 +53,6 @@ class Row(bench.Row):
     looked_at: int | None = None
     touching: int | None = None
     contacts: int | None = None
-    check_single_us: float | None = None
-    check_batch_us: float | None = None
-    check_edge_us: float | None = None
     cpu_s: float | None = None
     plan_s: float | None = None
     memory_mib: float | None = None
@@ -105,15 +99,13 @@ def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
 
 
 def tables(rows: Sequence[Row]) -> list[str]:
-    """Roadmaps, growth, and state checks."""
+    """Return a table of roadmaps and one of their growth."""
     ours = next((row for row in rows if row.method == OURS), None)
     header = ["method", "build (s)", "over ours", "nodes", "edges", "proven", "touching", "query (ms)", "over ours"]
     header += ["longest (ms)", "solved", "of", "segments touching", "many starts (ms each)"]
-    compared = [row for row in rows if row.method not in (*CHECKS, PLAN) and row.nodes_asked == rows[0].nodes_asked]
+    compared = [row for row in rows if row.method != PLAN and row.nodes_asked == rows[0].nodes_asked]
     lines = [_title(rows), "", *markdown_table(header, [_cells(row, ours) for row in compared]), ""]
-    lines += [*_node_checks(ours), *_growth(rows)]
-    names = ("check_single_us", "check_batch_us", "check_edge_us")
-    return lines + bench.row_table([row for row in rows if row.method in CHECKS], ["method"], names)
+    return [*lines, *_node_checks(ours), *_growth(rows)]
 
 
 def fault(row: Row) -> str:

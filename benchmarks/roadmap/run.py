@@ -1,4 +1,4 @@
-"""Measures a kept roadmap, built and asked, against the PRMs of OMPL and pyroboplan, each in its own process.
+"""Measures a kept roadmap, built and asked, against OMPL's PRM, each in its own process.
 
 How. All methods get the same robot, scene, collision pairs and queries: random free starts and goals. Each runs in a
 process of its own, one after the other; times are of the wall clock, once the libraries are loaded. Ours:
@@ -6,16 +6,11 @@ process of its own, one after the other; times are of the wall clock, once the l
 singularity-free law, and the path. "Many starts" attaches all starts and one goal, computes one field, and reads every
 path off it. OMPL's PRM has its defaults, its motions sampled at its default resolution, and a Python callback as state
 check: "our checker" is the same as ours, "plain coal" asks Pinocchio about all pairs in turn, as its documentation
-shows. A query is `solve` on the kept roadmap, which grows further where start and goal are not joined. pyroboplan's PRM
-(`pip install --no-deps pyroboplan`: it asks for another Pinocchio than this package) has its defaults, save a linking
-radius of 2 rad, as its 0.5 rad links nothing here; it gets coal's geometry whatever the checker. Touching: edges, at
-most 200 drawn at random, and answered paths, sampled every millimetre of motion by coal. Growth: roadmaps of ours of
+shows. A query is `solve` on the kept roadmap, which grows further where start and goal are not joined. Touching: edges,
+at most 200 drawn at random, and answered paths, sampled every millimetre of motion by coal. Growth: roadmaps of ours of
 more sizes, and whole plans, refined as by default, from the scene's start to its goal, each in a process of its own
-whose peak memory is given. State checks are interleaved over the same free configurations and edges of this scene, with
-states every 2 cm of motion; in batches and along edges FCL is asked only where cheap bounds on the distances cannot
-tell, as the planner does. Coal uses every core there. Limitations. OMPL's PRM alternates by the clock and is not
-reproducible. The roadmaps are not alike: ours is sparse, grown from trees, and proven, theirs are denser, uniform, and
-not.
+whose peak memory is given. Limitations. OMPL's PRM alternates by the clock and is not reproducible. The roadmaps are
+not alike: ours is sparse, grown from trees, and proven, theirs are denser, uniform, and not.
 """
 
 from __future__ import annotations
@@ -25,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import bench
-from benchmarks.roadmap.report import CHECKS, OURS, PEERS, PLAN, Row, aims, fault, tables
+from benchmarks.roadmap.report import OURS, PEERS, PLAN, Row, aims, fault, tables
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.problem.options import Backend
@@ -45,10 +40,9 @@ def roadmap(
     time_limit: float = 600.0,
     debug: bench.Debug = False,
 ) -> int:
-    """A kept roadmap: building it and asking it, against the PRMs of OMPL and of pyroboplan, where that is installed.
+    """A kept roadmap: building it and asking it, against OMPL's PRM.
 
-    Also the speed of the state checks of both collision libraries on the same edges, and with --sizes 4000 20000 how
-    our time and memory grow. Writes roadmap.csv and roadmap.md.
+    With --sizes 4000 20000 also how our time and memory grow. Writes roadmap.csv and roadmap.md.
 
     Args:
         robot: Name of a built-in robot or the path of a URDF.
@@ -65,16 +59,13 @@ def roadmap(
     if queries < 1 or not time_limit > 0:
         raise OptionError("give at least one query, and a time limit above 0 s.")
     open_world(WorldRequest(robot, scene, collision=collision))  # refuses an unknown robot or scene
-    methods = [(method, nodes) for method in (OURS, *PEERS, CHECKS[0])]
+    methods = [(method, nodes) for method in (OURS, *PEERS)]
     methods += [(method, size) for size in dict.fromkeys((nodes, *sizes)) for method in (OURS, PLAN) if sizes]
     cases = []
     for method, size in dict.fromkeys(methods):
         asked = robot, scene, collision, size, queries, seed, time_limit, bench.software()
         options = {"method": method, "robot": robot, "scene": scene, "collision": collision, "nodes": size}
-        names = CHECKS if method in CHECKS else (method,)
-        cases.append(
-            bench.Case(tuple(Row(name, *asked) for name in names), options | {"queries": queries, "seed": seed})
-        )
+        cases.append(bench.Case((Row(method, *asked),), options | {"queries": queries, "seed": seed}))
     return bench.run_bench(BENCH, out, cases, partial(_measure, time_limit=time_limit))
 
 

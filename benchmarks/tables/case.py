@@ -1,4 +1,4 @@
-"""One method of ``benchmarks tables`` on tasks of one scene, in a process of its own: plan, measure, look."""
+"""One method of ``benchmarks tables`` on tasks of one scene, in a process of its own."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.search.network import build_network
 from planner.trajectory.measure import measure_path
 
-KEPT = "kept roadmap"
+SAVED = "saved roadmap"
 
 Columns = dict[str, Any]
 Answer = Callable[[Query], tuple[Floats, float]]
@@ -31,31 +31,33 @@ Answer = Callable[[Query], tuple[Floats, float]]
 
 
 def measure(method: str, tasks: Sequence[tuple[str, str]], request: Columns) -> list[Columns]:
-    """The columns of each task (start, goal), which override those of ``request`` where they are not empty."""
+    """Return the columns of each task (start, goal); ``request`` holds the other options."""
     plain = plan_request(request)
-    requests = [plain.with_options(start=start, goal=goal) if start else plain for start, goal in tasks]
+    requests = [plain.with_options(start=start, goal=goal) for start, goal in tasks]
     try:
         queries = [make_query(one.what) for one in requests]
-        if method == KEPT:
-            return _on_kept_roadmap(plain, queries)
-        return [_timed(query, lambda _, one=one: _planned(one)) for query, one in zip(queries, requests, strict=True)]
+        if method == SAVED:
+            return _measure_on_saved_roadmap(plain, queries)
+        return [
+            _measure_query(query, lambda _, one=one: _plan(one)) for query, one in zip(queries, requests, strict=True)
+        ]
     except PlannerError as error:
         return [{"outcome": REFUSED, "message": str(error)} for _ in tasks]
 
 
-def _planned(request: PlanRequest) -> tuple[Floats, float]:
-    found = plan(request=request, timing=None)
-    return found.path, found.timings["setup"]
+def _plan(request: PlanRequest) -> tuple[Floats, float]:
+    result = plan(request=request, timing=None)
+    return result.path, result.timings["setup"]
 
 
-def _on_kept_roadmap(request: PlanRequest, queries: Sequence[Query]) -> list[Columns]:
-    """A roadmap around the home configuration, which knows none of the tasks, asked for each of them."""
+def _measure_on_saved_roadmap(request: PlanRequest, queries: Sequence[Query]) -> list[Columns]:
+    """Return the columns of each query on one roadmap that was grown around the home configuration."""
     home = make_query(request.with_options(start="home", goal="home").what)
     checker, begin = home.checker, time.perf_counter()
     roadmap = build_roadmap(
         checker.robot, checker, home.starts, home.goals, request.quality.nodes, request.quality.seed
     )
-    built = time.perf_counter() - begin
+    seconds = time.perf_counter() - begin
 
     def answer(query: Query) -> tuple[Floats, float]:
         joined = attach(roadmap, checker, query.starts, query.goals, request.quality.seed)
@@ -64,10 +66,10 @@ def _on_kept_roadmap(request: PlanRequest, queries: Sequence[Query]) -> list[Col
         steps = gabf.cheapest_path(field, joined.starts[:1])
         return path_waypoints(joined, checker.robot, steps), 0.0
 
-    return [_timed(query, answer) | {"built_s": built} for query in queries]
+    return [_measure_query(query, answer) | {"build_s": seconds} for query in queries]
 
 
-def _timed(query: Query, answer: Answer) -> Columns:
+def _measure_query(query: Query, answer: Answer) -> Columns:
     """Seconds of the wall clock and of the processor to an answer, and the answer's measures."""
     begin, cpu = time.perf_counter(), time.process_time()
     path, setup = answer(query)

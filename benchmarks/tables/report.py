@@ -1,27 +1,25 @@
-"""The rows of ``benchmarks tables``, and the tables of them beside the published numbers."""
+"""The rows of ``benchmarks tables``, and the tables of them with the published numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from benchmarks import bench
-from benchmarks.tables.published import GCS, GCS_TASKS, MBM, MISSING, PUBLISHED, SOURCES, Published
+from benchmarks.tables.published import GCS_TASKS, LENGTHS_RAD, MISSING, SECONDS, SOURCE
 from benchmarks.text import markdown_table
 from planner.batch.run import CRASHED, SOLVED
 
 
 @dataclass(frozen=True)
 class Row(bench.Row):
-    """One task by one of our methods. Up to ``software``: what was asked; then the results, None where there are none.
+    """One task by one of our methods; a field after ``software`` is None where there is no result.
 
-    ``seconds`` of the wall clock, ``cpu_s`` of the processor, once robot and scene are loaded; ``built_s``: to the
-    roadmap that is kept, which is not part of them. ``contacts``: segments on which the library that has not planned
-    finds a contact at a millimetre of motion.
+    ``seconds`` of the wall clock and ``cpu_s`` of the processor count from the loaded robot and scene; ``build_s`` is
+    the time of the saved roadmap, which they leave out. ``contacts``: segments on which the library that has not
+    planned finds a contact at a millimetre of motion.
     """
 
-    table: str
     task: str
     method: str
     nodes: int
@@ -33,7 +31,7 @@ class Row(bench.Row):
     message: str = ""
     seconds: float | None = None
     cpu_s: float | None = None
-    built_s: float | None = None
+    build_s: float | None = None
     length_rad: float | None = None
     straight_rad: float | None = None
     w_min: float | None = None
@@ -42,85 +40,40 @@ class Row(bench.Row):
 
 
 def tables(rows: Sequence[Row]) -> list[str]:
-    """Both collections of problems with their sources, and the problems that could not be had."""
-    lines = ["Published numbers are typed off, ours are measured.", ""]
-    of = {table: [row for row in rows if row.table == table] for table in (GCS, MBM)}
-    if of[GCS]:
-        lines += ["## Five tasks of the iiwa 14", "", *_task_tables(of[GCS]), "", _source(GCS), ""]
-    if of[MBM]:
-        lines += ["## MotionBenchMaker's problems for the Panda", "", *_summary_table(of[MBM]), _source(MBM), ""]
-    return [*lines, "## What could not be had", "", *(f"- {text}" for text in MISSING), ""]
+    """Return tables of length, seconds and manipulability, a line per task, with the published columns first."""
+    lines = ["Published numbers are copied, ours are measured.", "", "## Five tasks of the iiwa 14", ""]
+    lines += _columns("length (rad)", rows, "length_rad", LENGTHS_RAD)
+    lines += _columns("seconds", rows, "seconds", SECONDS)
+    lines += [f"- The saved roadmap took {row.build_s:.3g} s more." for row in rows if row.build_s is not None][:1]
+    lines += ["", *_columns("w, least", rows, "w_min"), *_columns("w, mean", rows, "w_mean"), f"Source. {SOURCE}", ""]
+    return [*lines, "## Problems that were not available", "", *(f"- {text}" for text in MISSING), ""]
+
+
+def _columns(
+    title: str, rows: Sequence[Row], name: str, published: dict[str, tuple[float, ...]] | None = None
+) -> list[str]:
+    """Return a table of one column of the rows: a line per task, a cell per published method and per method of ours."""
+    methods, theirs = list(dict.fromkeys(row.method for row in rows)), published or {}
+    values = {(row.task, row.method): getattr(row, name) for row in rows}
+    straight = {row.task: row.straight_rad for row in rows if row.straight_rad}
+    header = [title, *(f"{method}, published" for method in theirs), *(f"ours, {method}" for method in methods)]
+    lines = []
+    for k, ends in enumerate(GCS_TASKS):
+        task = " to ".join(ends)
+        lines.append([task, *(each[k] for each in theirs.values()), *(values.get((task, m)) for m in methods)])
+        lines[-1] += [straight.get(task)] if name == "length_rad" else []
+    return [*markdown_table([*header, *(["straight line"] if name == "length_rad" else [])], lines), ""]
 
 
 def fault(row: Row) -> str:
-    """A task that is not solved."""
+    """Return the outcome of a task that is not solved, else an empty text."""
     return "" if row.outcome == SOLVED else f"{row.task}, {row.method}: {row.outcome}. {row.message}"
 
 
 def aims(rows: Sequence[Row]) -> tuple[bench.Verdict, ...]:
-    """What ours is meant to hold; nothing is claimed of others' numbers."""
-    tried = [row for row in rows if not row.message]
+    """Return the verdicts on our own rows."""
     solved = [row for row in rows if row.outcome == SOLVED]
     return (
-        bench.tally("Every task is solved.", (row.outcome == SOLVED for row in tried), ""),
+        bench.tally("Every task is solved.", (row.outcome == SOLVED for row in rows), ""),
         bench.tally("No contact is found on a path of ours.", (row.contacts == 0 for row in solved), ""),
     )
-
-
-def _task_tables(rows: Sequence[Row]) -> list[str]:
-    """Length, seconds and manipulability, a line for each task; published columns first."""
-    theirs = [one for one in PUBLISHED if one.table == GCS]
-    names = list(dict.fromkeys(one.method for one in theirs))
-    ours = list(dict.fromkeys(row.method for row in rows))
-    tasks = [f"{start} to {goal}" for start, goal in GCS_TASKS]
-    found = {(row.task, row.method): row for row in rows}
-    header = [*(f"{name}, published" for name in names), *(f"ours, {name}" for name in ours)]
-
-    def line(task: str, column: str) -> list[Any]:
-        typed = [_published(theirs, task, name, column) for name in names]
-        return [task, *typed, *(getattr(found.get((task, name)), column, None) for name in ours)]
-
-    def with_straight(task: str) -> list[Any]:
-        straight = next((row.straight_rad for row in rows if row.task == task and row.straight_rad), None)
-        return [*line(task, "length_rad"), straight]
-
-    lengths = markdown_table(["length (rad)", *header, "straight line"], map(with_straight, tasks))
-    seconds = markdown_table(["seconds", *header], [line(task, "seconds") for task in tasks])
-    built = next((row.built_s for row in rows if row.built_s is not None), None)
-    note = "" if built is None else f"The roadmap that is kept took {built:.3g} s more, once for all tasks."
-    w = [
-        [
-            task,
-            *(
-                f"{_text(row.w_min)} / {_text(row.w_mean)}" if (row := found.get((task, name))) else "-"
-                for name in ours
-            ),
-        ]
-        for task in tasks
-    ]
-    conditioned = markdown_table(["w, least / mean", *(f"ours, {name}" for name in ours)], w)
-    return [*lengths, "", *seconds, "", *([note, ""] if note else []), *conditioned]
-
-
-def _summary_table(rows: Sequence[Row]) -> list[str]:
-    """Published medians over their problems, and ours over the folder's."""
-    header = ["method", "solved", "of", "length (rad)", "seconds"]
-    theirs = [[one.method, 699, 700, one.length_rad, one.seconds] for one in PUBLISHED if one.table == MBM]
-    names = {"length_rad": "length (rad)", "seconds": "seconds", "cpu_s": "CPU (s)"}
-    names |= {"w_min": "w, least", "w_mean": "w, mean"}
-    columns: dict[str, bench.Pick] = {"solved": bench.total(lambda row: row.outcome == SOLVED), "of": len}
-    columns |= {header: bench.middle(name) for name, header in names.items()}
-    columns |= {"paths touching": bench.total(lambda row: bool(row.contacts))}
-    return [*markdown_table(header, theirs), "", "Ours, in the median:", "", *bench.table(rows, ["method"], columns)]
-
-
-def _published(theirs: Sequence[Published], task: str, method: str, column: str) -> float | None:
-    return next((getattr(one, column) for one in theirs if (one.task, one.method) == (task, method)), None)
-
-
-def _text(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"
-
-
-def _source(table: str) -> str:
-    return f"Source. {SOURCES[table]}"

@@ -16,7 +16,6 @@ from benchmarks.attack.certificates import run as certificates
 from benchmarks.attack.claims import attack_claims, claims, world_of
 from benchmarks.attack.misses import states_by_ompls_rule
 from benchmarks.attack.proofs import compare_proofs
-from benchmarks.attack.reach import attack_reach
 from benchmarks.attack.report import Row
 from benchmarks.attack.run import attack
 from benchmarks.attack.segments import attack_segments
@@ -31,7 +30,6 @@ from planner.collision.coal import CoalChecker
 from planner.native.compiled import NativeWorld
 from planner.problem.request import PlanRequest
 from planner.robot.poses import pose
-from planner.robot.reach import Reach
 from planner.robot.scene import Scene
 from planner.robot.shapes import Mesh
 from tests.batch.posts import write_problem
@@ -79,12 +77,6 @@ def test_planted_false_claims_are_found(monkeypatch: pytest.MonkeyPatch) -> None
         worst = attack_claims(("sphere", "sphere"), "coal", 96, rng(), QUIET)
         assert worst is not None
         assert worst.over["verdict"] > 1e-5
-    with monkeypatch.context() as patch:
-        whole = Reach.motion
-        patch.setattr(Reach, "motion", lambda self, delta: 0.98 * whole(self, delta))
-        moved = attack_reach("planar_2r", 240, rng(), QUIET)
-        assert moved is not None
-        assert (moved.share > 1.0, moved.over > 1e-6) == (True, True)
     too_short(monkeypatch)
     proven = attack_segments(("box", "sphere"), "fcl", 24, rng(), QUIET)
     assert proven is not None

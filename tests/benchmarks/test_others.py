@@ -1,12 +1,14 @@
 """Other planners: each gets our problem and its answer is read, with a double in its library's place."""
 
 import ast
+import itertools
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import MagicMock
 
+import coal
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -40,13 +42,38 @@ def problem(tmp_path: Path) -> dict[str, Any]:
     return exchanged(make_query(request.what), 3, 2.0)
 
 
+def pinocchio_world(data: dict[str, Any]) -> tuple[Any, Any]:
+    """Model and collision geometry of the planned joints among the obstacles, out of the exchanged data alone."""
+    whole = pin.buildModelFromXML(data["urdf"])
+    kind, free = pin.GeometryType.COLLISION, {frozenset(pair) for pair in data["free_pairs"]}
+    shapes = pin.buildGeomFromUrdfString(whole, data["urdf"], kind, package_dirs=data["package_dirs"])
+    q = pin.neutral(whole)
+    for name, value in data["held"].items():
+        q[whole.joints[whole.getJointId(name)].idx_q] = value
+    held = [whole.getJointId(name) for name in whole.names[1:] if name not in data["joints"]]
+    model, geometry = pin.buildReducedModel(whole, shapes, held, q)
+    links = [whole.frames[item.parentFrame].name for item in shapes.geometryObjects]
+    joints = [item.parentJoint for item in geometry.geometryObjects]
+    for i, k in itertools.combinations(range(geometry.ngeoms), 2):
+        if joints[i] != joints[k] and frozenset((links[i], links[k])) not in free:
+            geometry.addCollisionPair(pin.CollisionPair(i, k))
+    makers = {"box": lambda item: coal.Box(*item["size"]), "sphere": lambda item: coal.Sphere(item["radius"])}
+    makers["cylinder"] = lambda item: coal.Cylinder(item["radius"], item["length"])
+    for item in data["obstacles"]:
+        placement = pin.SE3(np.array(item["placement"]))
+        added = pin.GeometryObject(item["name"], 0, 0, placement, makers[item["type"]](item))
+        number = geometry.addGeometryObject(added)
+        for i in range(len(links)):
+            geometry.addCollisionPair(pin.CollisionPair(i, number))
+    return model, geometry
+
+
 @pytest.mark.parametrize(("robot", "scene"), [("panda", "shelf"), ("ur5", "window")])
 def test_the_problem_that_others_get_is_ours(robot: str, scene: str) -> None:
     """Pinocchio's own collision pairs on the exchanged data, against our checker, on random configurations."""
     query = make_query(PlanRequest.from_options(robot=robot, scene=scene, collision="coal").what)
     data = exchanged(query, 0, 1.0)
-    model, geometry = solver_runner._pinocchio_robot(data)
-    solver_runner._add_obstacles(geometry, data["obstacles"])
+    model, geometry = pinocchio_world(data)
     held, found = model.createData(), geometry.createData()
     np.testing.assert_allclose(model.lowerPositionLimit, query.robot.lower)
     for q in [*random_q(query.robot, 60, 3), query.starts[0], query.goals[0]]:

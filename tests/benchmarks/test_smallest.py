@@ -30,7 +30,6 @@ def check_plan(rows: Rows) -> None:
     row, other = ours[1], rows[-1]
     assert row["certified"] == row["edges"]
     assert (row["contacts"], row["motion_contact"], row["proven"]) == ("0", "", "True")
-    assert (row["disagreed"], row["outside"], row["batch_differs"]) == ("0", "0", "0")
     assert float(row["largest_share"]) <= 1.0
     assert float(row["timed_s"]) <= float(row["stopping_s"])
     assert 0 < float(row["first_path_s"]) < float(row["total_s"]) < float(row["process_s"])
@@ -52,7 +51,7 @@ def check_attack(rows: Rows) -> None:
     by_part = {
         part: [row for row in rows if row["attack"] == part] for part in dict.fromkeys(r["attack"] for r in rows)
     }
-    assert list(by_part) == ["claims", "segments", "reach", "misses", "certificates", "changes"]
+    assert list(by_part) == ["claims", "segments", "misses", "certificates", "changes"]
     assert len(by_part["claims"]) == 2 * 15
     apart, tried = (sum(int(row[name]) for row in by_part["claims"]) for name in ("apart", "tried"))
     assert 0.5 < apart / tried < 1.0  # or the search would say little
@@ -86,11 +85,8 @@ def check_roadmap(rows: Rows) -> None:
     assert {name: row["outcome"] for name, row in found.items() if row["outcome"] == "measured"}.keys() >= {
         "OMPL PRM, our checker",
         "OMPL PRM, plain coal",
-        "FCL checks",
-        "coal checks",
         "gabf-planner, plan",
     }
-    assert all(float(found[name]["check_edge_us"]) > 0 for name in ("FCL checks", "coal checks"))
 
 
 def check_optimum(rows: Rows) -> None:
@@ -126,7 +122,7 @@ def check_tradeoff(rows: Rows) -> None:
 
 def check_tables(rows: Rows) -> None:
     assert {row["outcome"] for row in rows} == {"solved"}
-    assert {row["method"] for row in rows} == {"path only", "beta 1", "kept roadmap"}
+    assert {row["method"] for row in rows} == {"path only", "beta 1", "saved roadmap"}
     assert {row["contacts"] for row in rows} == {"0"}
 
 
