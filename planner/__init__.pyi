@@ -10,10 +10,10 @@ from .gabf.path import paths_from as paths_from
 from .planning.follow import follow as follow
 from .planning.plan import plan as plan
 from .planning.result import Plan as Plan
-from .problem.conditions import KeepAxis as KeepAxis
-from .problem.conditions import KeepBox as KeepBox
-from .problem.conditions import KeepPlane as KeepPlane
-from .problem.conditions import KeepTurn as KeepTurn
+from .problem.conditions import AxisConstraint as AxisConstraint
+from .problem.conditions import BoxConstraint as BoxConstraint
+from .problem.conditions import OrientationConstraint as OrientationConstraint
+from .problem.conditions import PlaneConstraint as PlaneConstraint
 from .problem.outcome import Outcome as Outcome
 from .problem.request import FollowRequest as FollowRequest
 from .problem.request import LimitsRequest as LimitsRequest

@@ -61,5 +61,7 @@ def _quicker(words: list[str]) -> list[str]:
     """The command with fewer nodes and less effort, where it has any."""
     if words[1] in ("plan", "sweep", "batch") or words[1:3] == ["roadmap", "build"]:
         fewer = words if {"--roadmap", "--path-only"} & set(words) else [*words, "--nodes", "80"]
-        return fewer if words[1] == "roadmap" or "--effort" in words else [*fewer, "--effort", "0"]
+        return (
+            fewer if words[1] == "roadmap" or "--refinement-rounds" in words else [*fewer, "--refinement-rounds", "0"]
+        )
     return ["20" if before == "--nodes" else word for before, word in zip(["", *words], words, strict=False)]

@@ -22,7 +22,7 @@ EXAMPLES = SCENES / "examples"
 PLANS: dict[str, dict[str, Any]] = {
     "iiwa14 in paper, FCL": {"nodes": 60},
     "iiwa14 in paper, coal, charged edges, floor": {
-        **{"nodes": 80, "collision": "coal", "charge": "edges", "min_manipulability": 0.02}
+        **{"nodes": 80, "collision": "coal", "cost_integration": "edges", "min_manipulability": 0.02}
     },
     "panda in shelf, FCL": {"robot": "panda", "scene": "shelf", "nodes": 60},
     "panda in shelf, coal": {

@@ -141,7 +141,7 @@ CALLS: dict[str, Callable[[], object]] = {
     "robot, base of text": lambda: planner.Robot.load("planar_2r", base="here"),
     "robot, base with NaN": lambda: planner.Robot.load("planar_2r", base=np.full((4, 4), NAN)),
     "network of a roadmap, NaN as clearance": lambda: planner.build_network(post_roadmap(), 0.5, NAN),
-    "a direction of text, once only": lambda: planner.KeepAxis("z", iter(["a", 0, 1])),
+    "a direction of text, once only": lambda: planner.AxisConstraint("z", iter(["a", 0, 1])),
     "limits, one": limits(velocity=np.ones(1)),
     "limits, no source": lambda: planner.MotionLimits(ROBOT.joints, *np.ones((3, 2)), source={}),
     "limits, NaN": limits(jerk=np.array([1.0, NAN])),

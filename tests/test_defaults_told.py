@@ -30,7 +30,7 @@ TOLD: list[tuple[str, str, Any]] = [
         r"Left out, \d+, or (\S+) with --roadmap",
         PlanRequest.from_options(roadmap="x").quality.rounds,
     ),
-    ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.quality.rounds),
+    ("planner/session/session.py", r"but for ``refinement_rounds``: (\S+) where left out", SESSION.quality.rounds),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
     (
         "planner/roadmap/grow.py",
@@ -39,10 +39,10 @@ TOLD: list[tuple[str, str, Any]] = [
     ),
     ("planner/gabf/network.py", r"held at ``source_values`` \(k,\), (\S+) where left out", HELD),
     ("docs/howto/better_paths.md", r"(\w+) rounds are the default where a roadmap is grown", PLAIN.quality.rounds),
-    ("docs/howto/better_paths.md", r"shortcuts in time keep: (\S+), or half of it", PLAIN.quality.room),
-    ("docs/howto/better_paths.md", r"plans keep (\S+) mm where there is space", 1000 * PLAIN.quality.room),
+    ("docs/howto/better_paths.md", r"shortcuts in time keep: (\S+), or half of it", PLAIN.quality.extra_clearance),
+    ("docs/howto/better_paths.md", r"plans keep (\S+) mm where there is space", 1000 * PLAIN.quality.extra_clearance),
     ("docs/howto/choose_beta.md", r"falls with w: .*?`(\w+)` \(default\)", PLAIN.quality.manipulability_cost),
-    ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.quality.charge),
+    ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.quality.cost_integration),
     ("docs/reference/commands.md", r"`--ik-solutions` \((\S+)\)", PLAIN.what.ik_solutions),
     ("docs/reference/commands.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
 ]
@@ -62,7 +62,7 @@ def test_the_default_that_is_told_is_the_codes(name: str, words: str, value: flo
 
 def test_the_defaults_of_the_library_are_those_of_the_command_line() -> None:
     """Functions that repeat a default of the request have the same one."""
-    assert PLAIN.with_options(robot="planar_2r", scene="empty", effort=0, room=0.0) == SESSION
+    assert PLAIN.with_options(robot="planar_2r", scene="empty", refinement_rounds=0, extra_clearance=0.0) == SESSION
     assert SingularityFree(T=PLAIN.quality.prescribed_time) == gabf.named_law(
         PLAIN.quality.law, PLAIN.quality.prescribed_time
     )

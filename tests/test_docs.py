@@ -67,7 +67,7 @@ def test_the_python_of_a_page_runs(path: Path, tmp_path: Path, monkeypatch: pyte
     left_out = [block for block in blocks(path.read_text(), "python") if any(each in block for each in lacks)]
     for block in blocks(path.read_text(), "python"):
         if block not in left_out:
-            exec(block.replace("beta=0.2)", "beta=0.2, nodes=60, effort=0)"), names)
+            exec(block.replace("beta=0.2)", "beta=0.2, nodes=60, refinement_rounds=0)"), names)
     if name_of(path) == "reference/library":
         assert np.allclose(names["path"][[0, -1]], [[q, 0.5, 0, -1.2, 0, 0.8, 0] for q in (0, -2)])
         assert names["motion"].proven

@@ -22,13 +22,13 @@ from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.moving_prover import TimedProver
 from planner.collision.path_moves import first_free
 from planner.collision.world import World
-from planner.constraints.keeps import Keeps
+from planner.constraints.path_constraints import PathConstraints
 from planner.kinematics.forward import Chain, joint_placements, tool_pose
 from planner.kinematics.inverse import beyond_reach, solve
 from planner.kinematics.manipulability import manipulability, node_manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.conditions import KeepAxis, KeepPlane
+from planner.problem.conditions import AxisConstraint, PlaneConstraint
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.moving import KnownMotion, MovingObstacle
@@ -227,13 +227,13 @@ def test_what_curves_are_proven_to_keep_dense_samples_keep(which: str | int) -> 
         lowest, highest = float((way @ direction).min()), float((way @ direction).max())
         for share in (0.97, 1.001):
             bound = highest - share * (highest - lowest)
-            keeps = Keeps(made.robot, (KeepPlane(tuple(direction), bound),))
-            assert keeps.proven(curve[None])[0] == (share > 1)
+            constraints = PathConstraints(made.robot, (PlaneConstraint(tuple(direction), bound),))
+            assert constraints.proven(curve[None])[0] == (share > 1)
 
 
 def test_a_level_tool_is_proven_to_stay_level() -> None:
-    keeps = Keeps(palletizer().robot, (KeepAxis("z", (0.0, 0.0, 1.0), 1e-3),))
-    assert keeps.proven(curves_of(palletizer().robot, 20, 3, seed=6)).all()
+    constraints = PathConstraints(palletizer().robot, (AxisConstraint("z", (0.0, 0.0, 1.0), 1e-3),))
+    assert constraints.proven(curves_of(palletizer().robot, 20, 3, seed=6)).all()
 
 
 def test_what_is_proven_in_time_touches_at_no_moment() -> None:

@@ -140,7 +140,9 @@ def test_every_cost_and_metric_is_optimal(small, metric, cost):
 
 
 def test_beta_trades_one_cost_for_the_other(small):
-    costs = [plan(request=small.with_options(beta=beta, effort=0), timing=None).cost for beta in (0.0, 0.5, 1.0)]
+    costs = [
+        plan(request=small.with_options(beta=beta, refinement_rounds=0), timing=None).cost for beta in (0.0, 0.5, 1.0)
+    ]
     omegas, distances = [c.manipulability for c in costs if c], [c.distance for c in costs if c]
     assert omegas[0] == min(omegas)
     assert distances[2] == min(distances)
@@ -201,7 +203,7 @@ def test_no_path_is_an_outcome(scenes):
 
 
 def test_the_highest_floor_that_was_found_can_be_kept_to():
-    request = PlanRequest.from_options(nodes=100, effort=0, seed=2)
+    request = PlanRequest.from_options(nodes=100, refinement_rounds=0, seed=2)
     failed = plan(request=request.with_options(min_manipulability=0.12), timing=None)
     assert failed.outcome is Outcome.TOO_SINGULAR
     assert isinstance(failed.reason, FloorTooHigh)

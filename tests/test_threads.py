@@ -19,10 +19,10 @@ from planner.trajectory.timing import time_path
 
 THREADS = 4
 REQUESTS = [
-    PlanRequest.from_options(robot="planar_2r", scene="cage", nodes=40, effort=2),
-    PlanRequest.from_options(robot="planar_2r", scene="cage", nodes=40, effort=2, seed=1, collision="coal"),
-    PlanRequest.from_options(robot="panda", scene="shelf", path_only=True, effort=0),
-    PlanRequest.from_options(robot="ur5", scene="table", nodes=40, effort=2, beta=0.2, collision="coal"),
+    PlanRequest.from_options(robot="planar_2r", scene="cage", nodes=40, refinement_rounds=2),
+    PlanRequest.from_options(robot="planar_2r", scene="cage", nodes=40, refinement_rounds=2, seed=1, collision="coal"),
+    PlanRequest.from_options(robot="panda", scene="shelf", path_only=True, refinement_rounds=0),
+    PlanRequest.from_options(robot="ur5", scene="table", nodes=40, refinement_rounds=2, beta=0.2, collision="coal"),
 ]
 
 

@@ -96,7 +96,7 @@ def _measure(row: Row, progress: Progress, kept: dict[tuple, tuple[float, float]
             goal=arm.goal,
             beta=row.beta,
             nodes=row.nodes,
-            effort=row.effort,
+            refinement_rounds=row.effort,
             seed=row.seed,
             collision="coal",
         )

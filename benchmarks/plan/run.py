@@ -64,8 +64,9 @@ def plan(
     A problem is request<X>.yaml, a MoveIt motion plan request, with scene<X>.yaml or scene<X>.scene beside it, in
     FOLDER or in folders inside it, which are the scene types. All options are those of 'planner plan', but for what
     each problem says itself (scene, request, start, goal) and --seed, in whose place --seeds stands. Run again with
-    another --beta, --effort, --nodes or --collision and the same --out, and the report sets them side by side. Paths
-    and motions are checked by the library that has not planned. Writes plan.csv, one row a run, and plan.md.
+    another --beta, --refinement-rounds, --nodes or --collision and the same --out, and the report sets them side by
+    side. Paths and motions are checked by the library that has not planned. Writes plan.csv, one row a run, and
+    plan.md.
 
     Args:
         folder: Folder of the problems.

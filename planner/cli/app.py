@@ -29,7 +29,7 @@ COMMANDS = {  # each is the function of its name in this module of planner.cli; 
     "robot-yaml": "robot_yaml",
     "roadmap": "roadmap",
 }
-_SEVERAL = ("--goal", "--keep")
+_SEVERAL = ("--goal", "--constraint")
 # a type of option: its word in the help, its value out of text, the text of a value
 _TEXTS: tuple[tuple[Any, str, Callable[[str], Any], Callable[[Any], str]], ...] = (
     (of.RobotLike, "NAME|FILE", str, str),
@@ -94,7 +94,7 @@ def _command(name: str) -> Any:
 
 
 def prepared(words: Sequence[str]) -> list[str]:
-    """The words with all ``--goal`` made one, which stands where the first stood, and all ``--keep``.
+    """The words with all ``--goal`` made one, which stands where the first stood, and all ``--constraint``.
 
     Raises :class:`OptionError` for another option that is given twice, of which the parser would take the last, and
     for an empty word: an empty folder is the one that the shell stands in.

@@ -50,14 +50,14 @@ def plan(
     """Plan a joint path from a start to a goal that keeps away from obstacles and singular configurations.
 
     A start or goal is a name from the scene file, home, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool
-    position, m), pose:x,y,z,qx,qy,qz,qw, or with tolerance conditions as --keep has them, with & between. With no
+    position, m), pose:x,y,z,qx,qy,qz,qw, or with tolerance conditions as --constraint has them, with & between. With no
     options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles. Examples:
 
     planner plan --robot panda --scene shelf --beta 0 --seed 3 --out shelf
 
     planner plan --start home --goal goal --goal xyz:0.5,0.3,0.6 --roadmap out/roadmap.npz
 
-    planner plan --robot panda --scene empty --start home --goal "xyz:0.4,0.4,0.5 & axis:z,0,0,-1" --keep turn:0.1
+    planner plan --robot panda --scene empty --start home --goal "xyz:0.4,0.4,0.5 & axis:z,0,0,-1" --constraint turn:0.1
 
     The path becomes the quickest motion within the limits that is proven as a curve in time, corners rounded. Where
     obstacles move along known motions (motion: in the scene file) the plan is the earliest motion through the roadmap

@@ -143,9 +143,16 @@ def _session_of_plan(folder: Path) -> tuple[Session, Question]:
 
     plan = Plan.load(folder)
     given, world = plan.request.values(), plan.checker.world
-    in_robot = ("tool", "srdf", "group", "joints", "base", "effort")  # the last one refines, which takes seconds
+    in_robot = (
+        "tool",
+        "srdf",
+        "group",
+        "joints",
+        "base",
+        "refinement_rounds",
+    )  # the last one refines, which takes seconds
     options: dict[str, Any] = {name: given[name] for name in OPTIONS if name in given and name not in in_robot}
-    options["keep"] = world.conditions
+    options["constraint"] = world.conditions
     session = Session(plan.robot, plan.scene, roadmap=plan.roadmap, **options)
     ends = plan.request.config()
     start, goal = ends["start"], ends.get("goal", "")

@@ -7,7 +7,7 @@ from planner.base.errors import OptionError, choices
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import worked_out
 from planner.collision.world import World
-from planner.constraints.keeps import require_bound
+from planner.constraints.path_constraints import require_bound
 from planner.problem.conditions import Condition, conditions_of
 from planner.problem.request import WorldRequest
 from planner.robot.robot import Robot
@@ -22,17 +22,17 @@ def make_checker(
     scene: Scene | None,
     backend: str = "fcl",
     margin: float = 0.0,
-    keep: str | Condition | Sequence[str | Condition] = (),
+    constraint: str | Condition | Sequence[str | Condition] = (),
 ) -> CollisionChecker:
     """A collision checker of ``robot`` among the scene's obstacles, where it is None among none.
 
     ``margin`` (m) is a distance to keep from everything: what comes closer counts as a collision. Link pairs that need
     no check come from the robot (its SRDF or robot file), else they are worked out. The ``backend`` says what touches;
     proofs of whole motions, :class:`planner.collision.edge_prover.EdgeProver`, rest on planes of our own. What motions
-    ``keep`` besides is proven with them; limits of joints are the robot's.
+    ``constraint`` besides is proven with them; limits of joints are the robot's.
     """
     kind = _backend(backend)
-    conditions = conditions_of(keep)
+    conditions = conditions_of(constraint)
     WorldRequest(margin=margin)  # refuses a margin out of range
     require_bound(conditions, robot)
     disabled, made = robot.disabled_pairs, None

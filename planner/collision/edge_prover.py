@@ -83,10 +83,10 @@ class EdgeProver:
     Planes between the shapes prove; the checker says what touches where they cannot. A motion that is not decided is
     ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop, everything that is still open
     is undecided; it hears how many motions are done if they are a ``stage``. What the world's motions keep
-    (:class:`planner.constraints.keeps.Keeps`) is proven of all that is called free; what is not proven to keep it is
-    undecided, with no pair. So is a motion on which a slide leaves what its limits allow, as reaches hold no farther;
-    limits of other joints are not looked at. :class:`PlannerError` for arrays of other shapes, or with what is no
-    finite number.
+    (:class:`planner.constraints.path_constraints.PathConstraints`) is proven of all that is called free; what is not
+    proven to keep it is undecided, with no pair. So is a motion on which a slide leaves what its limits allow, as
+    reaches hold no farther; limits of other joints are not looked at. :class:`PlannerError` for arrays of other shapes,
+    or with what is no finite number.
     """
 
     def __init__(self, checker: CollisionChecker, progress: Progress = QUIET, stage: str = "") -> None:
@@ -132,7 +132,7 @@ class EdgeProver:
 
         One thread asks it.
         """
-        prove, keeps, inside = self.native.prove_motion, self.world.keeps, self.checker.inside
+        prove, constraints, inside = self.native.prove_motion, self.world.constraints, self.checker.inside
 
         def free(first: Floats, delta: Floats) -> bool:
             """Whether one motion is proven, and what is kept by it too."""
@@ -143,7 +143,7 @@ class EdgeProver:
             )
             if found is None or inside.pairs(first[None])[0] >= 0:
                 return False
-            if keeps and not keeps.proven(np.stack([first, delta])[None])[0]:
+            if constraints and not constraints.proven(np.stack([first, delta])[None])[0]:
                 return False
             self.note(first[None], delta[None], np.array(found[:1]), np.array(found[1:]))
             return True
@@ -170,7 +170,7 @@ class EdgeProver:
         coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", self.robot.dof), most=_LARGEST)
         if self.static_contact is not None:
             return Proofs.alike(len(coefficients), Verdict.COLLIDES)
-        kept = self.world.keeps.proven(coefficients)
+        kept = self.world.constraints.proven(coefficients)
         if kept.all():
             return self._proven_free(coefficients, room, contacts)
         rows = np.arange(len(kept)) if contacts else np.flatnonzero(kept)  # what strays is asked for contacts only
@@ -218,7 +218,7 @@ class EdgeProver:
         """Of pieces that cross no surface, whether none begins inside something, and all keep what motions keep."""
         if (self.checker.inside.pairs(coefficients[:, 0]) >= 0).any():
             return False
-        return bool(self.world.keeps.proven(coefficients).all())
+        return bool(self.world.constraints.proven(coefficients).all())
 
     def _prove_batch(self, coefficients: Floats, room: float) -> tuple[Proofs, Floats]:
         """The proofs, and where those stopped that are undecided."""

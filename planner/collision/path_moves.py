@@ -159,9 +159,9 @@ def _first_allowed(
 def _of_kept(prover: EdgeProver, points: Floats, price: Floats) -> Floats:
     """The prices (k, k) of motions between ``points`` (k, dof), infinite for those that may stray."""
     price = price.copy()
-    if prover.world.keeps:
+    if prover.world.constraints:
         i, j = np.nonzero(np.isfinite(price))
-        strays = ~prover.world.keeps.proven(np.stack([points[i], points[j] - points[i]], axis=1))
+        strays = ~prover.world.constraints.proven(np.stack([points[i], points[j] - points[i]], axis=1))
         price[i[strays], j[strays]] = np.inf
     return price
 
@@ -193,12 +193,12 @@ def cheapest_chain(
 
 def _keeping(prover: EdgeProver, allows: MotionTest | None) -> MotionTest | None:
     """A test of the caller's, and whether motions keep what they have to keep in this world."""
-    keeps = prover.world.keeps
-    if not keeps:
+    constraints = prover.world.constraints
+    if not constraints:
         return allows
 
     def both(start: Floats, delta: Floats) -> Bools:
-        kept = keeps.proven(np.stack([start, delta], axis=1))
+        kept = constraints.proven(np.stack([start, delta], axis=1))
         return kept if allows is None else kept & allows(start, delta)
 
     return both

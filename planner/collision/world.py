@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.constraints.keeps import Keeps
+from planner.constraints.path_constraints import PathConstraints
 from planner.problem.conditions import Condition
 from planner.robot.reach import Reach, pair_reach
 from planner.robot.robot import Robot
@@ -41,10 +41,11 @@ class Contact:
 class World:
     """A robot among obstacles, every pair in one numbering.
 
-    Pairs 0 .. B O - 1 are body b against obstacle o (number b O + o); then the self-collision pairs. ``checked``
-    says which scene pairs count. A configuration is free when every checked pair is farther apart than ``margin`` (m).
-    ``conditions`` are what every motion keeps besides, see :class:`planner.constraints.keeps.Keeps`; ``disabled`` are
-    the pairs of links that need no check.
+    Pairs 0 .. B O - 1 are body b against obstacle o (number b O + o); then the self-collision pairs. ``checked`` says
+    which scene pairs count. A configuration is free when every checked pair is farther apart than ``margin`` (m).
+    ``conditions`` are what every motion keeps besides, see
+    :class:`planner.constraints.path_constraints.PathConstraints`; ``disabled`` are the pairs of links that need no
+    check.
     """
 
     robot: Robot
@@ -111,9 +112,9 @@ class World:
         return made
 
     @cached_property
-    def keeps(self) -> Keeps:
+    def constraints(self) -> PathConstraints:
         """``conditions`` on this robot."""
-        return Keeps(self.robot, self.conditions)
+        return PathConstraints(self.robot, self.conditions)
 
     @cached_property
     def moving(self) -> Bools:

@@ -40,9 +40,9 @@ class MotionCost:
     """What straight motions cost under an :class:`Objective`, as ``planning.network.build_network`` charges.
 
     The length is divided by the longest edge of the roadmap that ``scale`` was measured on; omega is integrated along
-    the motion and multiplied by that, or with ``charge`` "nodes" that of the state it leads to. Infinite for motions
-    with a state below the floor, where a continuous joint turns by half a turn or more, and unless beta is 1 for
-    those longer than ``longest``. ``states``: in how many, at least, w is looked at along each.
+    the motion and multiplied by that, or with ``cost_integration`` "nodes" that of the state it leads to. Infinite for
+    motions with a state below the floor, where a continuous joint turns by half a turn or more, and unless beta is 1
+    for those longer than ``longest``. ``states``: in how many, at least, w is looked at along each.
     """
 
     robot: Robot
@@ -87,7 +87,7 @@ class MotionCost:
             Chain.of(self.robot).native,
             numbers=(*numbers, self.longest, W_IN_COST, chord),
             kind=cost_number(objective.manipulability_cost),
-            at_end=objective.charge == "nodes",
+            at_end=objective.cost_integration == "nodes",
             fewest=self.states,
             wraps=self.robot.continuous,
             joint=joint,
@@ -106,7 +106,7 @@ class MotionCost:
         cost = distance = length_cost(self.scale, objective.metric, edges.joint_length, edges.tool_length)
         if objective.beta < 1.0:
             name = objective.manipulability_cost
-            if objective.charge == "nodes":
+            if objective.cost_integration == "nodes":
                 omega = manipulability_cost(w[:, -1], self.scale, name)
             else:
                 omega = edges.edge_cost[:, cost_number(name)] * distance

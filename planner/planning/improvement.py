@@ -57,7 +57,7 @@ def improve_for_all_betas(
     betas = IMPROVED_AT if own == IMPROVED_AT[0] else (*IMPROVED_AT, own)
     for place, beta in enumerate(betas):
         seed = (quality.seed + _SEEDS_APART * place) % 2**31
-        part = replace(quality, effort=-(-quality.rounds // 2), seed=seed)
+        part = replace(quality, refinement_rounds=-(-quality.rounds // 2), seed=seed)
         whole = progress.renamed(lambda *of, k=place: progress(of[0], k * of[2] + of[1], len(betas) * of[2]))
         found = improved_roadmap(roadmap, checker, part, beta, whole, room)
         roadmap, curves[beta] = found.roadmap, found.curve
@@ -69,8 +69,8 @@ def roomy_roadmap(
 ) -> tuple[Roadmap, float]:
     """The roadmap with new certificates of its edges, and the clearance (m) beyond the margin that its paths keep.
 
-    That is ``quality.room``, or half of it, a quarter, ...: the largest at which edges lead from a start to a goal,
-    above the floor if one is asked for; else 0. A path that has been made short or well conditioned grazes the
+    That is ``quality.extra_clearance``, or half of it, a quarter, ...: the largest at which edges lead from a start to
+    a goal, above the floor if one is asked for; else 0. A path that has been made short or well conditioned grazes the
     obstacles, so the edges of a plan's network, the motions that refinement tries and the shortcuts in time keep it.
     """
 
@@ -81,9 +81,9 @@ def roomy_roadmap(
         begin[roadmap.starts] = True
         return bool(reached(begin, np.concatenate([edges, edges[:, ::-1]]))[roadmap.goals].any())
 
-    if quality.room <= 0 or not joins(0.0):
+    if quality.extra_clearance <= 0 or not joins(0.0):
         return roadmap, 0.0
-    for clearance in halves(quality.room):
+    for clearance in halves(quality.extra_clearance):
         roadmap = _with_proofs(roadmap, checker, clearance, progress)
         if progress.stopped:
             break

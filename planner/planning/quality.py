@@ -37,7 +37,7 @@ class PointRecord(Record):
 class QualityRecord(Record):
     """How good the path is."""
 
-    effort: int
+    refinement_rounds: int
     """rounds of refinement and search"""
     curve: list[PointRecord]
     lower_bound: float
@@ -59,13 +59,15 @@ class QualityRecord(Record):
     ) -> Self:
         """The quality of a path (k, dof) of ``roadmap`` that costs ``total``."""
         bound, finely = cost_lower_bound(roadmap, robot, quality.objective), None
-        if quality.charge == "edges":
+        if quality.cost_integration == "edges":
             alone, states = replace(quality.objective, beta=0.0, floor=0.0), dense_path(path)
             cost = MotionCost(robot, roadmap.scale, alone, longest=np.inf, states=3).of_pieces
             finely = float(cost(states[:-1], states[1:]).sum())
         points = [PointRecord(rounds=rounds, cost=cost) for rounds, cost in curve]
         gap = total / bound - 1.0 if bound > 0 else None
-        return cls(effort=quality.rounds, curve=points, lower_bound=bound, gap=gap, manipulability_cost=finely)
+        return cls(
+            refinement_rounds=quality.rounds, curve=points, lower_bound=bound, gap=gap, manipulability_cost=finely
+        )
 
     def rows(self, cost: PathCost, in_time: bool) -> Rows:
         """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""
@@ -80,7 +82,9 @@ class QualityRecord(Record):
         rows.append(("bound", f"no path {ends} costs less than {outward(self.lower_bound, 4, up=False)}{apart}"))
         if len(self.curve) > 1:
             first, last = self.curve[0], self.curve[-1]
-            rows.append(("effort", f"{last.rounds} rounds took the best cost from {first.cost:.4f} to {last.cost:.4f}"))
+            rows.append(
+                ("refinement", f"{last.rounds} rounds took the best cost from {first.cost:.4f} to {last.cost:.4f}")
+            )
         return rows
 
 
@@ -99,7 +103,7 @@ def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> fl
     else:
         here, there = tool_positions(robot, starts), tool_positions(robot, goals)
         distance = np.linalg.norm(here[:, None] - there[None], axis=2) / roadmap.scale.tool_length
-    if objective.charge == "edges":
+    if objective.cost_integration == "edges":
         omega = roadmap.scale.zeta * distance
     else:
         w, name = roadmap.manipulability[roadmap.goals], objective.manipulability_cost
@@ -206,6 +210,6 @@ def _remedies(w_min: float, floor: float, at_ends: list[str], quality: PlanQuali
         tries.append(f"--min-manipulability {floor:g}, above which a path of this roadmap stays")
     if quality.beta == 1.0:
         tries.append("a --beta below 1")
-    elif quality.charge == "nodes":
-        tries.append("--charge edges")
+    elif quality.cost_integration == "nodes":
+        tries.append("--cost-integration edges")
     return tries or ([f"another {at_ends[0]}"] if at_ends else ["more --nodes", "another --seed"])

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from planner.base.arrays import Floats
 from planner.base.errors import choices
-from planner.constraints.keeps import Keeps
+from planner.constraints.path_constraints import PathConstraints
 from planner.planning.quality import Conditioning, ManipulabilityRecord, QualityRecord
 from planner.planning.run import FieldRecord, MotionRecord, RunRecord, cost_text
 from planner.problem.outcome import Nodes, NoPath, Record, Rows
@@ -60,11 +60,11 @@ class LengthRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class KeptRecord(Record):
+class ConstraintRecord(Record):
     """How far path and motion stay inside a condition that is kept all along."""
 
     condition: str
-    """as --keep takes it"""
+    """as --constraint takes it"""
     unit: str
     """of the least it has to spare, negative where it is broken"""
     path: float
@@ -75,14 +75,14 @@ class KeptRecord(Record):
     motion_proven: bool | None
 
     @classmethod
-    def all_of(cls, keeps: Keeps, path: Floats, made: Trajectory | None) -> list[Self]:
+    def all_of(cls, constraints: PathConstraints, path: Floats, made: Trajectory | None) -> list[Self]:
         """A record of each condition."""
-        if not keeps or not len(path):
+        if not constraints or not len(path):
             return []
-        on_path = keeps.along(dense_path(path), np.stack([path[:-1], np.diff(path, axis=0)], axis=1))
+        on_path = constraints.along(dense_path(path), np.stack([path[:-1], np.diff(path, axis=0)], axis=1))
         in_motion = [None] * len(on_path)
         if made is not None:
-            in_motion = keeps.along(made.sample(_KEPT_APART).positions, made.coefficients)
+            in_motion = constraints.along(made.sample(_KEPT_APART).positions, made.coefficients)
         return [
             cls(
                 condition=kept.condition.text,
@@ -160,7 +160,7 @@ class PlanRecord(RunRecord):
     path_length: LengthRecord | None
     clearance: ClearanceRecord | None
     trajectory: MotionRecord | None
-    kept: list[KeptRecord]
+    constraints: list[ConstraintRecord]
     """what path and motion keep besides limits and clearance"""
     in_time: InTimeRecord | None
     """null where no obstacle moves or may move, or no motion is"""
@@ -182,7 +182,7 @@ class PlanRecord(RunRecord):
         rows += [(leg.leg, leg.text(what)) for leg in self.legs or ()]
         if motion is not None:
             rows.append(("motion", motion.text(bool(self.manipulability and self.manipulability.floor))))
-        rows += [("kept", kept.text) for kept in self.kept]
+        rows += [("constraint", each.text) for each in self.constraints]
         if self.in_time is not None and motion is not None:
             rows += self.in_time.rows(motion.proven)
         return rows + (self.gabf.rows if self.gabf else [])
@@ -196,6 +196,6 @@ class PlanRecord(RunRecord):
         rows.append(("manipulability w", self.manipulability.text))
         if self.conditioning is not None and self.conditioning.advice:
             rows.append((CONDITIONING, self.conditioning.advice))
-        rows += self.clearance.rows(self.config["room"])
+        rows += self.clearance.rows(self.config["extra_clearance"])
         length = f"{self.path_length.joint:.3f} rad, {self.path_length.workspace:.3f} m"
         return [*rows, ("goal reached", self.goal or ""), ("path", f"{len(self.path)} waypoints, {length}")]

@@ -18,8 +18,8 @@ from planner.planning.quality import ManipulabilityRecord, QualityRecord, judge_
 from planner.planning.record import (
     CONDITIONING,
     ClearanceRecord,
+    ConstraintRecord,
     InTimeRecord,
-    KeptRecord,
     LengthRecord,
     PlanRecord,
 )
@@ -201,7 +201,7 @@ class Plan(Result[PlanRecord]):
             **of_path,
             clearance=self.clearance,
             trajectory=MotionRecord.of(self.trajectory, robot),
-            kept=KeptRecord.all_of(self.checker.world.keeps, path, self.trajectory),
+            constraints=ConstraintRecord.all_of(self.checker.world.constraints, path, self.trajectory),
             in_time=InTimeRecord.of(self.scene, self.trajectory, self.route),
             roadmap=roadmap.record(self.edges_removed),
             gabf=FieldRecord.of(quality, self.cost_to_go),

@@ -131,7 +131,9 @@ def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Tr
     """The motion along a plan's path."""
     quality = found.request.quality
     how = (limits, timing.time_law, quality.min_manipulability, cost_in_motion(found), timing.extra_cost)
-    wanted = 0.0 if found.scene.limited else quality.room  # of obstacles with a speed limit the proof counts the margin
+    wanted = (
+        0.0 if found.scene.limited else quality.extra_clearance
+    )  # of obstacles with a speed limit the proof counts the margin
     kept = min(wanted, found.clearance_kept)
     clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)
     made, _ = timed_curve(found.path, keeping(found.checker, clearance), *how)
@@ -155,7 +157,7 @@ def cost_in_motion(found: Plan) -> MotionCost:
 
     Motions in time are priced in short chords, on which the ends and the middle are enough.
     """
-    objective = replace(found.request.quality.objective, charge="edges", floor=0.0)
+    objective = replace(found.request.quality.objective, cost_integration="edges", floor=0.0)
     return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3).of_pieces
 
 

@@ -71,7 +71,7 @@ class Condition:
     @property
     def text(self) -> str:
         """As people write it, exact to the last bit."""
-        axis = f"{self.axis}," if isinstance(self, KeepAxis) else ""
+        axis = f"{self.axis}," if isinstance(self, AxisConstraint) else ""
         return f"{self.kind}:{axis}{numbers_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
 
 
@@ -88,7 +88,7 @@ class OfPoint(Condition):
 
 
 @options
-class KeepAxis(Condition):
+class AxisConstraint(Condition):
     """A frame's ``axis``, x, y or z, within ``angle`` (rad) of a ``direction`` of the world; it may turn about it."""
 
     axis: Annotated[str, Field(pattern="^[xyz]$")]
@@ -99,7 +99,7 @@ class KeepAxis(Condition):
 
 
 @options
-class KeepBox(OfPoint):
+class BoxConstraint(OfPoint):
     """A frame's origin, or ``point``, between ``lower`` and ``upper`` (m)."""
 
     lower: Three
@@ -117,7 +117,7 @@ class KeepBox(OfPoint):
 
 
 @options
-class KeepPlane(OfPoint):
+class PlaneConstraint(OfPoint):
     """A frame's origin, or ``point``, p on one side of a plane: ``normal`` . p >= ``distance`` (m)."""
 
     normal: Direction
@@ -127,7 +127,7 @@ class KeepPlane(OfPoint):
 
 
 @options
-class KeepTurn(Condition):
+class OrientationConstraint(Condition):
     """A frame's orientation within ``angle`` (rad) of ``quaternion`` (x, y, z, w), or of that at the start."""
 
     angle: Angle
@@ -138,10 +138,10 @@ class KeepTurn(Condition):
 
 # of each: its class, how many numbers it takes, and how they are written
 _KINDS: dict[str, tuple[type[Condition], tuple[int, ...], str]] = {
-    "axis": (KeepAxis, (3, 4), "x, y or z, then nx,ny,nz,angle"),
-    "box": (KeepBox, (6,), "x0,y0,z0,x1,y1,z1"),
-    "plane": (KeepPlane, (4,), "nx,ny,nz,d"),
-    "turn": (KeepTurn, (1, 5), "angle or angle,qx,qy,qz,qw"),
+    "axis": (AxisConstraint, (3, 4), "x, y or z, then nx,ny,nz,angle"),
+    "box": (BoxConstraint, (6,), "x0,y0,z0,x1,y1,z1"),
+    "plane": (PlaneConstraint, (4,), "nx,ny,nz,d"),
+    "turn": (OrientationConstraint, (1, 5), "angle or angle,qx,qy,qz,qw"),
 }
 
 
@@ -159,7 +159,7 @@ def parse_condition(text: str) -> Condition:
     made, counts, form = _KINDS[kind]
     words = rest.split(",")
     given: dict[str, Any] = {} if frame is None else {"frame": frame}
-    if made is KeepAxis:
+    if made is AxisConstraint:
         given["axis"] = words.pop(0).strip()
     try:
         if at is not None:
@@ -178,7 +178,7 @@ def parse_condition(text: str) -> Condition:
         raise OptionError(f"{where} is not usable: {error}") from None
 
 
-def parse_keeps(text: str) -> tuple[Condition, ...]:
+def parse_constraints(text: str) -> tuple[Condition, ...]:
     """What a motion is to keep out of its text; :class:`OptionError` where it has no meaning, or is too thin."""
     return require_thick(tuple(parse_condition(part) for part in text.split(AND) if part.strip()))
 
@@ -197,14 +197,16 @@ def require_thick(conditions: tuple[Condition, ...]) -> tuple[Condition, ...]:
 def conditions_of(value: object) -> tuple[Condition, ...]:
     """Conditions out of text, a condition, or several of both; :class:`OptionError` for anything else."""
     if isinstance(value, str):
-        return parse_keeps(value)
+        return parse_constraints(value)
     if isinstance(value, Condition):
         return require_thick((value,))
     if value is None:
         return ()
     if isinstance(value, Iterable):
         return tuple(each for part in value for each in conditions_of(part))
-    raise OptionError(f"keep must be conditions, got {str(value)[:100]}: give text or planner.KeepAxis and its like.")
+    raise OptionError(
+        f"constraint must be conditions, got {str(value)[:100]}: give text or planner.AxisConstraint and its like."
+    )
 
 
 def numbers_text(values: Sequence[float]) -> str:

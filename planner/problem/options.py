@@ -54,7 +54,7 @@ class Tolerance(tuple[float, float]):
 Backend = Literal["fcl", "coal"]
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Metric = Literal["joint", "workspace"]
-Charge = Literal["nodes", "edges"]
+CostIntegration = Literal["nodes", "edges"]
 ManipulabilityCost = Literal["inverse", "log", "linear"]
 Rows = Literal["pose", "translation", "rotation", "planar"]
 MeasureName = Literal["yoshikawa", "inverse-condition", "min-singular-value", "joint-limits"]
@@ -154,7 +154,7 @@ Collision = Annotated[
         "planes prove the edges."
     ),
 ]
-Keep = Annotated[
+Constraint = Annotated[
     Conditions,
     BeforeValidator(conditions_of),
     Doc(
@@ -242,16 +242,17 @@ Manipulability = Annotated[
     ),
 ]
 WCost = Annotated[ManipulabilityCost, Doc("Cost of a configuration by manipulability w: 1/w, -ln w or -w, normalised.")]
-WhereCharged = Annotated[
-    Charge, Doc("Where that cost is charged: along edges, where singularities hide, or at nodes, as in the paper.")
+Integration = Annotated[
+    CostIntegration,
+    Doc("Where that cost is charged: along edges, where singularities hide, or at nodes, as in the paper."),
 ]
-Effort = Annotated[
+RefinementRounds = Annotated[
     Annotated[Integer, Field(ge=0, le=1_000_000)] | None,
     Doc(
         "Rounds of refinement at most, half of them per beta: 0.5, 0, 1 and --beta. Left out, 12, or 0 with --roadmap."
     ),
 ]
-Room = Annotated[
+ExtraClearance = Annotated[
     Real,
     Field(ge=0, le=100),
     Doc("Metres beyond --margin that refined paths and shortcuts keep, or a half, a quarter ... where it is narrow."),

@@ -133,10 +133,10 @@ class BeyondLimit(Reason):
 
 
 @dataclass(frozen=True)
-class BreaksKept(Reason):
+class ConstraintBroken(Reason):
     """``role`` lies outside what is to be kept, the ``condition`` in its text, by so much: rad, or m."""
 
-    kind: Literal["breaks_kept"] = field(default="breaks_kept", kw_only=True)
+    kind: Literal["constraint_broken"] = field(default="constraint_broken", kw_only=True)
     role: str
     condition: str
     by: float
@@ -228,12 +228,12 @@ class FloorTooHigh(Reason):
 
 
 @dataclass(frozen=True)
-class KeptTooNarrow(Reason):
+class ConstraintsTooNarrow(Reason):
     """Start and goal are joined, but not by a path that keeps the conditions."""
 
-    kind: Literal["kept_too_narrow"] = field(default="kept_too_narrow", kw_only=True)
+    kind: Literal["constraints_too_narrow"] = field(default="constraints_too_narrow", kw_only=True)
     conditions: _Names
-    """as --keep takes them"""
+    """as --constraint takes them"""
     gap: Gap
 
     @property
@@ -319,7 +319,7 @@ class CannotFollow(Reason):
         }[self.cause]
 
 
-NoWay = Separated | BudgetSpent | KeptTooNarrow
+NoWay = Separated | BudgetSpent | ConstraintsTooNarrow
 """Start and goal lie in different parts of the roadmap."""
 
 NoPath = NoWay | FloorTooHigh | BlockedInTime | CannotFollow

@@ -26,10 +26,10 @@ from planner.problem.targets import Named, Target
 DEFAULT_BETA = 0.5
 DEFAULT_COST: of.ManipulabilityCost = "log"
 DEFAULT_METRIC: of.Metric = "joint"
-DEFAULT_CHARGE: of.Charge = "edges"
+DEFAULT_COST_INTEGRATION: of.CostIntegration = "edges"
 DEFAULT_MEASURE: of.Measure = "yoshikawa"
-DEFAULT_EFFORT = 12  # rounds
-DEFAULT_ROOM = 5e-3  # m
+DEFAULT_REFINEMENT_ROUNDS = 12  # rounds
+DEFAULT_EXTRA_CLEARANCE = 5e-3  # m
 _SPELT = {"motion_plan_request": "request"}  # in files and on the command line
 R = TypeVar("R", bound="Request")
 
@@ -42,15 +42,15 @@ class Objective:
         planner.Objective(beta=0.2, manipulability=lambda q: 1.0 / robot.condition_number(q))
 
     D is its length by ``metric``: joint motion, or the tool's path. Omega is its ``manipulability_cost``: with
-    ``charge`` "edges" integrated along its length, with "nodes" that of the nodes it leads to, as in the paper.
-    ``jacobian_rows`` are the rows of the tool's Jacobian that w is computed from. ``manipulability`` names another
-    measure, or is a function of configurations (n, dof); it is sampled, and no floor is proven for it.
+    ``cost_integration`` "edges" integrated along its length, with "nodes" that of the nodes it leads to, as in the
+    paper. ``jacobian_rows`` are the rows of the tool's Jacobian that w is computed from. ``manipulability`` names
+    another measure, or is a function of configurations (n, dof); it is sampled, and no floor is proven for it.
     """
 
     beta: of.Beta = DEFAULT_BETA
     manipulability_cost: of.WCost = DEFAULT_COST
     metric: of.Distance = DEFAULT_METRIC
-    charge: of.WhereCharged = DEFAULT_CHARGE
+    cost_integration: of.Integration = DEFAULT_COST_INTEGRATION
     floor: of.MinManipulability = 0.0
     jacobian_rows: of.JacobianRows = None
     manipulability: of.Manipulability = DEFAULT_MEASURE
@@ -83,7 +83,7 @@ class PartialWorld:
     manipulability: of.Manipulability = DEFAULT_MEASURE
     collision: of.Collision = "fcl"
     margin: of.RecordedMargin = None
-    keep: of.Keep = ()
+    constraint: of.Constraint = ()
 
     def __post_init__(self) -> None:
         if self.group is not None and self.joints is not None:
@@ -157,20 +157,20 @@ class SweepQuality(RoadmapQuality):
     prescribed_time: of.PrescribedTime = 4.0
     metric: of.Distance = DEFAULT_METRIC
     manipulability_cost: of.WCost = DEFAULT_COST
-    charge: of.WhereCharged = DEFAULT_CHARGE
-    effort: of.Effort = None
-    room: of.Room = DEFAULT_ROOM
+    cost_integration: of.Integration = DEFAULT_COST_INTEGRATION
+    refinement_rounds: of.RefinementRounds = None
+    extra_clearance: of.ExtraClearance = DEFAULT_EXTRA_CLEARANCE
 
     @property
     def rounds(self) -> int:
-        """The effort; where it was left out 12, or 0 for a kept roadmap."""
-        if self.effort is not None:
-            return self.effort
-        return DEFAULT_EFFORT if self.roadmap is None else 0
+        """The rounds of refinement; where left out 12, or 0 for a kept roadmap."""
+        if self.refinement_rounds is not None:
+            return self.refinement_rounds
+        return DEFAULT_REFINEMENT_ROUNDS if self.roadmap is None else 0
 
     def objective_at(self, beta: float) -> Objective:
         """The objective of a path at ``beta``."""
-        return Objective(beta, self.manipulability_cost, self.metric, self.charge, self.min_manipulability)
+        return Objective(beta, self.manipulability_cost, self.metric, self.cost_integration, self.min_manipulability)
 
 
 @options
@@ -186,8 +186,8 @@ class PlanQuality(SweepQuality):
 
     @property
     def rounds(self) -> int:
-        """As for a sweep, but 0 for a path only where the effort was left out."""
-        return 0 if self.path_only and self.effort is None else super().rounds
+        """As for a sweep, but 0 for a path only where it was left out."""
+        return 0 if self.path_only and self.refinement_rounds is None else super().rounds
 
     @property
     def objective(self) -> Objective:
@@ -297,7 +297,9 @@ class FollowRequest(Request):
     def __post_init__(self) -> None:
         _require_provable_floor(self.what, self.quality)
         plain = PlanQuality()
-        for name in () if self.what.start else ("roadmap", "path_only", "nodes", "effort", "room"):
+        for name in (
+            () if self.what.start else ("roadmap", "path_only", "nodes", "refinement_rounds", "extra_clearance")
+        ):
             if getattr(self.quality, name) != getattr(plain, name):
                 raise OptionError(
                     f"{name.replace('_', '-')} needs a start, from which a free motion leads to the path."

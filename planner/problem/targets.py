@@ -23,7 +23,14 @@ from planner.base.arrays import is_placement, placement
 from planner.base.errors import OptionError, StateError, choices
 from planner.problem.conditions import AND as AND  # between alternative goals too
 from planner.problem.conditions import FORMS as CONDITIONS
-from planner.problem.conditions import Condition, KeepBox, KeepTurn, is_condition, numbers_text, parse_condition
+from planner.problem.conditions import (
+    BoxConstraint,
+    Condition,
+    OrientationConstraint,
+    is_condition,
+    numbers_text,
+    parse_condition,
+)
 
 HOME = "home"
 BOTH = "&"  # between the conditions of one goal
@@ -73,7 +80,8 @@ class Pose:
 class ToolGoal:
     """All that meets ``conditions`` on the tool, or on other frames: a goal with tolerance.
 
-    planner.ToolGoal((planner.KeepBox((0.5, 0.3, 0.6), (0.5, 0.3, 0.7)), planner.KeepAxis("z", (0.0, 0.0, -1.0), 0.1)))
+    down = planner.AxisConstraint("z", (0.0, 0.0, -1.0), 0.1)
+    planner.ToolGoal((planner.BoxConstraint((0.5, 0.3, 0.6), (0.5, 0.3, 0.7)), down))
 
     A pose, as text, array (4, 4) or ``pinocchio.SE3``, may be one of them. One of a turn without a quaternion means the
     orientation at the start.
@@ -138,16 +146,18 @@ def _conditions(part: object) -> tuple[Condition, ...]:
         return (parse_condition(part),)
     match target_of(part, "a part of a goal with tolerance"):
         case Position((x, y, z), frame):
-            return (KeepBox((x, y, z), (x, y, z), frame=frame),)
+            return (BoxConstraint((x, y, z), (x, y, z), frame=frame),)
         case Pose((x, y, z), (a, b, c, d), frame):
-            return KeepBox((x, y, z), (x, y, z), frame=frame), KeepTurn(0.0, (a, b, c, d), frame=frame)
+            return BoxConstraint((x, y, z), (x, y, z), frame=frame), OrientationConstraint(
+                0.0, (a, b, c, d), frame=frame
+            )
     raise OptionError(f"'{part!s:.100}' is no part of a goal with tolerance: give xyz:, pose:, or {CONDITIONS}.")
 
 
 def _condition_text(condition: Condition) -> str:
     """The text of a condition in a goal: a box without extent is a position."""
-    at = condition.lower if isinstance(condition, KeepBox) else ()
-    return Position(at).text if at and condition == KeepBox(at, at) else condition.text
+    at = condition.lower if isinstance(condition, BoxConstraint) else ()
+    return Position(at).text if at and condition == BoxConstraint(at, at) else condition.text
 
 
 def _numbers_of(matrix: object, role: str) -> tuple[list[float], list[float], list[float]]:

@@ -11,9 +11,9 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
-from planner.constraints.keeps import bound_to, unbound
+from planner.constraints.path_constraints import bound_to, unbound
 from planner.kinematics.inverse import Tolerance
-from planner.problem.conditions import Condition, parse_keeps
+from planner.problem.conditions import Condition, parse_constraints
 from planner.problem.request import ProblemRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text
 from planner.query.resolve import check_limits, joint_values, other_turns, resolve
@@ -68,10 +68,10 @@ def open_world(
     """
     asked = None if message is None else read_motion_plan_request(message)
     scene, robot = _set_up(request, asked)
-    robot, keep = _constrained(request, robot, scene, asked)
+    robot, constraint = _constrained(request, robot, scene, asked)
     _judge(request, robot, scene)
-    turns = unbound(keep) if start is not None else ()
-    rest = [each for each in keep if each not in turns]
+    turns = unbound(constraint) if start is not None else ()
+    rest = [each for each in constraint if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, rest)
     return _bound(checker, turns, start(checker)) if start is not None and turns else checker
 
@@ -103,10 +103,10 @@ def make_query(
     if request.widen_limits:
         robot = widened_for(robot, [start, *goals])
     _require_limits(robot, [("start", start), *((_role(goal, goals), goal) for goal in goals)])
-    robot, keep = _constrained(request, robot, scene, message)
+    robot, constraint = _constrained(request, robot, scene, message)
     _judge(request, robot, scene)
-    turns = unbound(keep)
-    bound = [each for each in keep if each not in turns]
+    turns = unbound(constraint)
+    bound = [each for each in constraint if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, bound)
     progress("setup", 1, 2)
     query = resolve_query(checker, start, goals, request.ik_solutions, request.ik_tolerance, near_start, turns)
@@ -160,10 +160,10 @@ def _constrained(
     request: WorldRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
 ) -> tuple[Robot, tuple[Condition, ...]]:
     """The robot, and the conditions that motions keep, by the request, the scene and a message."""
-    keep = (*request.keep, *parse_keeps(scene.keep))
+    constraint = (*request.constraint, *parse_constraints(scene.constraints))
     if message is not None:
-        robot, keep = with_path_limits(robot, message, scene), (*keep, *kept_of(message, robot, scene))
-    return robot, tuple(dict.fromkeys(keep))
+        robot, constraint = with_path_limits(robot, message, scene), (*constraint, *kept_of(message, robot, scene))
+    return robot, tuple(dict.fromkeys(constraint))
 
 
 def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:

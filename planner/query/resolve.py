@@ -11,12 +11,12 @@ from planner.base.errors import StateError, choices, metric, tell
 from planner.base.yamlfile import FARTHEST, shown
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact
-from planner.constraints.keeps import Keeps, bound_to, require_bound
+from planner.constraints.path_constraints import PathConstraints, bound_to, require_bound
 from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
-from planner.problem.conditions import Condition, KeepBox
+from planner.problem.conditions import BoxConstraint, Condition
 from planner.problem.options import IK_LARGEST, IK_LEAST
-from planner.problem.outcome import BeyondLimit, BreaksKept, OutOfReach, Touching
+from planner.problem.outcome import BeyondLimit, ConstraintBroken, OutOfReach, Touching
 from planner.problem.targets import (
     FORMS,
     HOME,
@@ -74,8 +74,8 @@ def resolve(
         case ToolGoal(conditions):
             found = _spread(within(conditions, checker, role, starts), checker.robot)
             return _choose(found, checker, role, count, starts)
-        case Position((x, y, z)) if checker.world.keeps:
-            here = ToolGoal((KeepBox((x, y, z), (x, y, z), frame=target.frame),))
+        case Position((x, y, z)) if checker.world.constraints:
+            here = ToolGoal((BoxConstraint((x, y, z), (x, y, z), frame=target.frame),))
             return resolve(here, checker, states, role, count, starts)
         case Position() | Pose():
             robot = with_tool(checker.robot, target.frame)
@@ -133,12 +133,12 @@ def within(
     if starts is not None:
         conditions = bound_to(conditions, robot, starts[0])
     require_bound(conditions, robot)
-    asked = Keeps(robot, (*conditions, *checker.world.conditions))
+    asked = PathConstraints(robot, (*conditions, *checker.world.conditions))
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SEEDS - 1, robot.dof))])
     if starts is not None:
         seeds = np.vstack([seeds, _seeds(robot, starts)])
     found, good = asked.projected(seeds, rng.random(len(seeds)), inverse.POSITION_TOLERANCE)
-    good &= checker.world.keeps.holds(found)
+    good &= checker.world.constraints.holds(found)
     if good.any():
         return robot.normalise(found[good])
     spare = asked.spare(found)
@@ -147,7 +147,7 @@ def within(
     raise StateError(
         f"{role} cannot be reached by frame '{robot.tool}': the nearest configuration of {len(seeds)} tries misses "
         f"'{missed.text}' by {-spare[nearest].min():.3g} {missed.unit}; choose a nearer one, or more tolerance.",
-        BreaksKept(role, missed.text, float(-spare[nearest].min())),
+        ConstraintBroken(role, missed.text, float(-spare[nearest].min())),
     )
 
 
@@ -241,14 +241,14 @@ def brought_within(robot: Robot, values: Floats) -> Floats:
 
 def _require_kept(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> None:
     """Raise :class:`StateError` for the first of ``rows`` that breaks what motions keep, with by how much."""
-    keeps, values = checker.world.keeps, np.array([q for _, q in rows]).reshape(-1, checker.robot.dof)
-    for row in np.flatnonzero(~keeps.holds(values)).tolist():
-        spare = keeps.spare(values[row : row + 1])[0]
-        role, kept, by = rows[row][0], keeps.conditions[spare.argmin()], float(-spare.min())
+    constraints, values = checker.world.constraints, np.array([q for _, q in rows]).reshape(-1, checker.robot.dof)
+    for row in np.flatnonzero(~constraints.holds(values)).tolist():
+        spare = constraints.spare(values[row : row + 1])[0]
+        role, kept, by = rows[row][0], constraints.conditions[spare.argmin()], float(-spare.min())
         raise StateError(
             f"{role} lies outside '{kept.text}', which is to be kept, by {by:.3g} {kept.unit}: choose "
             "another one, or keep less.",
-            BreaksKept(role, kept.text, by),
+            ConstraintBroken(role, kept.text, by),
         )
 
 
@@ -328,9 +328,9 @@ def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, sta
 
 def _kept(found: Floats, checker: CollisionChecker, role: str) -> Floats:
     """Those of ``found`` (k, dof) that keep what motions keep; :class:`StateError` where none does."""
-    good = checker.world.keeps.holds(found)
+    good = checker.world.constraints.holds(found)
     if not good.any():
-        _require_kept([(role, found[int(checker.world.keeps.slack(found).argmax())])], checker)
+        _require_kept([(role, found[int(checker.world.constraints.slack(found).argmax())])], checker)
     return found[good]
 
 

@@ -88,7 +88,7 @@ class MotionChecker:
 
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
         self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
-        self.keeps = prover.world.keeps
+        self.constraints = prover.world.constraints
         self._ends_look_free, self._is_free = prover.checker.bound.look_along(np.inf), prover.each_free(room)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
@@ -112,23 +112,23 @@ class MotionChecker:
     def looks_free(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""
         look = self.prover.checker.bound.look_along(step)
-        if self.floor <= 0 and not self.keeps:
+        if self.floor <= 0 and not self.constraints:
             return look
         return lambda first, delta: look(first, delta) and self._well_conditioned(first, delta)
 
     def step(self, longest: float) -> float:
         """How far (rad) trees step, ``longest`` at most: as far as a chord keeps to what is narrow."""
-        return min(longest, self.keeps.stride)
+        return min(longest, self.constraints.stride)
 
     def _all_well_conditioned(self, first: Floats, delta: Floats) -> Bools:
         return np.array([self._well_conditioned(*motion) for motion in zip(first, delta, strict=True)], dtype=bool)
 
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
-        if self.floor <= 0 and not self.keeps:
+        if self.floor <= 0 and not self.constraints:
             return True
         count = max(1, int(np.ceil(length(delta) / W_IN_GROWTH)))
         states = first + (np.arange(count + 1) / count)[:, None] * delta
-        kept = bool(self.keeps.holds(states).all())
+        kept = bool(self.constraints.holds(states).all())
         return kept and (self.floor <= 0 or bool((manipulability(self.robot, states) >= self.floor).all()))
 
 

@@ -174,7 +174,7 @@ class FirstPathSearch:
         self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
     ) -> Floats | None:
         """A path of motions that look free; by OMPL's planner where motions keep something, as it projects states."""
-        if not self._motions.keeps:
+        if not self._motions.constraints:
             self._progress(FIRST_PATH, self.checked, self._settings.motions)
             path, looked_at = self._looked_for(space, starts, goals, step, sample, limit)
             self.checked += max(looked_at, 1)  # a try that could not even begin counts, so that tries end
@@ -188,7 +188,7 @@ class FirstPathSearch:
                 self._progress(FIRST_PATH, self.checked + planners.checked, self._settings.motions)
             return look(first, delta)
 
-        with TreePlanners(space, check, self._rng, self._progress, self._motions.keeps, inside) as planners:
+        with TreePlanners(space, check, self._rng, self._progress, self._motions.constraints, inside) as planners:
             path = planners.rrt_connect(starts, goals, self._motions.step(step), limit)
         self.checked += max(planners.checked, 1)
         return path
@@ -222,7 +222,9 @@ class FirstPathSearch:
         robot, last = self._robot, first + delta
         for beyond in _REPAIR_BOX:
             box = self._box(first, last, beyond)
-            with TreePlanners(box, self._motions.proven, self._rng, self._progress, self._motions.keeps) as planners:
+            with TreePlanners(
+                box, self._motions.proven, self._rng, self._progress, self._motions.constraints
+            ) as planners:
                 step = self._motions.step(max(0.5 * length(delta), 0.1))
                 path = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
             self.checked += planners.checked

@@ -164,7 +164,7 @@ def grow_tree(
 
         before = len(forest)
         check = motions.looks_free(MOTION_IN_GROWTH)
-        with TreePlanners(JointSpace.from_robot(motions.robot), check, rng, progress, motions.keeps) as planners:
+        with TreePlanners(JointSpace.from_robot(motions.robot), check, rng, progress, motions.constraints) as planners:
             planners.on_accept = lambda new, old=before, most=most: progress(ROADMAP, max(old + new, most), full)
             part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
             tree = planners.rrt(forest.nodes(), motions.step(settings.range), part, limit - checked)

@@ -1,8 +1,8 @@
 """A roadmap improved for one objective: its best paths refined, and other ones searched where samples say they may be.
 
-Work is counted in rounds, ``effort`` of them at most: they end once two thirds have gained nothing. A round refines
-the cheapest path that still gains. Every third one, or every second one where w counts, or where no path gains, one
-adds informed samples and a path that RRTConnect finds where a cheaper one may pass, searches a cheaper path through
+Work is counted in rounds, ``refinement_rounds`` of them at most: they end once two thirds have gained nothing. A round
+refines the cheapest path that still gains. Every third one, or every second one where w counts, or where no path gains,
+one adds informed samples and a path that RRTConnect finds where a cheaper one may pass, searches a cheaper path through
 them or else one unlike those that were found before, and refines that. So paths of several homotopy classes are
 refined, and as the effort grows the cheapest one converges to the optimum.
 """
@@ -79,7 +79,7 @@ class _Search:
         self.graph = LazyRoadmap(whole, roadmap.nodes, edges, starts, goals)
         objective = cost.objective
         unit = cost.scale.joint_length if objective.metric == "joint" else np.inf
-        least = cost.scale.zeta if objective.charge == "edges" else 0.0
+        least = cost.scale.zeta if objective.cost_integration == "edges" else 0.0
         self._rate = objective.total(least, 1.0) / unit
         self._every = _EXPLORED_EVERY if objective.beta == 1.0 else _EXPLORED_EVERY_FOR_W
         self.candidates: list[_Candidate] = []
@@ -173,7 +173,8 @@ def improve(
     around: Floats | None = None,
     clearance: float = 0.0,
 ) -> Improvement:
-    """At most ``effort`` rounds for the objective ``cost``, from a ``path`` (k, dof) along edges of ``roadmap`` if any.
+    """At most ``refinement_rounds`` rounds for the objective ``cost``, from a ``path`` (k, dof) along edges of
+    ``roadmap`` if any.
 
     With a floor of ``cost``, ``path`` must keep above it. Of the roadmap's edges those count that are certified to keep
     ``clearance`` (m) beyond its margin; new motions keep the margin of ``checker``. Nodes and edges of the roadmap
@@ -209,9 +210,9 @@ def improve(
     return Improvement(with_paths(roadmap, prover, kept), tuple(curve))
 
 
-def _has_settled(curve: list[tuple[int, float]], effort: int) -> bool:
+def _has_settled(curve: list[tuple[int, float]], refinement_rounds: int) -> bool:
     """Whether the last rounds of a ``curve`` gained next to nothing: more for more effort, so that it tries more."""
-    before = -1 - max(_PATIENCE, 2 * effort // 3)
+    before = -1 - max(_PATIENCE, 2 * refinement_rounds // 3)
     return len(curve) >= -before and curve[-1][1] > (1.0 - _SETTLED) * curve[before][1]
 
 

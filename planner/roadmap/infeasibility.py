@@ -16,7 +16,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.collision.edge_prover import EdgeProver
-from planner.problem.outcome import BudgetSpent, Gap, KeptTooNarrow, NoWay, Separated
+from planner.problem.outcome import BudgetSpent, ConstraintsTooNarrow, Gap, NoWay, Separated
 from planner.roadmap.connections import nearest_of
 from planner.roadmap.roadmap import Roadmap
 
@@ -47,14 +47,14 @@ def why_apart(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = 
     parts that are proven free lead from a start to a goal. Fewer may suffice, as only some motions are tried. An answer
     after ``progress`` was asked to stop is of no use.
     """
-    gap, keeps = _gap(roadmap, checker), checker.world.keeps
+    gap, constraints = _gap(roadmap, checker), checker.world.constraints
     unconstrained = with_conditions(checker, ())
     links = _links(roadmap, unconstrained)
     fewest = _fewest(roadmap, links, _blockers(roadmap, unconstrained, links, progress))
     if fewest:
         return Separated(tuple(checker.world.obstacles[k].name for k in sorted(fewest)), gap)
-    if keeps and fewest is not None:
-        return KeptTooNarrow(keeps.texts, gap)
+    if constraints and fewest is not None:
+        return ConstraintsTooNarrow(constraints.texts, gap)
     return BudgetSpent(len(roadmap.nodes), gap)
 
 

@@ -42,8 +42,8 @@ class LazyRoadmap:
     def add(self, samples: Floats) -> None:
         """Take up the ``samples`` (k, dof) that are free, each with links to its nearest nodes."""
         samples = samples[manipulability(self._robot, samples) >= self._refiner.cost.objective.floor]
-        if keeps := self._refiner.prover.world.keeps:
-            samples, kept = keeps.projected(samples)
+        if constraints := self._refiner.prover.world.constraints:
+            samples, kept = constraints.projected(samples)
             samples = self._robot.normalise(samples[kept])
         free = samples[self._bound.each_looks_free(samples)]
         first = len(self.nodes)

@@ -50,7 +50,7 @@ def obtain_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = Q
             len(roadmap.nodes),
         )
     roadmap = in_this_world(roadmap, query.checker, progress)
-    roadmap = kept_part(roadmap, query.checker.world.keeps)
+    roadmap = kept_part(roadmap, query.checker.world.constraints)
     roadmap = with_checked_nodes(roadmap, query.checker)
     return attach(roadmap, query.checker, query.starts, query.goals, quality.seed, progress=progress)
 

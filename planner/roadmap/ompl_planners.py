@@ -18,7 +18,7 @@ from ompl import util as ou
 from planner.base.arrays import Bools, Floats, Ints, length
 from planner.base.progress import QUIET, Progress
 from planner.base.silenced import PROCESS
-from planner.constraints.keeps import Keeps
+from planner.constraints.path_constraints import PathConstraints
 from planner.kinematics.arm import shorter_way
 from planner.roadmap.edges import MotionCheck
 from planner.roadmap.forest import Forest
@@ -78,11 +78,11 @@ class TreePlanners:
         check: MotionCheck,
         rng: np.random.Generator,
         progress: Progress = QUIET,
-        keeps: Keeps | None = None,
+        constraints: PathConstraints | None = None,
         inside: Callable[[list[float]], bool] | None = None,
     ) -> None:
         self.checked = self.accepted = 0
-        self._keeps, self._inside, self._limit = keeps or None, inside, math.inf
+        self._constraints, self._inside, self._limit = constraints or None, inside, math.inf
         self.on_accept: Callable[[int], None] = lambda accepted: None
         self._grown: list[bytes] | None = None  # both ends of each motion that was accepted
         self._space, self._check, self._rng, self._progress = space, check, rng, progress
@@ -166,7 +166,7 @@ class TreePlanners:
         if self._inside is not None and not self._inside(end):
             return False
         (first, second), delta = self._both, self._packed(self._values(a), end)
-        if self._keeps is not None:
+        if self._constraints is not None:
             if not self._brought(first, second, delta, a, b):
                 return False
             delta = self._packed(self._values(a), self._values(b))
@@ -184,14 +184,14 @@ class TreePlanners:
         OMPL adds the state of its own that it asks about, so what is written there is what its tree has. It goes on
         towards a state for as long as it advances: a step that does not come nearer to it is none.
         """
-        assert self._keeps is not None
-        good = self._keeps.holds(np.stack([first, second]))
+        assert self._constraints is not None
+        good = self._constraints.holds(np.stack([first, second]))
         if good.all():
             return True
         known, new, state = (first, first + delta, b) if good[0] else (second, second - delta, a)
         if not good.any() or self.checked >= self._limit:
             return False
-        (there,), (found,) = self._keeps.projected(new[None])
+        (there,), (found,) = self._constraints.projected(new[None])
         step, wanted = there - known, new - known
         nearer = length(step) ** 2 < 2.0 * float(step @ wanted) and length(step) > _ADVANCE * length(wanted)
         if not (found and nearer and self._space.holds(there[None])[0]):

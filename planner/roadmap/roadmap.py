@@ -17,7 +17,7 @@ from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.resources import versions
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import World
-from planner.constraints.keeps import Keeps
+from planner.constraints.path_constraints import PathConstraints
 from planner.cost.scale import COSTS, CostScale
 from planner.kinematics.forward import Chain
 from planner.problem.outcome import Record, html_table
@@ -293,14 +293,14 @@ def roomy_where_joined(roadmap: Roadmap, clearance: float) -> Roadmap:
     return roomy if roomy.is_connected else roadmap
 
 
-def kept_part(roadmap: Roadmap, keeps: Keeps) -> Roadmap:
+def kept_part(roadmap: Roadmap, constraints: PathConstraints) -> Roadmap:
     """The part of a roadmap that is proven to keep what motions keep, whatever was kept when it grew."""
-    if not keeps:
+    if not constraints:
         return roadmap
-    nodes = keeps.holds(roadmap.nodes)
+    nodes = constraints.holds(roadmap.nodes)
     edges = np.all(nodes[roadmap.edges], axis=1)
-    start, delta = edge_motions(roadmap, keeps.robot, np.flatnonzero(edges))
-    edges[edges] = keeps.proven(np.stack([start, delta], axis=1))
+    start, delta = edge_motions(roadmap, constraints.robot, np.flatnonzero(edges))
+    edges[edges] = constraints.proven(np.stack([start, delta], axis=1))
     if not nodes.any():
         raise StateError("the roadmap has no node that keeps what is to be kept: build one that does, or keep less.")
     return roadmap.part(nodes, edges)

@@ -139,16 +139,16 @@ class SceneFile(Strict):
     states: dict[str, dict[str, str]] = pydantic.Field(default_factory=dict)
     robots: dict[str, PlacementFile] = pydantic.Field(default_factory=dict)
     allowed: list[tuple[Name, Name]] = pydantic.Field(default_factory=list)  # obstacles and links that may touch
-    keep: list[str] = pydantic.Field(default_factory=list)  # what motions keep all along
+    constraints: list[str] = pydantic.Field(default_factory=list)  # what motions keep all along
 
-    @pydantic.field_validator("keep")
+    @pydantic.field_validator("constraints")
     @classmethod
-    def _kept(cls, keep: list[str]) -> list[str]:
+    def _check_constraints(cls, constraints: list[str]) -> list[str]:
         try:
-            conditions_of(keep)
+            conditions_of(constraints)
         except OptionError as error:
             raise ValueError(str(error)) from None
-        return keep
+        return constraints
 
     @pydantic.model_validator(mode="after")
     def _distinct_names(self) -> SceneFile:
@@ -179,7 +179,7 @@ class Scene:
     allowed: frozenset[frozenset[str]] = frozenset()  # pairs of names that may touch
     message: PlanningScene | None = None  # MoveIt's, where it is one: what else it says
     notes: tuple[Note, ...] = ()  # of what was passed over in its file, or in a request
-    keep: str = ""  # what motions keep all along, as ``--keep`` takes it; no part of what stands there
+    constraints: str = ""  # on all motions, as ``--constraint`` takes them; no part of what stands there
 
     def __post_init__(self) -> None:
         given, notes = obstacles_of(self.obstacles, f"scene '{self.name}'")
@@ -300,7 +300,7 @@ def _build(file: SceneFile, path: Path) -> Scene:
         ),
         allowed=frozenset(frozenset(pair) for pair in file.allowed),
         notes=mesh_notes((*file.obstacles, *file.carried), folder),
-        keep=AND.join(each.text for each in conditions_of(file.keep)),
+        constraints=AND.join(each.text for each in conditions_of(file.constraints)),
     )
 
 
@@ -328,7 +328,7 @@ def write_scene(scene: Scene, path: StrPath) -> list[Path]:
         "states": {robot: dict(named) for robot, named in scene.states.items()},
         "robots": {name: item.model_dump(exclude_defaults=True) for name, item in scene.robots.items()},
         "allowed": sorted(_permissions(scene)),
-        "keep": scene.keep.split(AND) if scene.keep else [],
+        "constraints": scene.constraints.split(AND) if scene.constraints else [],
     }
     text = yaml_text({key: value for key, value in content.items() if value or key == "name"})
     make_folder(path.parent)

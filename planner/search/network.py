@@ -44,10 +44,10 @@ def build_network(
     """The network whose cost-to-go GABF computes: two arcs per edge, the goals as sources, the kernel of eq. (finew).
 
     ``objective`` may be ``beta`` alone, by either name: larger values weigh distance more and manipulability less. With
-    its ``charge`` "nodes" omega is that of the node that an edge leads to, as in the paper; with "edges" it is
-    integrated along the edge over its length, over states ``W_IN_COST`` apart, so that the cost of a path does not
-    depend on how many nodes lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the
-    margin are left out.
+    its ``cost_integration`` "nodes" omega is that of the node that an edge leads to, as in the paper; with "edges" it
+    is integrated along the edge over its length, over states ``W_IN_COST`` apart, so that the cost of a path does not
+    depend on how many nodes lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are
+    left out.
     """
     if objective is not None and beta is not None:
         raise KeywordError("beta is a part of the objective: give it there, or leave the objective out.")
@@ -58,7 +58,7 @@ def build_network(
     name, beta = objective.manipulability_cost, objective.beta
     kept = roadmap.clearance >= clearance
     weight = np.tile(distance_cost(roadmap, objective.metric)[kept], 2)
-    along = objective.charge == "edges"
+    along = objective.cost_integration == "edges"
     omega = roadmap.edge_cost[kept, cost_number(name)] if along else None
     return gabf.Network.from_arcs(
         tails=roadmap.edges[kept].T.ravel(),

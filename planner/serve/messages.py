@@ -29,7 +29,7 @@ class Load(Strict):
     scene: Name = "paper"
     margin: Number = 0.0
     tool: Name | None = None
-    keep: tuple[Name, ...] = ()
+    constraint: tuple[Name, ...] = ()
     limits: LimitsRequest = LimitsRequest()
     judged: tuple[Literal["position", "velocity", "acceleration", "jerk"], ...] = JUDGED
     min_manipulability: Number = 0.0

@@ -51,7 +51,7 @@ _SHORTEST = 16  # characters of a token
 _SWITCH = 5e-4  # s after which a thread that plans lets one that checks go on; Python's own is 5 ms
 _MOST_JOBS = 16  # of one client, under way or waiting
 _REPORT_EVERY = 0.05  # s between two events
-_KEYS = b"urdf|obstacles|carried|states|robots|keep|world|robot_model_name|allowed_collision_matrix|joint_limits"
+_KEYS = b"urdf|obstacles|carried|states|robots|constraints|world|robot_model_name|allowed_collision_matrix|joint_limits"
 _MODEL = re.compile(rb"<(robot|mujoco)[\s>]|^[\"']?(" + _KEYS + rb")[\"']?:(\s|$)|\A[^\n]*\n(\* \w|\.\s)", re.MULTILINE)
 _MESHES = (".stl", ".obj", ".ply", ".dae", ".glb")
 
@@ -243,8 +243,10 @@ class Connection:
         limits = asked.limits.limits
         for paths in (robot_sources(asked.robot), scene_sources(asked.scene), [limits] if limits else []):
             _require_models(paths, self._allow_xacro)
-        keep, floor = conditions_of(asked.keep), asked.min_manipulability
-        world = LiveWorld(WorldRequest(asked.robot, asked.scene, asked.tool, margin=asked.margin, keep=keep))
+        constraint, floor = conditions_of(asked.constraint), asked.min_manipulability
+        world = LiveWorld(
+            WorldRequest(asked.robot, asked.scene, asked.tool, margin=asked.margin, constraint=constraint)
+        )
         gate = Gate(world, limits=asked.limits, judged=asked.judged, min_manipulability=floor)
         _go_on(progress.stopped)
         self._world = gate, Session(world, nodes=asked.nodes, seed=asked.seed, min_manipulability=floor)

@@ -131,7 +131,7 @@ def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest
 
 
 def _refined(live: LiveRoadmap, planning: Planning) -> tuple[LiveRoadmap, Edges, tuple[tuple[int, float], ...]]:
-    """With ``effort`` rounds of refinement, as a plan has them, of the best path that is proven, and its best costs."""
+    """With ``refinement_rounds``, as a plan has them, of the best path that is proven, and its best costs."""
     request, before = planning.request, live.held(live.proofs.free)
     found = improved_roadmap(before, live.checker, request.quality, request.quality.beta, planning.progress)
     go_on(planning.progress)

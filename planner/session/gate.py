@@ -36,9 +36,9 @@ class Gate:
 
     ``robot`` and ``scene`` by name, file or as loaded, or the ``world`` of a :class:`planner.Session` alone, whose
     margin and conditions it then keeps. Obstacles are moved, added, taken and put down by ``gate.world``, see
-    :class:`LiveWorld`; the next check knows. ``limits``: the robot's own where left out; ``judged`` are those
-    that are asked for, of position, velocity, acceleration and jerk. ``min_manipulability`` is kept by all that is run,
-    stops too, and so is what the scene and ``keep`` say. ``margin`` (m) is kept to everything; a larger one refuses
+    :class:`LiveWorld`; the next check knows. ``limits``: the robot's own where left out; ``judged`` are those that are
+    asked for, of position, velocity, acceleration and jerk. ``min_manipulability`` is kept by all that is run, stops
+    too, and so is what the scene and ``constraint`` say. ``margin`` (m) is kept to everything; a larger one refuses
     more. A first point at 0 s may be ``start_tolerance`` (rad, m, these per s and s²) from the robot's state. A check
     changes nothing: several threads may check at once, also while another changes the world. Raises
     :class:`PlannerError` for what cannot be loaded, and where obstacles move along known motions.
@@ -56,14 +56,16 @@ class Gate:
         start_tolerance: float = 0.01,
         tool: str | None = None,
         collision: Backend = "fcl",
-        keep: object = (),
+        constraint: object = (),
     ) -> None:
         if isinstance(robot, LiveWorld):
             self.world = robot
         else:
-            kept = conditions_of(keep)
+            kept = conditions_of(constraint)
             there = EMPTY if scene is None else scene
-            self.world = LiveWorld(WorldRequest(robot, there, tool, collision=collision, margin=margin, keep=kept))
+            self.world = LiveWorld(
+                WorldRequest(robot, there, tool, collision=collision, margin=margin, constraint=kept)
+            )
         asked = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.world.robot, limits)
         self.limits: MotionLimits = own_limits(asked, self.world.robot)
         """The limits that are kept, as far as they are judged."""

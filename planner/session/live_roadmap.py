@@ -238,7 +238,7 @@ class LiveRoadmap:
     def with_foreign_roadmap(self, roadmap: Roadmap) -> LiveRoadmap:
         """With a roadmap of the same joints in any world, as far as it holds in this one."""
         roadmap = in_this_world(roadmap, self.checker)
-        return self.with_roadmap(with_checked_nodes(kept_part(roadmap, self.world.keeps), self.checker))
+        return self.with_roadmap(with_checked_nodes(kept_part(roadmap, self.world.constraints), self.checker))
 
     def in_world(self, checker: CollisionChecker) -> LiveRoadmap:
         """The same roadmap in the world of another ``checker``."""

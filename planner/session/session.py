@@ -37,7 +37,7 @@ from planner.tasks.task import Step, Task
 
 _OF_A_PLAN = (
     *("robot", "scene", "start", "goal", "motion_plan_request", "widen_limits"),
-    *("roadmap", "room", "beta", "approach", "retreat", "path_only"),
+    *("roadmap", "extra_clearance", "beta", "approach", "retreat", "path_only"),
 )
 OPTIONS = tuple(name for name in PlanRequest.names() if name not in _OF_A_PLAN)
 _OF_TASKS = ("seed", "beta", "collision", "margin", "law", "prescribed_time", "metric", "manipulability_cost")
@@ -71,17 +71,19 @@ class Session:
 
         ``robot`` and ``scene`` by name, file or as loaded, or the live world of a gate or of another session alone.
         ``join_motions``: how many motions growth may check before it gives up, 8000 per joint where left out.
-        ``objective`` and ``options`` are those of :func:`planner.plan`, but for ``effort``: 0 where left out, so that
-        a plan is there in milliseconds; each round of more refines its path for a good part of a second. Raises
-        :class:`PlannerError` for unusable input, a law that cannot heal included.
+        ``objective`` and ``options`` are those of :func:`planner.plan`, but for ``refinement_rounds``: 0 where left
+        out, so that a plan is there in milliseconds; each round of more refines its path for a good part of a second.
+        Raises :class:`PlannerError` for unusable input, a law that cannot heal included.
         """
         require_known(options, OPTIONS, "a session")
         world: LiveWorld | None = None
         if isinstance(robot, LiveWorld):
             world, now = robot, robot.checker.world
-            options |= {"collision": robot.checker.name, "margin": now.margin, "keep": now.conditions}
+            options |= {"collision": robot.checker.name, "margin": now.margin, "constraint": now.conditions}
             robot, scene = robot.bare, robot.scene
-        request = request_of(PlanRequest.from_options(effort=0, room=0.0), objective, options, robot, scene)
+        request = request_of(
+            PlanRequest.from_options(refinement_rounds=0, extra_clearance=0.0), objective, options, robot, scene
+        )
         dynamics = gabf.named_law(request.quality.law, request.quality.prescribed_time)
         if dynamics.needs_overestimate:
             raise OptionError(
@@ -310,7 +312,7 @@ def _resolved(checker: CollisionChecker, request: PlanRequest) -> Query:
 def _task_in(world: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:
     """A task, or steps, by the robot in the world as it is now, from ``q`` (dof,) where that is given."""
     now = world.checker.world
-    scene = replace(now.scene, keep=AND.join(each.text for each in now.conditions))
+    scene = replace(now.scene, constraints=AND.join(each.text for each in now.conditions))
     task = what if isinstance(what, Task) else Task(world.bare, scene, tuple(what))
     return replace(task, robot=world.bare, scene=scene, start=task.start if q is None else joints_text(q.tolist()))
 

@@ -20,7 +20,7 @@ from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
 from planner.constraints.floor import prove_floor
-from planner.constraints.keeps import Keeps
+from planner.constraints.path_constraints import PathConstraints
 from planner.native.compiled import Judgement, NativeBounds, NativeGate, chunk_curves, stops_quickest
 from planner.query.resolve import position_bounds
 from planner.robot.robot import Robot
@@ -191,7 +191,7 @@ class Guard:
         """The revision, and what is judged: kinds of limits, margin (m), floor, conditions."""
         world, rules = self.checker.world, self.rules
         judged = {"judged": [kind for kind in JUDGED if kind not in rules.left], "margin": world.margin}
-        kept = {"min_manipulability": rules.floor, "keep": list(world.keeps.texts)}
+        kept = {"min_manipulability": rules.floor, "constraint": list(world.constraints.texts)}
         return {"revision": self.revision, **judged, **kept}
 
     def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
@@ -375,7 +375,7 @@ def _first_not_kept(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Unsafe
     """
     robot, found = guard.checker.robot, None
     for condition in guard.checker.world.conditions:
-        holds = Keeps(robot, (condition,)).proven(curves)
+        holds = PathConstraints(robot, (condition,)).proven(curves)
         if not holds.all():
             k = int(holds.argmin())
             found, curves = (k, Unsafe("kept", WHERE[on[k]], kept=condition.text)), curves[:k]

@@ -72,9 +72,9 @@ def check(
         for finding in report.findings: print(finding.sentence)
 
     Samples are ``step`` metres of motion apart, proofs of whole pieces come on top. ``robot`` and ``scene`` are names,
-    files or objects, ``options`` all else of a world (``margin``, ``keep``, ``tool`` ...); of a file they are those of
-    the plan.json next to it where they are left out. ``checker`` stands for all of them. ``limits`` are in place of
-    those that a trajectory was made for. Raises :class:`PlannerError` for a motion that cannot be read, and
+    files or objects, ``options`` all else of a world (``margin``, ``constraint``, ``tool`` ...); of a file they are
+    those of the plan.json next to it where they are left out. ``checker`` stands for all of them. ``limits`` are in
+    place of those that a trajectory was made for. Raises :class:`PlannerError` for a motion that cannot be read, and
     :class:`ArrayError` for an array of another shape.
     """
     require_step(step)
@@ -145,7 +145,7 @@ def _with_config(given: PartialWorld, config: Mapping[str, Any]) -> WorldRequest
     """
     options = {name: value for name, value in config.items() if value is not None}
     if given.robot is not None and given.robot != config.get("robot"):
-        options = {name: options[name] for name in ("scene", "margin", "keep") if name in options}
+        options = {name: options[name] for name in ("scene", "margin", "constraint") if name in options}
     if given.group is not None or given.joints is not None:
         options = {name: value for name, value in options.items() if name not in ("group", "joints")}
     own = {each.name: getattr(given, each.name) for each in fields(given)}  # type: ignore[arg-type]

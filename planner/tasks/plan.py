@@ -229,7 +229,7 @@ def why_stuck(candidates: Candidates, search: LazySearch | None) -> StepFails:
         out_of_reach=len(rejected.out_of_reach),
         strays=rejected.strays,
         contacts=dict(rejected.contacts.most_common()),
-        conditions=candidates.modes.checker.world.keeps.texts,
+        conditions=candidates.modes.checker.world.constraints.texts,
         beyond=beyond if beyond >= _LEAST_BEYOND else None,
     )
 

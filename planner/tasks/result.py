@@ -20,7 +20,7 @@ from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_pose
 from planner.planning.result import Plan
 from planner.planning.run import ROADMAP_NAME, FieldRecord, MotionRecord, Result, RunRecord, cost_text, read_record
-from planner.problem.conditions import parse_keeps
+from planner.problem.conditions import parse_constraints
 from planner.problem.options import RobotLike
 from planner.problem.outcome import Outcome, Record, Rows
 from planner.problem.request import TaskRequest
@@ -210,8 +210,8 @@ class TaskPlan(Result[TaskPlanRecord]):
     @cached_property
     def judge(self) -> CollisionChecker:
         """A checker of the scene before the task."""
-        what, keep = self.request.what, parse_keeps(self.scene.keep)
-        return make_checker(self.robot, self.scene, what.collision, what.margin, keep)
+        what, constraint = self.request.what, parse_constraints(self.scene.constraints)
+        return make_checker(self.robot, self.scene, what.collision, what.margin, constraint)
 
     @cached_property
     def record(self) -> TaskPlanRecord:

@@ -166,12 +166,12 @@ def why_not(
     if not len(q):
         begun |= {"cone": _cone(robot, ladder.tube, there)}
         return _no_solution(robot, ladder.tube, there, miss, begun)
-    keeps = checker.world.keeps
-    kept = keeps.holds(q)
+    constraints = checker.world.constraints
+    kept = constraints.holds(q)
     if not kept.any():
-        spare = max(keeps.spare(q), key=np.min)
+        spare = max(constraints.spare(q), key=np.min)
         return CannotFollow(
-            cause="strays", between=(keeps.texts[spare.argmin()],), distance=float(-spare.min()), **begun
+            cause="strays", between=(constraints.texts[spare.argmin()],), distance=float(-spare.min()), **begun
         )
     q = q[kept]
     contacts = [contact_of(checker, one) for one in q[:_LOOKED_AT]]

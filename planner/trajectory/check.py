@@ -152,7 +152,7 @@ def _measure(begun: Report, pieces: Floats, places: Floats) -> tuple[list[Findin
     q = np.vstack([evaluate(pieces[piece], s), pieces[-1:].sum(axis=1)])
     at = np.append(places[piece] + s * np.diff(places)[piece], places[-1])
     findings, constraints = [], []
-    for kept in checker.world.keeps.along(q, pieces):
+    for kept in checker.world.constraints.along(q, pieces):
         text, unit, where = kept.condition.text, kept.condition.unit, float(at[kept.row])
         told = {"condition": text, "unit": unit, "spare": kept.spare, "at": where, "proven": kept.proven}
         constraints.append(told | {"strays": kept.strays})

@@ -22,7 +22,7 @@ CLOSE = 5e-3  # m: models of one robot differ by a millimetre, and calibrations 
 TOO_CLOSE = "close"  # the row of the summary that is there only where something comes closer than CLOSE
 TOO_CLOSE_TEXT = (
     f"less than {1000 * CLOSE:g} mm, by which the robot's true shape or place may differ: --margin 0.005 keeps a "
-    "distance for certain, at start and goal too; --room 0.01 lets refined paths keep more where there is more"
+    "distance for certain, at start and goal too; --extra-clearance 0.01 lets refined paths keep more where possible"
 )
 SHOWN = 1e-4  # m: the smallest clearance that is printed; proofs need about twice that
 NOTHING_NEAR = "there is nothing to come near to"

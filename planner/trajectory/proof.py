@@ -137,7 +137,9 @@ def prove_motion(
     in_time = in_time or prove_in_time(trajectory, prover.checker)
     jump = largest_jump(trajectory, limits)
     unjudged = tuple(kind for kind in kinds if jump and kind in jump.infinite and not limits.given(kind))
-    return MotionProof(verdict, pair, excesses, floor, asked, holds, in_time, jump, unjudged, prover.world.keeps.texts)
+    return MotionProof(
+        verdict, pair, excesses, floor, asked, holds, in_time, jump, unjudged, prover.world.constraints.texts
+    )
 
 
 def prove_pieces(coefficients: Floats, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:

@@ -57,7 +57,7 @@ function commandOf(k) {
     return location.protocol === "file:" ? `planner export ${folder} --beta ${beta}` : `${data.command}\nplanner export sweep --beta ${beta}`;
   if (data.beta === null || !data.command.startsWith("planner plan")) return data.command;
   if (k === data.current) return `${data.command} --beta ${data.beta}`;
-  return `${data.command.replace(/ --(nodes|effort) \S+/g, "")} --roadmap ${folder.slice(0, -1)}/roadmap.npz' --beta ${beta}`;
+  return `${data.command.replace(/ --(nodes|refinement-rounds) \S+/g, "")} --roadmap ${folder.slice(0, -1)}/roadmap.npz' --beta ${beta}`;
 }
 
 async function copyCommand() {

@@ -26,7 +26,7 @@ print(*(part.tobytes().hex() for part in parts))
 """
 
 _PLANS = (
-    ("--min-manipulability", "0.03", "--charge", "edges", "--manipulability-cost", "log"),
+    ("--min-manipulability", "0.03", "--cost-integration", "edges", "--manipulability-cost", "log"),
     ("--robot", "panda", "--scene", "shelf", "--collision", "coal"),
 )
 

@@ -72,7 +72,7 @@ def test_folders_without_problems_or_with_two_of_one_name_are_refused(tmp_path: 
         ("plans: [{beta: 2}]", "beta must be less than or equal to 1, got 2"),
         ("plans: [{beta: yes}]", "beta must be a number, got True"),
         ("plans: [{name: a, nodes: many}]", "plan 'a': nodes must be a valid integer"),
-        ("plans: [{}, {keep: [1]}]", "plan '0002': keep must be"),
+        ("plans: [{}, {constraint: [1]}]", "plan '0002': constraint must be"),
         ("plans: [{name: a}, {name: a}]", "two plans called 'a'"),
         *((f"plans: [{{name: {name}}}]", "its name must be") for name in ("../a", "/a", "a/../..", "''", ".")),
     ],

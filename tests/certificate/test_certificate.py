@@ -33,7 +33,8 @@ TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
 @pytest.mark.parametrize(("robot", "scene"), [("iiwa14", "paper"), ("panda", "table"), ("ur5", "table")])
 def test_plans_are_certified_and_accepted(robot: str, scene: str, tmp_path: Path) -> None:
     found = plan(
-        request=PlanRequest.from_options(robot=robot, scene=scene, path_only=True, effort=0), timing=TimingRequest()
+        request=PlanRequest.from_options(robot=robot, scene=scene, path_only=True, refinement_rounds=0),
+        timing=TimingRequest(),
     )
     assert found.solved
     found.save_without_page(tmp_path, certificate=True)

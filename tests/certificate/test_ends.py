@@ -94,7 +94,7 @@ def test_a_goal_that_nobody_asked_for_is_refused(case: Case) -> None:
 @pytest.mark.parametrize("goal", ["xyz:-0.52,-0.04,1.13", "home;xyz:-0.52,-0.04,1.13"])
 def test_the_ends_of_plans_are_judged(goal: str, tmp_path: Path) -> None:
     found = plan(
-        request=PlanRequest.from_options(robot="iiwa14", scene="paper", goal=goal, path_only=True, effort=0),
+        request=PlanRequest.from_options(robot="iiwa14", scene="paper", goal=goal, path_only=True, refinement_rounds=0),
         timing=None,
     )
     found.save_without_page(tmp_path, certificate=True)

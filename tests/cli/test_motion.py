@@ -49,7 +49,7 @@ def test_among_what_moves_a_plan_is_in_time_or_refused(run: Run, tmp_path: Path)
     way = "{t: 0, position: [2, 0.55, 0]}, {t: 2, position: [%s, 0.55, 0]}"
     ball = "{name: ball, type: sphere, radius: 0.1, motion: [" + way + "]}"
     words = ["plan", "--robot", "planar_2r", "--scene", str(scene), "--start", "q:-1,0.8", "--goal", "q:1,-0.8"]
-    words += ["--nodes", "40", "--effort", "0", "--out", str(out)]
+    words += ["--nodes", "40", "--refinement-rounds", "0", "--out", str(out)]
     scene.write_text(f"obstacles: [{ball % '-2'}]")
     code, told, _ = run(*words)
     assert code == 0

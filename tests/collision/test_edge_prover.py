@@ -282,15 +282,15 @@ def test_a_batch_is_its_edges_however_they_are_asked(paper_prover):
 def test_one_after_the_other_nothing_is_overlooked():
     a, b = np.array([0.3, 0.4]), np.array([0.2, -0.1])
 
-    def is_free(scene: Scene, progress: Progress = QUIET, keep: str = "") -> bool:
-        return EdgeProver(make_checker(load("planar_2r"), scene, keep=keep), progress).each_free()(a, b)
+    def is_free(scene: Scene, progress: Progress = QUIET, constraint: str = "") -> bool:
+        return EdgeProver(make_checker(load("planar_2r"), scene, constraint=constraint), progress).each_free()(a, b)
 
     base = scene_of((Box((0.1, 0.1, 0.1)), np.eye(4)))
     assert is_free(Scene("empty"))
     assert not is_free(Scene("empty"), Progress(stop=lambda: True))
     assert not is_free(scene_of((closed_box(8.0), np.eye(4))))  # wholly inside
     assert not is_free(base)  # what no joint can move
-    assert not is_free(Scene("empty"), keep="box:5,5,5,6,6,6")
+    assert not is_free(Scene("empty"), constraint="box:5,5,5,6,6,6")
     assert not EdgeProver(make_checker(load("planar_2r"), Scene("empty"))).each_free()(a, np.array([np.nan, 0.0]))
 
 

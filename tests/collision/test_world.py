@@ -4,7 +4,7 @@ import numpy as np
 
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.problem.conditions import KeepPlane
+from planner.problem.conditions import PlaneConstraint
 from planner.robot.poses import pose
 from planner.robot.robot import with_carried
 from planner.robot.scene import Scene
@@ -47,7 +47,9 @@ def test_another_scene_and_what_is_carried_leave_the_rest_of_a_world_as_it_is() 
     assert robot.disabled_pairs
     ball = Carried("panda_hand", "ball", Sphere(0.02), pose([0, 0, 0.1]), ("panda_link5",))
     held = with_carried(robot, [ball])
-    world = World.of(robot, Scene("made", SCENE.obstacles), robot.disabled_pairs, 0.01, (KeepPlane((0, 0, 1), 0.0),))
+    world = World.of(
+        robot, Scene("made", SCENE.obstacles), robot.disabled_pairs, 0.01, (PlaneConstraint((0, 0, 1), 0.0),)
+    )
     other = world.among(Scene("other"), held)
     pairs = {frozenset((held.bodies[i].link, held.bodies[k].link)) for i, k in other.self_pairs}
     assert not pairs & (robot.disabled_pairs | held.touching)

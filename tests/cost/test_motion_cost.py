@@ -7,19 +7,19 @@ from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import COSTS, CostScale, length_cost, manipulability_cost, mean_manipulability_cost, w_along
 from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import manipulability
-from planner.problem.options import Charge, Metric
+from planner.problem.options import CostIntegration, Metric
 from planner.problem.request import Objective
 from planner.search.network import build_network
 from tests.worlds import load, random_q, small_plan
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("charge", ["nodes", "edges"])
+@pytest.mark.parametrize("cost_integration", ["nodes", "edges"])
 @pytest.mark.parametrize("metric", ["joint", "workspace"])
-def test_motions_cost_what_the_network_charges(beta: float, charge: Charge, metric: Metric) -> None:
+def test_motions_cost_what_the_network_charges(beta: float, cost_integration: CostIntegration, metric: Metric) -> None:
     made = small_plan()
     roadmap = made.roadmap
-    objective = Objective(beta, metric=metric, charge=charge)
+    objective = Objective(beta, metric=metric, cost_integration=cost_integration)
     network = build_network(roadmap, objective)
     cost = MotionCost(made.robot, roadmap.scale, objective, np.inf)
     a, b = roadmap.nodes[network.tails], roadmap.nodes[network.indices]
@@ -43,11 +43,15 @@ def test_pieces_cost_together_what_their_motion_costs(beta: float, metric: Metri
 
 
 @pytest.mark.parametrize(("beta", "floor", "longest"), [(0.0, 0.0, np.inf), (0.4, 0.03, 0.8), (1.0, 0.03, 0.8)])
-@pytest.mark.parametrize("charge", ["nodes", "edges"])
-def test_edges_cost_what_their_motions_cost(beta: float, floor: float, longest: float, charge: Charge) -> None:
+@pytest.mark.parametrize("cost_integration", ["nodes", "edges"])
+def test_edges_cost_what_their_motions_cost(
+    beta: float, floor: float, longest: float, cost_integration: CostIntegration
+) -> None:
     made = small_plan()
     roadmap = made.roadmap
-    cost = MotionCost(made.robot, roadmap.scale, Objective(beta, floor=floor, charge=charge), longest)
+    cost = MotionCost(
+        made.robot, roadmap.scale, Objective(beta, floor=floor, cost_integration=cost_integration), longest
+    )
     a, b = roadmap.nodes[roadmap.edges].swapaxes(0, 1)
     motions = cost(a, a + made.robot.difference(a, b))
     assert np.isfinite(motions).any()
@@ -56,17 +60,19 @@ def test_edges_cost_what_their_motions_cost(beta: float, floor: float, longest: 
 
 
 @pytest.mark.parametrize("name", ["panda", "kinova", "planar_2r"])
-@pytest.mark.parametrize("charge", ["nodes", "edges"])
+@pytest.mark.parametrize("cost_integration", ["nodes", "edges"])
 @pytest.mark.parametrize(("beta", "floor"), [(0.0, 0.0), (0.3, 0.0), (0.3, 0.02), (1.0, 0.02), (1.0, 0.0)])
 @pytest.mark.parametrize("metric", ["joint", "workspace"])
-def test_motions_cost_what_numpy_says(name: str, charge: Charge, beta: float, floor: float, metric: Metric) -> None:
+def test_motions_cost_what_numpy_says(
+    name: str, cost_integration: CostIntegration, beta: float, floor: float, metric: Metric
+) -> None:
     robot, rng = load(name), np.random.default_rng(3)
     a = random_q(robot, 200, seed=4)
     b = a + rng.normal(size=a.shape) * rng.uniform(0.0, 2.0, 200)[:, None]
     b[0], longest = a[0], 2.5
     scale = CostScale(0.02, 0.2, 1.7, 0.9, 0.01)
     for kind in COSTS:
-        objective = Objective(beta, kind, metric=metric, charge=charge, floor=floor)
+        objective = Objective(beta, kind, metric=metric, cost_integration=cost_integration, floor=floor)
         costs = MotionCost(robot, scale, objective, longest)(a, b)
         assert np.isfinite(costs).any()
         for start, end, cost in zip(a, b, costs.tolist(), strict=True):
@@ -76,7 +82,7 @@ def test_motions_cost_what_numpy_says(name: str, charge: Charge, beta: float, fl
             tool = tool_path_lengths(robot, start[None], (end - start)[None])
             distance = float(length_cost(scale, metric, one, tool)[0])
             mean = float(mean_manipulability_cost(w[None], scale, kind)[0]) * distance
-            omega = float(manipulability_cost(w[-1:], scale, kind)[0]) if charge == "nodes" else mean
+            omega = float(manipulability_cost(w[-1:], scale, kind)[0]) if cost_integration == "nodes" else mean
             whole = (1.0 - beta) * omega + beta * distance
             turned = (np.abs(end - start) >= np.pi)[robot.continuous].any()
             barred = turned or (beta < 1.0 and length > longest) or (floor > 0 and w.min() < floor)

@@ -28,7 +28,7 @@ BETA = 0.4
 def many():
     """A kept roadmap with six starts and two goals, and the one field of it."""
     roadmap = attach(post_roadmap(seed=1), make_post(), STARTS, GOALS)
-    network = build_network(roadmap, Objective(BETA, charge="nodes"))
+    network = build_network(roadmap, Objective(BETA, cost_integration="nodes"))
     return roadmap, network, gabf.solve(network, law=gabf.SingularityFree(T=4.0))
 
 
@@ -66,7 +66,7 @@ def test_paths_are_those_that_one_start_alone_gets(many):
 def test_a_start_without_a_way_has_an_empty_path(many):
     roadmap, _, _ = many
     lonely = roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), (roadmap.edges != roadmap.starts[2]).all(axis=1))
-    network = build_network(lonely, Objective(BETA, charge="nodes"))
+    network = build_network(lonely, Objective(BETA, cost_integration="nodes"))
     paths = paths_from(network, gabf.solve(network, law=gabf.SingularityFree(T=4.0)), lonely.starts)
     assert [len(path) > 0 for path in paths] == [True, True, False, True, True, True]
 

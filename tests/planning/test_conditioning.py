@@ -22,7 +22,7 @@ def ends(start: int, goal: int):
 def test_a_singular_place_is_found():
     path = np.array([[-1.0, 1.2], [-0.9, 0.6], [-0.6, -0.6]])  # stretched out half way along the second motion
     found = judge_conditioning(
-        ROBOT, post_roadmap(), path, PlanRequest.from_options(robot="planar_2r", charge="edges").quality
+        ROBOT, post_roadmap(), path, PlanRequest.from_options(robot="planar_2r", cost_integration="edges").quality
     )
     assert found.poor
     assert found.typical == np.median(post_roadmap().manipulability)
@@ -30,7 +30,7 @@ def test_a_singular_place_is_found():
     assert found.share == pytest.approx((lengths[0] + 0.5 * lengths[1]) / lengths.sum(), abs=0.01)
     assert found.advice is not None
     assert f"at {100 * found.share:.0f} % of the path" in found.advice
-    assert "--charge" not in found.advice
+    assert "--cost-integration" not in found.advice
 
 
 def test_an_end_that_is_singular_is_named():

@@ -28,7 +28,7 @@ def judged(found, q) -> float:
 
 @pytest.mark.parametrize("room", [0.0, 0.005, 0.02])
 def test_path_and_motion_keep_what_is_asked_for(room: float) -> None:
-    found = plan(request=ASKED.with_options(room=room), timing=TimingRequest())
+    found = plan(request=ASKED.with_options(extra_clearance=room), timing=TimingRequest())
     assert found.clearance_kept == room
     along = np.vstack([dense_states(found.checker.world, a, b - a, 2e-3)[0] for a, b in itertools.pairwise(found.path)])
     motion = found.trajectory
@@ -59,7 +59,7 @@ def test_a_narrow_goal_leaves_half_of_it_or_less_and_says_so() -> None:
 def test_certificates_of_a_level_are_proofs() -> None:
     """Every edge that is said to keep a clearance does so at dense states, by coal; others do not all."""
     roadmap, checker = post_roadmap(), make_post()
-    found, kept = roomy_roadmap(roadmap, checker, ASKED.with_options(room=0.03).quality)
+    found, kept = roomy_roadmap(roadmap, checker, ASKED.with_options(extra_clearance=0.03).quality)
     assert kept == 0.03
     judge = Clearance(make_checker(checker.robot, checker.world.scene, "coal"))
     least = np.array([
@@ -75,7 +75,7 @@ def test_certificates_of_a_level_are_proofs() -> None:
 
 def test_halves_down_to_nothing() -> None:
     assert halves(0.008)[:3] == [0.008, 0.004, 0.002]
-    roadmap, asked = post_roadmap(), ASKED.with_options(room=0.008).quality
+    roadmap, asked = post_roadmap(), ASKED.with_options(extra_clearance=0.008).quality
     alone = roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), np.zeros(len(roadmap.edges), dtype=bool))
     assert roomy_roadmap(alone, make_post(), asked) == (alone, 0.0)
 

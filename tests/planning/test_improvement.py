@@ -16,7 +16,7 @@ from planner.search.network import build_network
 from planner.trajectory.measure import path_manipulability
 from tests.worlds import load, make_post, post_roadmap
 
-ROBOT, REQUEST = load("planar_2r"), PlanRequest.from_options(robot="planar_2r", nodes=60, effort=1)
+ROBOT, REQUEST = load("planar_2r"), PlanRequest.from_options(robot="planar_2r", nodes=60, refinement_rounds=1)
 
 
 def best(roadmap: Roadmap, beta: float) -> tuple[float, np.ndarray]:
@@ -42,7 +42,7 @@ def test_the_best_path_is_cheaper_and_nothing_is_lost(beta: float) -> None:
 
 def test_without_rounds_or_a_path_nothing_changes() -> None:
     old = post_roadmap(seed=1)
-    assert improved_roadmap(old, make_post(), REQUEST.with_options(effort=0).quality, 0.5).roadmap is old
+    assert improved_roadmap(old, make_post(), REQUEST.with_options(refinement_rounds=0).quality, 0.5).roadmap is old
     alone = old.part(np.ones(len(old.nodes), dtype=bool), np.zeros(len(old.edges), dtype=bool))
     assert improved_roadmap(alone, make_post(), REQUEST.quality, 0.5).roadmap is alone
     assert with_path_above_ends(alone, make_post(), REQUEST.quality) == alone
@@ -66,6 +66,6 @@ def dipping() -> tuple[Roadmap, float]:
 
 def test_the_cost_decides_about_a_dip() -> None:
     roadmap, _ = dipping()
-    found = with_path_above_ends(roadmap, make_post(), REQUEST.with_options(beta=0.2, effort=2).quality)
+    found = with_path_above_ends(roadmap, make_post(), REQUEST.with_options(beta=0.2, refinement_rounds=2).quality)
     assert len(found.nodes) > len(roadmap.nodes)
     assert best(found, 0.2)[0] <= best(roadmap, 0.2)[0]

@@ -92,7 +92,7 @@ def test_lines_are_kept_where_a_joint_has_turned_past_half_a_turn() -> None:
 
 
 def test_a_grown_roadmap_and_a_kept_one_serve_it(tmp_path: Path) -> None:
-    grown = plan(**DOWN, nodes=60, effort=1, approach=0.1, timing=None)
+    grown = plan(**DOWN, nodes=60, refinement_rounds=1, approach=0.1, timing=None)
     assert grown.outcome is Outcome.SOLVED
     assert grown.max_error_vs_oracle == 0.0
     grown.save(tmp_path)

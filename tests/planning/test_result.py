@@ -33,7 +33,7 @@ TINY = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:0,1",
 CONTRACT = {
     "": {"outcome", "robot", "scene", "seed", "config", "versions", "path", "path_nodes", "cost", "manipulability"}
     | {"roadmap", "gabf", "quality", "timings_s", "clearance", "reason"},
-    "quality": {"effort", "curve", "lower_bound", "gap", "manipulability_cost"},
+    "quality": {"refinement_rounds", "curve", "lower_bound", "gap", "manipulability_cost"},
     "cost": {"total", "manipulability", "distance", "beta"},
     "manipulability": {"min", "mean"},
     "roadmap": {"nodes", "edges", "components", "edges_certified", "sha256"},

@@ -3,7 +3,14 @@
 import pytest
 
 from planner.base.errors import OptionError
-from planner.problem.conditions import KeepAxis, KeepBox, KeepTurn, conditions_of, parse_condition, parse_keeps
+from planner.problem.conditions import (
+    AxisConstraint,
+    BoxConstraint,
+    OrientationConstraint,
+    conditions_of,
+    parse_condition,
+    parse_constraints,
+)
 from planner.problem.request import PlanRequest
 from planner.problem.targets import ToolGoal, parse_target, parse_targets
 
@@ -26,10 +33,14 @@ def test_a_text_stands_for_what_writes_it(text):
 
 def test_lists_and_things_are_as_good_as_texts():
     both = "turn:0.1;box:0,0,0,1,1,1"
-    assert conditions_of([KeepTurn(0.1), "box:0,0,0,1,1,1"]) == conditions_of(both) == parse_keeps(both)
-    assert parse_keeps(both) == (KeepTurn(0.1), KeepBox((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
-    assert PlanRequest.from_options(keep=KeepTurn(0.1)).what.keep == (KeepTurn(0.1),)
-    assert PlanRequest.from_options(keep="").what.keep == ()
+    assert (
+        conditions_of([OrientationConstraint(0.1), "box:0,0,0,1,1,1"]) == conditions_of(both) == parse_constraints(both)
+    )
+    assert parse_constraints(both) == (OrientationConstraint(0.1), BoxConstraint((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
+    assert PlanRequest.from_options(constraint=OrientationConstraint(0.1)).what.constraint == (
+        OrientationConstraint(0.1),
+    )
+    assert PlanRequest.from_options(constraint="").what.constraint == ()
 
 
 REFUSED = {
@@ -59,16 +70,20 @@ REFUSED = {
 @pytest.mark.parametrize("text", REFUSED)
 def test_what_means_nothing_is_refused(text):
     with pytest.raises(OptionError) as caught:
-        parse_keeps(text)
+        parse_constraints(text)
     assert REFUSED[text] in str(caught.value)
     assert str(caught.value).endswith(".")
 
 
 def test_goals_with_tolerance_are_conditions_too():
     goal = parse_target("xyz:0.5,0.3,0.6 & axis:z,0,0,-1")
-    assert goal == ToolGoal((KeepBox((0.5, 0.3, 0.6), (0.5, 0.3, 0.6)), KeepAxis("z", (0.0, 0.0, -1.0))))
+    assert goal == ToolGoal((BoxConstraint((0.5, 0.3, 0.6), (0.5, 0.3, 0.6)), AxisConstraint("z", (0.0, 0.0, -1.0))))
     assert parse_target("pose:0.5,0.3,0.6,0,0,0,1&turn:0.1") == ToolGoal(
-        (KeepBox((0.5, 0.3, 0.6), (0.5, 0.3, 0.6)), KeepTurn(0.0, quaternion=(0.0, 0.0, 0.0, 1.0)), KeepTurn(0.1))
+        (
+            BoxConstraint((0.5, 0.3, 0.6), (0.5, 0.3, 0.6)),
+            OrientationConstraint(0.0, quaternion=(0.0, 0.0, 0.0, 1.0)),
+            OrientationConstraint(0.1),
+        )
     )
     texts = [goal.text for goal in parse_targets("home; xyz:0,0,1 & turn:0.1,0,0,0,1;turn:0.1")]
     assert texts == ["home", "xyz:0,0,1 & turn:0.1,0,0,0,1", "turn:0.1"]

@@ -12,7 +12,12 @@ def test_it_is_the_trade_off_of_the_paper() -> None:
 
 
 def test_a_request_holds_one() -> None:
-    asked = {"metric": "workspace", "manipulability_cost": "linear", "charge": "nodes", "min_manipulability": 0.02}
+    asked = {
+        "metric": "workspace",
+        "manipulability_cost": "linear",
+        "cost_integration": "nodes",
+        "min_manipulability": 0.02,
+    }
     expected = Objective(0.3, "linear", "workspace", "nodes", 0.02)
     assert PlanRequest.from_options(beta=0.3, **asked).quality.objective == expected
     assert SweepRequest.from_options(**asked).quality.objective_at(0.3) == expected

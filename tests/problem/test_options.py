@@ -47,7 +47,12 @@ def test_a_misspelt_option_is_refused_with_the_nearest_name() -> None:
 
 def test_an_objective_says_its_options_at_once_and_none_of_them_twice() -> None:
     objective = planner.Objective(0.2, "inverse", "workspace", "nodes", 0.01)
-    own: dict[str, Any] = {"beta": 0.2, "manipulability_cost": "inverse", "metric": "workspace", "charge": "nodes"}
+    own: dict[str, Any] = {
+        "beta": 0.2,
+        "manipulability_cost": "inverse",
+        "metric": "workspace",
+        "cost_integration": "nodes",
+    }
     plain = PlanRequest.from_options(seed=3, nodes=7)
     request = request_of(plain, objective, {"nodes": 7})
     assert request == plain.with_options(**own, min_manipulability=0.01)
@@ -98,9 +103,16 @@ def test_robot_scene_and_options_replace_those_of_a_request() -> None:
     [
         *(("beta", value) for value in (-0.1, 1.1, np.nan, "a lot", None)),
         *(("nodes", value) for value in (1, 50.5, True, None, 10**8)),
-        *(("law", "quick"), ("margin", None), ("margin", -1.0), ("seed", -1), ("seed", 2**31), ("effort", -1)),
+        *(
+            ("law", "quick"),
+            ("margin", None),
+            ("margin", -1.0),
+            ("seed", -1),
+            ("seed", 2**31),
+            ("refinement_rounds", -1),
+        ),
         *(("approach", 2.0), ("approach", 1e-4), ("prescribed_time", 0.0), ("ik_solutions", 0), ("robot", 3)),
-        *(("joints", "a,,b"), ("joints", ["a", "a"]), ("base", "1,2"), ("keep", 3), ("keep", "axis:z")),
+        *(("joints", "a,,b"), ("joints", ["a", "a"]), ("base", "1,2"), ("constraint", 3), ("constraint", "axis:z")),
     ],
 )
 def test_a_value_out_of_range_is_one_sentence_with_its_name(name: str, value: object) -> None:

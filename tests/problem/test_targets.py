@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from planner.base.errors import OptionError, StateError
-from planner.problem.conditions import KeepAxis
+from planner.problem.conditions import AxisConstraint
 from planner.problem.targets import (
     Joints,
     Named,
@@ -110,7 +110,7 @@ def test_matrices_are_poses_and_lists_are_joint_values(seed):
         np.testing.assert_allclose(found.xyz, placement.translation, atol=0)
         np.testing.assert_allclose(Rotation.from_quat(found.quaternion).as_matrix(), placement.rotation, atol=1e-12)
         assert goals_of([matrix, "home", matrix]) == (found, Named(("home",)), found)
-        axis = KeepAxis("z", (0.0, 0.0, 1.0), 0.1)
+        axis = AxisConstraint("z", (0.0, 0.0, 1.0), 0.1)
         assert ToolGoal((matrix, axis)) == parse_target(f"{found.text} & {axis.text}")
         assert ToolGoal(matrix).conditions == parse_target(f"{found.text} & {found.text}").conditions[:2]
         *position, r, p, y = parse_base(matrix)

@@ -12,7 +12,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from planner.base.errors import PlannerError
-from planner.problem.conditions import KeepAxis, KeepTurn
+from planner.problem.conditions import AxisConstraint, OrientationConstraint
 from planner.problem.request import LimitsRequest, PlanRequest
 from planner.problem.targets import ToolGoal
 from planner.query.query import Query, make_query
@@ -204,7 +204,7 @@ PLACED = {"link_name": "panda_hand", "target_point_offset": [0, 0, 0.1]}
 def test_three_tolerances_become_a_cone_an_axis_or_both(constraints: dict, texts: list[str], tmp_path: Path) -> None:
     """Written by hand from the docs: the hand of the panda points down at the request's start."""
     query = asked(tmp_path, kept(**constraints))
-    assert list(query.checker.world.keeps.texts) == [f"{text} of panda_hand" for text in texts]
+    assert list(query.checker.world.constraints.texts) == [f"{text} of panda_hand" for text in texts]
     assert "inside them is followed: path_constraints." in told(query)
 
 
@@ -226,11 +226,11 @@ def test_what_is_kept_lies_inside_the_tolerances(parameterization: int, tmp_path
         off = Rotation.from_rotvec(size[:, None] * axes / np.linalg.norm(axes, axis=1)[:, None])
         turned = (about * off).as_matrix()
         for each in target.conditions:
-            if isinstance(each, KeepAxis):
+            if isinstance(each, AxisConstraint):
                 cosine = np.einsum("ni,i->n", turned[:, :, "xyz".index(each.axis)], each.direction)
                 holds = np.arccos(np.clip(cosine, -1, 1)) <= each.angle
             else:
-                assert isinstance(each, KeepTurn)
+                assert isinstance(each, OrientationConstraint)
                 holds = (
                     Rotation.from_quat(each.quaternion).inv() * Rotation.from_matrix(turned)
                 ).magnitude() <= each.angle
@@ -247,7 +247,7 @@ def test_positions_on_the_path_are_boxes_planes_and_cubes_inside_spheres(tmp_pat
         region = {"primitives": [solid], "primitive_poses": [{"position": [0, 0, 1], "orientation": turn}]}
         query = asked(tmp_path, kept(position_constraints=[{**PLACED, "constraint_region": region}]))
         assert ("inside them is followed: path_constraints." in told(query)) == (solid["type"] == 2)
-        return list(query.checker.world.keeps.texts)
+        return list(query.checker.world.constraints.texts)
 
     box, quarter = {"type": 1, "dimensions": [4, 4, 6]}, [0, 0, 0.5**0.5, 0.5**0.5]
     assert texts(box, [0, 0, 0, 1]) == ["box:-2,-2,-2,2,2,4 of panda_hand at 0,0,0.1"]

@@ -15,13 +15,13 @@ from tests.worlds import small_plan
 
 BAR = Scene("bar", (Obstacle("box", Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0])),))
 ASKED = PlanRequest.from_options(
-    robot="planar_2r", scene=BAR, start="q:-1.0,0.8", goal="q:1.3,-0.8", nodes=60, beta=1.0, room=0.0
+    robot="planar_2r", scene=BAR, start="q:-1.0,0.8", goal="q:1.3,-0.8", nodes=60, beta=1.0, extra_clearance=0.0
 )
 SHORTEST = 3.646  # rad: the hull of ends and contact states, bisected in 1001 columns; the other side takes 3.6626
 
 
 def test_the_effort_converges_to_the_shortest_path() -> None:
-    found = [plan(request=ASKED.with_options(effort=effort), timing=None) for effort in (0, 30)]
+    found = [plan(request=ASKED.with_options(refinement_rounds=effort), timing=None) for effort in (0, 30)]
     length = [joint_path_length(each.path) for each in found]
     assert SHORTEST - 1e-3 < length[1] < 1.005 * SHORTEST
     assert length[1] < length[0]

@@ -17,7 +17,7 @@ from tests.worlds import checker_of, load, small_plan
 
 @lru_cache
 def unrefined() -> Plan:
-    return plan(request=small_plan().request.with_options(effort=0), timing=None)
+    return plan(request=small_plan().request.with_options(refinement_rounds=0), timing=None)
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])

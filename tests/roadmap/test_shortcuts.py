@@ -150,7 +150,7 @@ def test_refined_paths_make_better_paths() -> None:
     """The integrated cost on a roadmap with refined paths: at neither end of beta worse, at 0 better."""
     ratios = []
     for beta in (0.0, 1.0):
-        request = PlanRequest.from_options(nodes=150, beta=beta, charge="edges")
+        request = PlanRequest.from_options(nodes=150, beta=beta, cost_integration="edges")
         found = plan(request=request, timing=None)
         without = build_roadmap(
             found.robot,

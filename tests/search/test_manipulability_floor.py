@@ -54,7 +54,7 @@ def invented(seed: int, n: int = 9, floor: float = 0.5) -> Roadmap:
     )
 
 
-def keeps(roadmap: Roadmap, way: tuple[int, ...], floor: float) -> bool:
+def constraints(roadmap: Roadmap, way: tuple[int, ...], floor: float) -> bool:
     """The promise read word by word, on all states of a way: up to the floor, above it, down to the goal."""
     w = [roadmap.manipulability[way[0]]]
     for i, j in itertools.pairwise(way):
@@ -90,7 +90,7 @@ def ways(roadmap: Roadmap) -> list[tuple[int, ...]]:
 @pytest.mark.parametrize("seed", range(25))
 def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None:
     roadmap, floor = invented(seed), 0.5
-    network = build_network(roadmap, Objective(charge="nodes"))
+    network = build_network(roadmap, Objective(cost_integration="nodes"))
     layered = layered_network(roadmap, network, floor)
     omega, weight = network.node_cost, network.weight
 
@@ -98,7 +98,7 @@ def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None
         arcs = [network.arcs_between(i, j)[0] for i, j in itertools.pairwise(way)]
         return sum(0.5 * omega[network.indices[a]] + 0.5 * weight[a] for a in arcs)
 
-    best = min((cost(way) for way in ways(roadmap) if keeps(roadmap, way, floor)), default=np.inf)
+    best = min((cost(way) for way in ways(roadmap) if constraints(roadmap, way, floor)), default=np.inf)
     x = gabf.solve(layered.network, law=gabf.SingularityFree(T=4.0)).x
     assert min(x[layered.starts]) == pytest.approx(best, rel=1e-9)
 
@@ -106,7 +106,9 @@ def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None
 @pytest.mark.parametrize("charge", ["nodes", "edges"])
 def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> None:
     floor = 0.05  # start and goal of the paper's scenario lie below
-    found = plan(request=PlanRequest.from_options(nodes=150, min_manipulability=floor, charge=charge), timing=None)
+    found = plan(
+        request=PlanRequest.from_options(nodes=150, min_manipulability=floor, cost_integration=charge), timing=None
+    )
     assert found.outcome is Outcome.SOLVED
     w = manipulability(found.robot, dense_path(found.path, 1e-3))
     assert w[0] < floor
@@ -198,6 +200,8 @@ def test_below_what_was_asked_a_plan_keeps_to_the_highest_floor(tmp_path: Path) 
     assert far == near >= widest  # what is found does not hang on how far above all w the floor was
     save_roadmap(roadmap, tmp_path / "kept.npz")
     for floor in (below_ends, near):
-        again = plan(nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=floor, effort=0, timing=None)
+        again = plan(
+            nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=floor, refinement_rounds=0, timing=None
+        )
         assert len(again.path)
         assert first_violation(robot, again.path, floor) is None

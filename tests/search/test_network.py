@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from planner import gabf
 from planner.cost.scale import COSTS, ZETA, CostScale, manipulability_cost
 from planner.kinematics.manipulability import manipulability
-from planner.problem.options import Charge, Metric
+from planner.problem.options import CostIntegration, Metric
 from planner.problem.request import Objective
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
@@ -80,7 +80,7 @@ def test_the_edge_charge_does_not_mind_where_nodes_lie() -> None:
     robot, checker = load("planar_2r"), make_post()
     ends, middle = np.array([[0.5, 0.6], [0.9, 1.4]]), np.array([[0.7, 1.0]])
     costs = {}
-    for charge in get_args(Charge):
+    for cost_integration in get_args(CostIntegration):
         for nodes in (ends, np.vstack([ends[:1], middle, ends[1:]])):
             n = len(nodes)
             edges = np.column_stack([np.arange(n - 1), np.arange(1, n)])
@@ -97,7 +97,7 @@ def test_the_edge_charge_does_not_mind_where_nodes_lie() -> None:
                 manipulability=manipulability(robot, nodes),
                 **measure_edges(robot, nodes, edges, base.scale),
             )
-            network = build_network(made, Objective(0.0, charge=charge))
-            costs[charge, n] = gabf.oracle(network)[0]
+            network = build_network(made, Objective(0.0, cost_integration=cost_integration))
+            costs[cost_integration, n] = gabf.oracle(network)[0]
     assert costs["edges", 2] == pytest.approx(costs["edges", 3], rel=1e-3)
     assert costs["nodes", 2] != pytest.approx(costs["nodes", 3], rel=0.1)

@@ -167,13 +167,13 @@ def test_work_ends_when_it_is_cancelled_when_its_time_is_over_and_with_its_clien
 
 def test_load_shows_what_is_judged_and_verdicts_note_the_rest(address: str) -> None:
     asked = {"robot": "panda", "scene": "shelf", "nodes": 60, "margin": 0.02, "min_manipulability": 0.01}
-    asked |= {"keep": ["axis:z,0,0,1,3"], "judged": ["velocity", "position"], "limits": {"acceleration": 3.0}}
+    asked |= {"constraint": ["axis:z,0,0,1,3"], "judged": ["velocity", "position"], "limits": {"acceleration": 3.0}}
     with Client(address) as client:
         loaded = client.ask("load", **asked)
         found = client.ask("check", positions=[list(Robot.load("panda").home)] * 2, times=[0.5, 1.0], stop=False)
     assert loaded["limits"]["acceleration"] == [3.0] * 7
     assert (loaded["judged"], loaded["margin"]) == (["position", "velocity"], 0.02)
-    assert (loaded["min_manipulability"], loaded["keep"]) == (0.01, ["axis:z,0,0,1,3"])
+    assert (loaded["min_manipulability"], loaded["constraint"]) == (0.01, ["axis:z,0,0,1,3"])
     for said in ("acceleration, jerk are not judged", "no stops were asked for", "no state"):
         assert said in " ".join(found["notes"])
     assert found["revision"] == loaded["revision"]

@@ -12,7 +12,7 @@ from planner.session.answer import Planning, answered
 from planner.session.live_roadmap import LiveRoadmap
 from tests.worlds import POST_GOAL, POST_START, make_post, post_roadmap
 
-PLANNING = Planning(PlanRequest.from_options(nodes=60, effort=0), gabf.SingularityFree(), GrowthSettings())
+PLANNING = Planning(PlanRequest.from_options(nodes=60, refinement_rounds=0), gabf.SingularityFree(), GrowthSettings())
 
 
 def bare() -> LiveRoadmap:

@@ -321,8 +321,8 @@ def test_undecided_counts_as_unsafe_and_is_said() -> None:
 
 def test_what_is_kept_is_kept_by_the_motion_and_by_its_stops() -> None:
     """The tool of the arm, 1 m long each link, stays above a line; the stop of a fast chunk would cross it."""
-    keep = planner.KeepPlane((0.0, 1.0, 0.0), 0.0)
-    gate, free = planner.Gate("planar_2r", "empty", keep=keep), planner.Gate("planar_2r", "empty")
+    constraint = planner.PlaneConstraint((0.0, 1.0, 0.0), 0.0)
+    gate, free = planner.Gate("planar_2r", "empty", constraint=constraint), planner.Gate("planar_2r", "empty")
     here, times = (np.array([0.5, 0.0]), np.zeros(2)), [2.0, 4.0]
     above, across = np.array([[0.4, 0.0], [0.3, 0.0]]), np.array([[0.2, 0.0], [-0.2, 0.0]])
     assert gate.check(above, np.zeros((2, 2)), times=times, state=here).safe
@@ -333,7 +333,7 @@ def test_what_is_kept_is_kept_by_the_motion_and_by_its_stops() -> None:
     assert len(repr(verdict)) < 300
     assert verdict.reason is not None
     assert (verdict.reason.kind, verdict.reason.on, verdict.safe_until) == ("kept", "motion", 2.0)
-    assert keep.text in str(verdict)
+    assert constraint.text in str(verdict)
     fast = np.array([[0.3, 0.0], [0.02, 0.0]]), np.array([[0.0, 0.0], [-1.0, 0.0]])
     assert free.check(*fast, times=times, state=here).safe
     verdict = gate.check(*fast, times=times, state=here)

@@ -24,7 +24,7 @@ from tests.worlds import load
 @pytest.mark.parametrize("validator", ["plan"], indirect=True)
 def test_tasks_are_as_the_schema_says_and_it_names_every_key(validator: jsonschema.Draft202012Validator) -> None:
     timed, plain = small().plan(), small().plan(timing=None)
-    stuck = task(replace(SMALL, scene=replace(SCENE, keep="plane:0,0,1,0.45")), nodes=20, timing=None)
+    stuck = task(replace(SMALL, scene=replace(SCENE, constraints="plane:0,0,1,0.45")), nodes=20, timing=None)
     schema = pydantic.TypeAdapter(TaskPlanRecord).json_schema()
     for found in (timed, plain, stuck):
         record = as_written(found.to_dict())

@@ -119,17 +119,20 @@ def test_grasps_in_contact_are_counted_by_what_they_touch() -> None:
     assert "'lid'" in found.message
 
 
-KEEPS = {"plane:0,0,1,0.45": ("no_grasp", 3), "axis:z,0,0,-1,0.1": ("no_path", 1)}
+CONSTRAINTS = {"plane:0,0,1,0.45": ("no_grasp", 3), "axis:z,0,0,-1,0.1": ("no_path", 1)}
 
 
-@pytest.mark.parametrize("keep", KEEPS)
-def test_what_strays_from_what_is_kept_is_counted_as_that(keep: str) -> None:
+@pytest.mark.parametrize("constraint", CONSTRAINTS)
+def test_what_strays_from_what_is_kept_is_counted_as_that(constraint: str) -> None:
     """Grasps below a plane that the tool stays above, and one that tilts more than the tool may: nothing touches."""
-    found, (what, strays) = task(replace(SMALL, scene=replace(SCENE, keep=keep)), nodes=20, timing=None), KEEPS[keep]
+    found, (what, strays) = (
+        task(replace(SMALL, scene=replace(SCENE, constraints=constraint)), nodes=20, timing=None),
+        CONSTRAINTS[constraint],
+    )
     assert found.reason is not None
     assert found.reason.what == what
-    assert (found.reason.strays, found.reason.contacts, found.reason.conditions) == (strays, {}, (keep,))
-    assert f"{strays} straying from what is kept ({keep})" in found.message
+    assert (found.reason.strays, found.reason.contacts, found.reason.conditions) == (strays, {}, (constraint,))
+    assert f"{strays} straying from what is kept ({constraint})" in found.message
     assert "None" not in found.message
     assert found.to_dict()["reason"]["strays"] == strays
 

@@ -127,15 +127,17 @@ def test_what_is_out_of_reach_says_by_how_much() -> None:
     nowhere.page()
 
 
-@pytest.mark.parametrize(("keep", "unit", "point"), [("box:-1,-1,0,1,0.05,1", "m", 2), ("plane:0,0,1,0.5", "m", 1)])
-def test_what_is_to_be_kept_is_kept_and_named_where_it_is_in_the_way(keep: str, unit: str, point: int) -> None:
+@pytest.mark.parametrize(
+    ("constraint", "unit", "point"), [("box:-1,-1,0,1,0.05,1", "m", 2), ("plane:0,0,1,0.5", "m", 1)]
+)
+def test_what_is_to_be_kept_is_kept_and_named_where_it_is_in_the_way(constraint: str, unit: str, point: int) -> None:
     path = line_of([[0.45, -0.1, 0.4], [0.45, 0.1, 0.4]])
-    found = follow(path, request=REQUEST, keep=keep, timing=None)
+    found = follow(path, request=REQUEST, constraint=constraint, timing=None)
     assert found.outcome is Outcome.PARTLY_FOLLOWED
     assert isinstance(found.reason, CannotFollow)
-    assert (found.reason.cause, found.reason.between, found.reason.point) == ("strays", (keep,), point)
+    assert (found.reason.cause, found.reason.between, found.reason.point) == ("strays", (constraint,), point)
     assert 0 < found.reason.distance <= 0.1 + 1e-6
-    assert f"'{keep}' is kept, and would be broken by" in found.message
+    assert f"'{constraint}' is kept, and would be broken by" in found.message
     assert f" {unit}; move the path" in found.message
     assert all(pose_of(found.robot, q)[1][1] <= 0.05 for q in found.path)
     found.to_dict()
@@ -144,13 +146,13 @@ def test_what_is_to_be_kept_is_kept_and_named_where_it_is_in_the_way(keep: str, 
 def test_a_turn_to_be_kept_is_about_the_start_of_the_free_motion() -> None:
     path = line_of([[0.45, -0.05, 0.4], [0.45, 0.05, 0.4]], quaternion=[1, 0, 0, 0])
     begin = "pose:0.4,0,0.5,1,0,0,0"
-    found = follow(path, request=REQUEST, start=begin, path_only=True, keep="turn:0.05", timing=None)
+    found = follow(path, request=REQUEST, start=begin, path_only=True, constraint="turn:0.05", timing=None)
     assert found.outcome is Outcome.SOLVED
     s = np.linspace(0, 1, 20)[:, None, None]
     for q in (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7):
         assert np.arccos((np.trace(pose_of(found.robot, q)[0] @ np.diag([1, -1, -1])) - 1) / 2) <= 0.05 + 1e-6
     with pytest.raises(StateError, match="means the orientation at a start"):
-        follow(path, request=REQUEST, keep="turn:0.05", timing=None)
+        follow(path, request=REQUEST, constraint="turn:0.05", timing=None)
 
 
 @pytest.mark.parametrize("orientation", [{"axis": [0, 0, -1]}, {"quaternion": [1, 0, 0, 0]}])
@@ -220,7 +222,7 @@ def test_a_start_that_is_cut_off_says_why_and_keeps_the_record(tmp_path: Path) -
     path = line_of([[-0.8, -0.02, 0.0], [-0.8, 0.02, 0.0]], axis=[0, 0, 1])
     world = {"robot": "planar_2r", "scene": planar_trap(tmp_path)}
     assert follow(path, **world, timing=None).outcome is Outcome.SOLVED
-    found = follow(path, **world, start="q:0,0.2", nodes=60, effort=0, timing=None)
+    found = follow(path, **world, start="q:0,0.2", nodes=60, refinement_rounds=0, timing=None)
     assert found.outcome is Outcome.NO_PATH
     assert found.reason is not None
     assert found.reason.kind in ("separated", "budget_spent")

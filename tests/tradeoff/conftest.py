@@ -19,7 +19,9 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
     scene = tmp_path_factory.mktemp("post") / "post.yaml"
     scene.write_text(POST)
     return sweep(
-        request=SweepRequest.from_options(robot="planar_2r", scene=str(scene), nodes=150, seed=2, effort=0, room=0)
+        request=SweepRequest.from_options(
+            robot="planar_2r", scene=str(scene), nodes=150, seed=2, refinement_rounds=0, extra_clearance=0
+        )
     )
 
 

@@ -30,7 +30,7 @@ WORLDS = [("iiwa14", "paper"), ("panda", "shelf")]
 @pytest.fixture(scope="module", params=WORLDS, ids=lambda world: "-".join(world))
 def made(request: pytest.FixtureRequest) -> Tradeoff:
     robot, scene = request.param
-    return sweep(request=SweepRequest.from_options(robot=robot, scene=scene, nodes=150, seed=1, effort=4))
+    return sweep(request=SweepRequest.from_options(robot=robot, scene=scene, nodes=150, seed=1, refinement_rounds=4))
 
 
 def test_a_plan_has_the_path_of_its_interval_at_its_cost(made: Tradeoff) -> None:
@@ -67,7 +67,7 @@ def test_each_motion_is_proven_and_the_other_library_finds_no_contact(made: Trad
 @pytest.mark.parametrize(("robot", "scene"), WORLDS)
 def test_a_plan_costs_no_more_than_the_path_of_the_sweep(robot: str, scene: str) -> None:
     """For 20 seeds and the whole roadmap: python -m benchmarks tradeoff."""
-    options = {"robot": robot, "scene": scene, "nodes": 150, "effort": 4}
+    options = {"robot": robot, "scene": scene, "nodes": 150, "refinement_rounds": 4}
     whole = sweep(request=SweepRequest.from_options(**options), timing=None)
     for beta in (0.0, 0.2, 0.5, 0.85):
         alone, swept = plan(request=PlanRequest.from_options(**options, beta=beta), timing=None), whole.at(beta)

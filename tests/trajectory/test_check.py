@@ -288,10 +288,12 @@ def test_a_swing_beyond_all_reason_is_refused() -> None:
 
 
 def test_a_constraint_that_is_broken_is_a_finding() -> None:
-    checker = make_checker(ARM, make_post().world.scene, keep="box:-2,-2,-1,0.5,2,1")
+    checker = make_checker(ARM, make_post().world.scene, constraint="box:-2,-2,-1,0.5,2,1")
     report = assert_plain(check_path(checker, np.array([[2.0, 0.5], [0.0, 0.0], [-2.0, 0.5]])))
     finding = next(each for each in report.findings if each.kind == "constraint")
-    assert finding.value == pytest.approx(float(np.abs(checker.world.keeps.spare(np.zeros((1, 2)))[0, 0])), rel=1e-2)
+    assert finding.value == pytest.approx(
+        float(np.abs(checker.world.constraints.spare(np.zeros((1, 2)))[0, 0])), rel=1e-2
+    )
     assert finding.where[0] == pytest.approx(1.0, abs=0.02)
 
 

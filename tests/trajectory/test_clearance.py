@@ -25,7 +25,8 @@ from tests.worlds import load
 @pytest.mark.parametrize(("robot", "scene"), [("planar_2r", "cage"), ("panda", "shelf")])
 def test_the_smallest_the_pair_and_the_place(robot: str, scene: str) -> None:
     found = plan(
-        request=PlanRequest.from_options(robot=robot, scene=scene, path_only=True, room=0.0), timing=TimingRequest()
+        request=PlanRequest.from_options(robot=robot, scene=scene, path_only=True, extra_clearance=0.0),
+        timing=TimingRequest(),
     )
     judge = make_checker(found.robot, found.scene, "coal")
     motion = found.trajectory

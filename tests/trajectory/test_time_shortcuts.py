@@ -89,7 +89,7 @@ def test_the_tool_goes_no_farther_where_its_path_is_the_cost() -> None:
     """What an edge costs at least is no measure of its parts, of which many move the tool by less."""
     start, goal = [0.1, 2.4, -1.9, 2.4, -1.0, -0.4], [1.8, -0.5, 0.3, -2.6, 1.4, 0.2]
     request = PlanRequest.from_options(
-        robot="ur5", scene="empty", start=start, goal=goal, beta=1.0, metric="workspace", nodes=100, effort=1
+        robot="ur5", scene="empty", start=start, goal=goal, beta=1.0, metric="workspace", nodes=100, refinement_rounds=1
     )
     found = plan(request=request, timing=TimingRequest())
     motion = found.trajectory

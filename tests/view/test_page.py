@@ -44,7 +44,7 @@ def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) 
 @pytest.mark.parametrize("floor", [0.02])  # above the goal's w alone
 def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path) -> None:
     held = with_alternatives(
-        plan(request=PlanRequest.from_options(nodes=150, min_manipulability=floor, room=0.0), timing=None)
+        plan(request=PlanRequest.from_options(nodes=150, min_manipulability=floor, extra_clearance=0.0), timing=None)
     )
     save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
     whole = sweep(request=PlanRequest.from_options(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))

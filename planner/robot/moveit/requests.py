@@ -13,15 +13,24 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import Note, OptionError, SceneError, StateError, choices
 from planner.base.files import StrPath
 from planner.base.yamlfile import nearest, parse_yaml, read_text, shown
-from planner.problem.conditions import Condition, KeepAxis, KeepBox, KeepPlane, KeepTurn, require_thick
+from planner.problem.conditions import (
+    AxisConstraint,
+    BoxConstraint,
+    Condition,
+    OrientationConstraint,
+    PlaneConstraint,
+    require_thick,
+)
 from planner.problem.targets import Joints, Target, ToolGoal
 from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, RobotFiles
 from planner.robot.moveit.messages import (
     Constraints,
     MotionPlanRequestMessage,
-    OrientationConstraint,
     Solids,
     read_message,
+)
+from planner.robot.moveit.messages import (
+    OrientationConstraint as OrientationMessage,
 )
 from planner.robot.moveit.scenes import carried
 from planner.robot.poses import pose, quaternion_of
@@ -219,14 +228,14 @@ def _within(kind: str, dimensions: Sequence[float], at: Floats, **of: Any) -> It
     sizes = {"box": dimensions, "sphere": [2.0 * dimensions[0] / math.sqrt(3.0)] * 3 if dimensions else []}
     half = 0.5 * np.array(sizes.get(kind, [0.0] * 3))
     if kind != "box" or np.array_equal(at[:3, :3], np.eye(3)):
-        yield KeepBox(tuple(at[:3, 3] - half), tuple(at[:3, 3] + half), **of)
+        yield BoxConstraint(tuple(at[:3, 3] - half), tuple(at[:3, 3] + half), **of)
         return
     for axis, size in zip(at[:3, :3].T, half.tolist(), strict=True):
         for normal in (axis, -axis):
-            yield KeepPlane(tuple(normal), float(normal @ at[:3, 3]) - size, **of)
+            yield PlaneConstraint(tuple(normal), float(normal @ at[:3, 3]) - size, **of)
 
 
-def _turned(turn: OrientationConstraint, matrix: Floats, frame: str | None) -> Iterator[Condition]:
+def _turned(turn: OrientationMessage, matrix: Floats, frame: str | None) -> Iterator[Condition]:
     """The cone about an axis and the turn that lie inside tolerances about an orientation ``matrix`` (3, 3).
 
     With M = R0ᵀ R the angles about x, y, z (intrinsic) are atan2(-M12, M22), asin M02 and atan2(-M01, M00). Where the
@@ -244,10 +253,10 @@ def _turned(turn: OrientationConstraint, matrix: Floats, frame: str | None) -> I
     about, least = float(tolerances[k]), float(min(np.delete(tolerances, k)))
     if least < about:
         angle = min(least, _RIGHT) if euler else 2.0 * math.asin(least * math.sin(0.5 * about) / about)
-        yield KeepAxis("xyz"[k], tuple(matrix[:, k]), angle, frame=frame)
+        yield AxisConstraint("xyz"[k], tuple(matrix[:, k]), angle, frame=frame)
     if about < math.pi:
         x, y, z, w = quaternion_of(matrix)
-        yield KeepTurn(min(about, _RIGHT) if euler else about, (x, y, z, w), frame=frame)
+        yield OrientationConstraint(min(about, _RIGHT) if euler else about, (x, y, z, w), frame=frame)
 
 
 def _planned(values: Mapping[str, float], robot: Robot, role: str) -> Joints:

@@ -32,7 +32,7 @@ carried: [{name: bar, type: capsule, radius: 0.02, length: 0.5, link: link_2, to
 states: {planar_2r: {start: "q:0,0"}}
 robots: {planar_2r: {base: {position: [0, 0, 1]}, tool: tool, fixed_joints: {}}}
 allowed: [[board, link_1]]
-keep: ["axis:z,0,0,1,0.1"]
+constraints: ["axis:z,0,0,1,0.1"]
 """
 ROBOT = """
 name: mine

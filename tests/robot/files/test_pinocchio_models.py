@@ -83,7 +83,9 @@ def test_its_plan_is_that_of_its_file(name: str) -> None:
     ours, theirs = (planner.make_checker(robot, planner.Scene.load("paper")).world for robot in (made, read))
     np.testing.assert_array_equal(ours.self_pairs, theirs.self_pairs)
     scene = {"iiwa14": "paper", "panda": "shelf"}[name]
-    found, wanted = (planner.plan(robot=robot, scene=scene, nodes=60, effort=0, seed=1) for robot in (made, read))
+    found, wanted = (
+        planner.plan(robot=robot, scene=scene, nodes=60, refinement_rounds=0, seed=1) for robot in (made, read)
+    )
     assert wanted.solved
     np.testing.assert_array_equal(found.path, wanted.path)
 
@@ -126,7 +128,9 @@ def test_a_model_made_by_hand() -> None:
         pin.framesForwardKinematics(model, data, q)
         want = pin.SE3(np.eye(3), np.array([0.0, 0.0, 1.0])) * data.oMf[frame]
         np.testing.assert_allclose(tool_pose(robot, q).homogeneous, want.homogeneous, atol=1e-12)
-    found = planner.plan(robot=robot, scene=None, start=np.zeros(6), goal=0.5 * np.ones(6), nodes=20, effort=0)
+    found = planner.plan(
+        robot=robot, scene=None, start=np.zeros(6), goal=0.5 * np.ones(6), nodes=20, refinement_rounds=0
+    )
     assert found.solved
     np.testing.assert_array_equal(found.scene.obstacles, ())
 

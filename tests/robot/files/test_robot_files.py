@@ -112,7 +112,7 @@ def test_the_text_of_a_urdf_is_its_file(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.chdir(tmp_path)
     made = Robot.load('\n<?xml version="1.0"?>' + text)
     assert (made.name, made.identity, made.description) == ("arm", read.identity, "from the text of a URDF")
-    found = planner.plan(robot=text, scene=None, start=[0.0], goal=[0.5], nodes=4, effort=0)
+    found = planner.plan(robot=text, scene=None, start=[0.0], goal=[0.5], nodes=4, refinement_rounds=0)
     found.save("out")
     assert planner.check("out").ok
     with pytest.raises(RobotError, match="URDF <string> is not well-formed XML"):

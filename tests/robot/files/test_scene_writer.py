@@ -37,7 +37,7 @@ def require_same(first: Scene, second: Scene) -> None:
     for kind in ("obstacles", "moving", "carried"):
         for a, b in zip(getattr(first, kind), getattr(second, kind), strict=True):
             require_same_thing(vars(a), vars(b))
-    for key in ("name", "states", "robots", "description", "keep", "allowed"):
+    for key in ("name", "states", "robots", "description", "constraints", "allowed"):
         assert getattr(first, key) == getattr(second, key)
 
 
@@ -68,7 +68,7 @@ def test_every_shape_that_stands_moves_or_is_carried(things: list, names: list[s
         description=names[-2],
         states={names[0]: {names[1]: names[2]}},
         allowed=frozenset(pairs),
-        keep="axis:z,0,0,-1,0.0873;turn:0.1",
+        constraints="axis:z,0,0,-1,0.0873;turn:0.1",
         **by_kind,
     )
     with TemporaryDirectory() as folder:

@@ -34,7 +34,7 @@ def dense(path, count=400):
 @pytest.fixture(scope="module")
 def upright():
     return planner.plan(
-        robot="panda", scene="shelf", start="home", goal="xyz:-0.4,-0.4,0.5", keep=DOWN, path_only=True,
+        robot="panda", scene="shelf", start="home", goal="xyz:-0.4,-0.4,0.5", constraint=DOWN, path_only=True,
         timing=planner.TimingRequest(),
     )  # fmt: skip
 
@@ -53,7 +53,14 @@ def test_the_cup_stays_upright_on_path_and_in_motion(upright):
 
 def test_a_roadmap_keeps_it_everywhere():
     plan = planner.plan(
-        robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", keep=DOWN, nodes=60, effort=2, timing=None
+        robot="panda",
+        scene="empty",
+        start="home",
+        goal="xyz:-0.4,-0.4,0.5",
+        constraint=DOWN,
+        nodes=60,
+        refinement_rounds=2,
+        timing=None,
     )
     assert plan.solved
     roadmap = plan.roadmap
@@ -64,36 +71,36 @@ def test_a_roadmap_keeps_it_everywhere():
 
 def test_a_kept_roadmap_is_held_to_what_is_kept_now(tmp_path):
     free = planner.plan(
-        robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", nodes=60, effort=0, timing=None
+        robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", nodes=60, refinement_rounds=0, timing=None
     )
     free.save(tmp_path)
     how: dict[str, Any] = {"robot": "panda", "scene": "empty", "start": "home", "goal": "xyz:-0.4,-0.4,0.5"}
-    plan = planner.plan(**how, roadmap=tmp_path / "roadmap.npz", keep=DOWN, timing=None)
+    plan = planner.plan(**how, roadmap=tmp_path / "roadmap.npz", constraint=DOWN, timing=None)
     assert plan.solved
     assert tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
 
 
-@pytest.mark.parametrize("keep", ["turn:0.02", "box:-0.7,-0.7,0.48,0.7,0.7,0.5", "axis:z,0,0,-1,0.005"])
-def test_thin_conditions_are_kept_by_projection(keep):
+@pytest.mark.parametrize("constraint", ["turn:0.02", "box:-0.7,-0.7,0.48,0.7,0.7,0.5", "axis:z,0,0,-1,0.005"])
+def test_thin_conditions_are_kept_by_projection(constraint):
     start = "xyz:0.4,0.4,0.49 & turn:0,1,0,0,0"
     plan = planner.plan(
         robot="panda",
         scene="empty",
         start=start,
         goal="box:0.397,-0.403,0.487,0.403,-0.397,0.493",
-        keep=keep,
+        constraint=constraint,
         path_only=True,
         timing=None,
     )
     assert plan.solved
-    (kept,) = plan.to_dict()["kept"]
+    (kept,) = plan.to_dict()["constraints"]
     assert kept["path_proven"]
     assert kept["path"] >= 0
 
 
 def test_a_goal_may_leave_an_axis_free():
     goal = planner.ToolGoal(
-        (planner.KeepBox((0.4, 0.4, 0.5), (0.4, 0.4, 0.5)), planner.KeepAxis("z", (0.0, 0.0, -1.0), 0.05))
+        (planner.BoxConstraint((0.4, 0.4, 0.5), (0.4, 0.4, 0.5)), planner.AxisConstraint("z", (0.0, 0.0, -1.0), 0.05))
     )
     plan = planner.plan(
         robot="panda", scene="empty", start="home", goal=goal, path_only=True, ik_solutions=8, timing=None
@@ -113,7 +120,7 @@ def test_a_goal_may_leave_an_axis_free():
 
 
 def test_a_scene_keeps_too_and_check_judges_it(tmp_path, capsys, upright):
-    (tmp_path / "bar.yaml").write_text(f'name: bar\nobstacles: []\nkeep: ["{DOWN}"]\n')
+    (tmp_path / "bar.yaml").write_text(f'name: bar\nobstacles: []\nconstraints: ["{DOWN}"]\n')
     path = tmp_path / "path.csv"
     np.savetxt(path, upright.path, delimiter=",")
     assert run(["check", str(path), "--robot", "panda", "--scene", str(tmp_path / "bar.yaml"), "--json"]) == 0
@@ -122,13 +129,15 @@ def test_a_scene_keeps_too_and_check_judges_it(tmp_path, capsys, upright):
     tipped = upright.path.copy()
     tipped[1, 5] += 0.3
     np.savetxt(path, tipped, delimiter=",")
-    code = run(["check", str(path), "--robot", "panda", "--scene", "empty", "--keep", "turn:3", "--keep", DOWN])
+    code = run(
+        ["check", str(path), "--robot", "panda", "--scene", "empty", "--constraint", "turn:3", "--constraint", DOWN]
+    )
     assert code == 4
     assert "is broken by" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_session_keeps_it(upright):
-    session = planner.Session("panda", "empty", keep=DOWN, nodes=40)
+    session = planner.Session("panda", "empty", constraint=DOWN, nodes=40)
     plan = session.plan("home", "xyz:-0.4,-0.4,0.5", timing=None)
     assert plan.solved
     assert tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
@@ -136,4 +145,4 @@ def test_a_session_keeps_it(upright):
     plan = session.replan()
     assert not plan.solved or tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
     with pytest.raises(PlannerError, match="orientation at a start"):
-        planner.Session("panda", "empty", keep="turn:0.1")
+        planner.Session("panda", "empty", constraint="turn:0.1")

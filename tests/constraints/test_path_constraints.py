@@ -10,9 +10,9 @@ from scipy.optimize import minimize_scalar
 
 from planner.base.errors import PlannerError
 from planner.base.polynomials import evaluate
-from planner.constraints.keeps import _FINEST, FORGIVEN, Keeps, bound_to, require_bound
+from planner.constraints.path_constraints import _FINEST, FORGIVEN, PathConstraints, bound_to, require_bound
 from planner.constraints.tool_bound import prove_along
-from planner.problem.conditions import parse_keeps
+from planner.problem.conditions import parse_constraints
 from planner.robot.robot import Robot
 
 QUATERNION = "0.9,0.3,0.1,0.3"
@@ -62,36 +62,36 @@ def strays(robot, conditions, q):
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_states_hold_what_the_words_say(panda, text):
-    keeps, rng = Keeps(panda, parse_keeps(text)), np.random.default_rng(1)
+    constraints, rng = PathConstraints(panda, parse_constraints(text)), np.random.default_rng(1)
     q = rng.uniform(panda.lower, panda.upper, size=(40, panda.dof))
-    q = np.vstack([q, keeps.projected(q, rng.uniform(-0.2, 0.9, size=40))[0]])
-    truth = np.array([[beyond(panda, each, state) for each in keeps.conditions] for state in q])
-    holds = keeps.holds(q)
+    q = np.vstack([q, constraints.projected(q, rng.uniform(-0.2, 0.9, size=40))[0]])
+    truth = np.array([[beyond(panda, each, state) for each in constraints.conditions] for state in q])
+    holds = constraints.holds(q)
     assert holds.any()
     assert not holds.all()
-    assert not keeps.holds(np.full((1, panda.dof), np.nan)).any()
+    assert not constraints.holds(np.full((1, panda.dof), np.nan)).any()
     assert (truth[holds] <= 1e-6).all()
     assert (truth[~holds].max(axis=1) > -1e-6).all()
-    np.testing.assert_allclose(keeps.spare(q), -truth, atol=2e-6)
+    np.testing.assert_allclose(constraints.spare(q), -truth, atol=2e-6)
 
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_proven_curves_do_not_stray(panda, text):
     """An optimiser climbs along each proven curve, and finds nowhere where it strays."""
-    keeps, rng = Keeps(panda, parse_keeps(text)), np.random.default_rng(2)
-    start, good = keeps.projected(rng.uniform(panda.lower, panda.upper, size=(60, panda.dof)), 0.8)
+    constraints, rng = PathConstraints(panda, parse_constraints(text)), np.random.default_rng(2)
+    start, good = constraints.projected(rng.uniform(panda.lower, panda.upper, size=(60, panda.dof)), 0.8)
     start = start[good]
     curves = np.stack([start, *(rng.normal(size=start.shape) * size for size in (0.1, 0.08, 0.05))], axis=1)
     curves[:, 1:] *= rng.uniform(0.02, 2.0, size=(len(curves), 1, 1))
-    proven = keeps.proven(curves)
+    proven = constraints.proven(curves)
     assert 2 < proven.sum() < len(curves)
     s = np.linspace(0.0, 1.0, 41)
     for curve, held in zip(curves, proven, strict=True):
-        worst = [strays(panda, keeps.conditions, q) for q in evaluate(np.repeat(curve[None], 41, axis=0), s)]
+        worst = [strays(panda, constraints.conditions, q) for q in evaluate(np.repeat(curve[None], 41, axis=0), s)]
         k = int(np.argmax(worst))
         if held:
             top: Any = minimize_scalar(
-                lambda u, c=curve: -strays(panda, keeps.conditions, evaluate(c[None], np.array([u]))[0]),
+                lambda u, c=curve: -strays(panda, constraints.conditions, evaluate(c[None], np.array([u]))[0]),
                 bounds=(s[max(k - 1, 0)], s[min(k + 1, 40)]), method="bounded", options={"xatol": 1e-9},
             )  # fmt: skip
             assert max(-top.fun, worst[k]) <= 2e-6
@@ -99,14 +99,14 @@ def test_proven_curves_do_not_stray(panda, text):
             assert worst[k] > -2e-2  # a proof is refused only of what strays, or nearly
 
 
-def proven_in_python(keeps, curves, finest=_FINEST):
+def proven_in_python(constraints, curves, finest=_FINEST):
     """The same proof by arrays, frame by frame."""
     proven = np.ones(len(curves), dtype=bool)
-    for k, group in enumerate(keeps._groups):
+    for k, group in enumerate(constraints._groups):
         metre, turn = (np.array([getattr(piece, per) for piece in group.pieces]) for per in ("per_metre", "per_turn"))
 
         def slack(_curve, _s, rotation, position, k=k):
-            return keeps._native.slack(k, rotation, position)[:, None] + FORGIVEN
+            return constraints._native.slack(k, rotation, position)[:, None] + FORGIVEN
 
         proven &= prove_along(group.bound, curves, slack, metre, turn, finest)
     return proven
@@ -121,44 +121,44 @@ def grown(curves, factor):
 @pytest.mark.parametrize("text", TEXTS)
 def test_the_compiled_proof_says_what_the_one_by_arrays_says(panda, text, degree):
     """Of any curves, and of ones grown until they are hardly proven, and hardly not; halved, and not at all."""
-    keeps, rng = Keeps(panda, parse_keeps(text)), np.random.default_rng(degree)
+    constraints, rng = PathConstraints(panda, parse_constraints(text)), np.random.default_rng(degree)
     start = rng.uniform(panda.lower, panda.upper, (150, panda.dof))
-    start, _ = keeps.projected(start, rng.uniform(0.0, 0.9, 150))
+    start, _ = constraints.projected(start, rng.uniform(0.0, 0.9, 150))
     start[::10] = rng.uniform(panda.lower, panda.upper, start[::10].shape)
     curves = np.concatenate([start[:, None], rng.normal(size=(len(start), degree, panda.dof))], axis=1)
     curves = grown(curves, 10.0 ** rng.uniform(-4.0, -0.3, len(curves)))
-    proven = keeps.proven(curves)
+    proven = constraints.proven(curves)
     assert 10 < proven.sum() < len(curves)
-    np.testing.assert_array_equal(proven, proven_in_python(keeps, curves))
+    np.testing.assert_array_equal(proven, proven_in_python(constraints, curves))
     for finest in (_FINEST, 1e3) if degree else ():
-        edge = curves[proven_in_python(keeps, curves, finest)][:15]
+        edge = curves[proven_in_python(constraints, curves, finest)][:15]
         low, high = np.ones(len(edge)), np.full(len(edge), 64.0)
         for _ in range(34):
             middle = 0.5 * (low + high)
-            held = proven_in_python(keeps, grown(edge, middle), finest)
+            held = proven_in_python(constraints, grown(edge, middle), finest)
             low, high = np.where(held, middle, low), np.where(held, high, middle)
         for off in (-1e-6, -1e-9, 1e-9, 1e-6):
             near = grown(edge, low * (1.0 + off))
-            found = keeps._native.proven(near, keeps._bounds, FORGIVEN, finest)
-            np.testing.assert_array_equal(found, proven_in_python(keeps, near, finest))
+            found = constraints._native.proven(near, constraints._bounds, FORGIVEN, finest)
+            np.testing.assert_array_equal(found, proven_in_python(constraints, near, finest))
 
 
 def test_the_hardest_proven_turn_does_not_stray(panda):
     """The curve itself is moved too: a climber over its coefficients that stays with what is proven."""
-    keeps, rng = Keeps(panda, parse_keeps("axis:z,0,0,-1,0.05")), np.random.default_rng(3)
-    start, good = keeps.projected(rng.uniform(panda.lower, panda.upper, size=(20, panda.dof)), 0.5)
+    constraints, rng = PathConstraints(panda, parse_constraints("axis:z,0,0,-1,0.05")), np.random.default_rng(3)
+    start, good = constraints.projected(rng.uniform(panda.lower, panda.upper, size=(20, panda.dof)), 0.5)
     curve = np.stack([start[good][0], 0.05 * rng.normal(size=panda.dof), 0.05 * rng.normal(size=panda.dof)])
     s = np.linspace(0.0, 1.0, 101)
 
     def worst(c):
-        return max(strays(panda, keeps.conditions, q) for q in evaluate(np.repeat(c[None], len(s), axis=0), s))
+        return max(strays(panda, constraints.conditions, q) for q in evaluate(np.repeat(c[None], len(s), axis=0), s))
 
     curve[1:] *= 0.1
-    assert keeps.proven(curve[None])[0]
+    assert constraints.proven(curve[None])[0]
     best, size = worst(curve), 0.03
     for _ in range(120):
         tried = curve + size * rng.normal(size=curve.shape)
-        if keeps.proven(tried[None])[0] and worst(tried) > best:
+        if constraints.proven(tried[None])[0] and worst(tried) > best:
             curve, best = tried, worst(tried)
         else:
             size = max(0.97 * size, 1e-4)
@@ -168,21 +168,23 @@ def test_the_hardest_proven_turn_does_not_stray(panda):
 def test_a_motion_that_begins_on_the_edge_is_proven(panda):
     q = panda.home
     z = pose(panda, q)[1][2]
-    keeps = Keeps(panda, parse_keeps(f"plane:0,0,1,{float(z)!r}"))
-    inward = keeps.projected(q[None] + 0.0, 0.5)[0][0]
-    deeper = Keeps(panda, parse_keeps(f"plane:0,0,1,{float(z) + 0.05!r}")).projected(inward[None], 0.5)[0][0]
-    assert keeps.proven(np.stack([q, deeper - q])[None])[0]
+    constraints = PathConstraints(panda, parse_constraints(f"plane:0,0,1,{float(z)!r}"))
+    inward = constraints.projected(q[None] + 0.0, 0.5)[0][0]
+    deeper = PathConstraints(panda, parse_constraints(f"plane:0,0,1,{float(z) + 0.05!r}")).projected(inward[None], 0.5)[
+        0
+    ][0]
+    assert constraints.proven(np.stack([q, deeper - q])[None])[0]
 
 
 def test_nothing_to_keep_costs_nothing_and_holds_always(panda):
-    keeps = Keeps(panda)
-    assert not keeps
-    assert keeps.holds(np.full((3, panda.dof), np.nan)).all()
-    assert keeps.proven(np.zeros((2, 2, panda.dof))).all()
+    constraints = PathConstraints(panda)
+    assert not constraints
+    assert constraints.holds(np.full((3, panda.dof), np.nan)).all()
+    assert constraints.proven(np.zeros((2, 2, panda.dof))).all()
 
 
 def test_a_turn_is_about_the_orientation_at_the_start(panda):
-    (turn,) = bound_to(parse_keeps("turn:0.1"), panda, panda.home)
+    (turn,) = bound_to(parse_constraints("turn:0.1"), panda, panda.home)
     assert beyond(panda, turn, panda.home) == pytest.approx(-0.1, abs=1e-7)
     with pytest.raises(PlannerError, match="orientation at a start"):
-        require_bound(parse_keeps("turn:0.1"), panda)
+        require_bound(parse_constraints("turn:0.1"), panda)

@@ -19,7 +19,16 @@ from planner.base.errors import StateError
 from planner.constraints.tool_bound import Frame, ToolBound
 from planner.kinematics.forward import Chain
 from planner.native.compiled import NativeKeeping
-from planner.problem.conditions import Condition, KeepAxis, KeepBox, KeepPlane, KeepTurn, OfPoint, Quaternion, Three
+from planner.problem.conditions import (
+    AxisConstraint,
+    BoxConstraint,
+    Condition,
+    OfPoint,
+    OrientationConstraint,
+    PlaneConstraint,
+    Quaternion,
+    Three,
+)
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, with_tool
 
@@ -64,18 +73,18 @@ def _half(normal: Floats, limit: float, depth: float) -> Piece:
 def pieces_of(condition: Condition) -> list[Piece]:
     """The convex pieces that make up a condition; one of a turn has its quaternion."""
     match condition:
-        case KeepAxis(axis, direction, angle):
+        case AxisConstraint(axis, direction, angle):
             return [_axis("xyz".index(axis), _unit(direction), angle)]
-        case KeepBox(lower, upper):
+        case BoxConstraint(lower, upper):
             return [
                 _half(sign * np.eye(3)[k], sign * end, 0.5 * (high - low))
                 for k, (low, high) in enumerate(zip(lower, upper, strict=True))
                 for sign, end in ((1.0, low), (-1.0, high))
             ]
-        case KeepPlane(normal, distance):
+        case PlaneConstraint(normal, distance):
             size = math.hypot(*normal)
             return [_half(_unit(normal), distance / size, _DEEP)]
-        case KeepTurn(angle):
+        case OrientationConstraint(angle):
             return [_turn(_matrix(condition.quaternion), angle)]
     raise TypeError(f"no pieces make up a {type(condition).__name__}")
 
@@ -135,12 +144,12 @@ class Kept:
 
 
 @dataclass(frozen=True, eq=False)
-class Keeps:
+class PathConstraints:
     """Bound ``conditions`` on frames of a ``robot``, of which none may be broken.
 
-        keeps = Keeps(robot, parse_keeps("axis:z,0,0,1,0.1"))
-        keeps.holds(q)                          # (n,) in states (n, dof)
-        keeps.proven(coefficients)              # (m,) on whole curves (m, degree + 1, dof)
+        constraints = PathConstraints(robot, parse_constraints("axis:z,0,0,1,0.1"))
+        constraints.holds(q)                          # (n,) in states (n, dof)
+        constraints.proven(coefficients)              # (m,) on whole curves (m, degree + 1, dof)
 
     Of none all of it is True, at no cost. Raises :class:`RobotError` for frames that the robot lacks.
     """
@@ -281,7 +290,7 @@ def _orientation(robot: Robot, frame: str | None, q: Floats) -> Quaternion:
 
 def unbound(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
     """Those that mean the orientation at the start."""
-    return tuple(each for each in conditions if isinstance(each, KeepTurn) and each.quaternion is None)
+    return tuple(each for each in conditions if isinstance(each, OrientationConstraint) and each.quaternion is None)
 
 
 def require_bound(conditions: tuple[Condition, ...], robot: Robot) -> None:
