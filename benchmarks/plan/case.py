@@ -20,7 +20,7 @@ from planner.batch.run import NO_PATH, REFUSED, SOLVED
 from planner.collision.edge_prover import EdgeProver
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.planning.solve import cost_in_motion
+from planner.planning.solve import make_timing_cost
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PlanRequest, TimingRequest
 from planner.query.query import make_query
@@ -113,7 +113,7 @@ def _timed(found: Plan, asked: LimitsRequest, python: str | None) -> Columns:
     limits, floor = MotionLimits.of(found.robot, asked), found.request.quality.min_manipulability
     begin = time.process_time()
     trajectory, curve = timed_curve(
-        found.path, found.checker, limits, TimingRequest().time_law, floor, cost_in_motion(found)
+        found.path, found.checker, limits, TimingRequest().time_law, floor, make_timing_cost(found)
     )
     seconds = time.process_time() - begin
     blended, stopping = (

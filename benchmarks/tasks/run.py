@@ -93,7 +93,7 @@ def tasks(
 
 def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
     task, begun = seeded_task(row.kind, row.number, row.seed), time.process_time()
-    planner = TaskPlanner.of(task, nodes=row.nodes, seed=row.seed)
+    planner = TaskPlanner.from_task(task, nodes=row.nodes, seed=row.seed)
     found = planner.plan(timing=None)
     tried, net = planner.candidates.rejected, planner.network
     columns: dict[str, Any] = {
@@ -106,7 +106,7 @@ def _measure(row: Row, progress: Progress) -> dict[str, Any] | None:
     if progress.stopped:
         return None
     if not found.solved:
-        more = TaskPlanner.of(task, nodes=_TENFOLD * row.nodes, seed=row.seed).plan(timing=None)
+        more = TaskPlanner.from_task(task, nodes=_TENFOLD * row.nodes, seed=row.seed).plan(timing=None)
         return columns | {"tenfold": more.outcome.key}
     assert found.cost is not None
     cost, timed = greedy_cost(planner), planner.plan(timing=TimingRequest())

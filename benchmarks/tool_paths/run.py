@@ -158,7 +158,7 @@ def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
     checker = open_world(request.what)
     path = path_of(case, checker)
     begin = time.process_time()
-    follower = Follower.of(path, request)
+    follower = Follower.from_tool_path(path, request)
     first = follower.plan(request)
     planned = time.process_time()
     follower.plan(request.with_options(beta=0.2))
@@ -169,7 +169,7 @@ def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
     assert found is not None
     columns: dict[str, Any] = {"first_s": planned - begin, "again_s": again - planned, "motion_s": motion - again}
     columns |= {"points": int(path.given.max()), "followed": found.record.followed, "proven": found.record.proven}
-    columns |= {"denser": Follower.of(path, request.with_options(ladder_density=_DENSER)).found.share}
+    columns |= {"denser": Follower.from_tool_path(path, request.with_options(ladder_density=_DENSER)).reached.share}
     columns |= {} if timed.trajectory is None else _judged(timed.trajectory, checker, path)
     columns |= {"toppra_s": _toppra(follower, timed)} if installed() and len(timed.path) > 1 else {}
     columns |= _by_roboplan(python, timed, checker, path) if python and len(timed.path) else {}
@@ -179,8 +179,8 @@ def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
 def _toppra(follower: Follower, timed: Plan) -> float:
     """Seconds of toppra along the same curve, without limits on jerk."""
     robot, limits = timed.robot, MotionLimits.of(timed.robot)
-    places = follower.found.along[timed.path_nodes]
-    guide = ToolGuide.of(timed.path, places, robot, follower.found.ladder.tube, None)
+    places = follower.reached.along[timed.path_nodes]
+    guide = ToolGuide.of(timed.path, places, robot, follower.reached.ladder.tube, None)
     _, curve = timed_curve(timed.path, timed.checker, limits, "blended", 0.0, guide=guide)
     joints = np.ascontiguousarray(curve.coefficients[..., : robot.dof])
     return toppra_duration(replace(curve, coefficients=joints), limits.velocity, limits.acceleration)

@@ -24,7 +24,7 @@ from planner.problem.request import MotionRequest, ProblemRequest, TimingRequest
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
-    from planner.planning.run import Result
+    from planner.planning.base_result import Result
 
 R = TypeVar("R", bound="Result[Any]")
 Flag = tyro.conf.FlagCreatePairsOff[bool]
@@ -85,7 +85,7 @@ def _files(result: Result[Any], place: Path) -> str:
 def record_of_plan(folder: Path) -> dict[str, Any]:
     """The content of the plan.json, or sweep.json, in ``folder``; :class:`PlannerError` where it has no config."""
     from planner.base.yamlfile import read_text
-    from planner.planning.run import JSON_NAME
+    from planner.planning.base_result import JSON_NAME
     from planner.tradeoff.record import SWEEP_NAME
     from planner.trajectory.file import parse_json
 
@@ -99,7 +99,7 @@ def record_of_plan(folder: Path) -> dict[str, Any]:
 
 def world_of_plan(folder: Path) -> CollisionChecker:
     """A checker in the world of the plan in ``folder``; :class:`PlannerError` where there is none."""
-    from planner.planning.run import ROADMAP_NAME
+    from planner.planning.base_result import ROADMAP_NAME
     from planner.roadmap.storage import reopen_plan
 
     return reopen_plan(record_of_plan(folder)["config"], folder / ROADMAP_NAME)

@@ -17,7 +17,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.planning.improvement import improve_plan
 from planner.planning.result import Plan
-from planner.planning.solve import looked_at_again, solve_and_heal, timed, why_no_path
+from planner.planning.solve import recheck, solve_and_heal, time_plan, why_no_path
 from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, Objective, TimingRequest, request_of
@@ -65,7 +65,7 @@ def follow(
         raise OptionError("--extra-cost says nothing to a tool path: give a start, or leave it out.")
     if timing is None and made.what.tool_speed is not None:
         raise OptionError("--tool-speed says nothing without a motion in time: leave it out, or --no-timing.")
-    return Follower.of(path, made, progress).plan(made, progress, timing)
+    return Follower.from_tool_path(path, made, progress).plan(made, progress, timing)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +77,12 @@ class Follower:
 
     checker: CollisionChecker
     path: ToolPath
-    found: Reached
+    reached: Reached
     request: FollowRequest  # what the ladder was made for
     timings: dict[str, float]
 
     @staticmethod
-    def of(
+    def from_tool_path(
         tool_path: StrPath | Mapping[str, Any] | ToolPath, request: FollowRequest, progress: Progress = QUIET
     ) -> Follower:
         """The ladder of a path: all that does not depend on beta or start."""
@@ -90,7 +90,7 @@ class Follower:
         progress("setup", 0, 1)
         with clock("setup"):
             path = tool_path if isinstance(tool_path, ToolPath) else read_tool_path(tool_path)
-            start = None if request.what.start is None else lambda checker: _starts(request, checker)[0]
+            start = None if request.what.start is None else lambda checker: _resolve_starts(request, checker)[0]
             checker = open_world(request.what, start=start)
             if checker.world.scene.moving:
                 raise SceneError(
@@ -98,9 +98,9 @@ class Follower:
                 )
         progress("setup", 1, 1)
         tube = Tube(path.evenly_turned())
-        found = _reached(tube, checker, request, progress, clock)
+        found = _climb_ladder(tube, checker, request, progress, clock)
         if not found.whole:
-            inside = _reached(replace(tube, all_of_it=True), checker, request, progress, clock)
+            inside = _climb_ladder(replace(tube, all_of_it=True), checker, request, progress, clock)
             found = max(found, inside, key=lambda each: each.share)
         return Follower(checker, path, found, request, clock.seconds)
 
@@ -112,32 +112,32 @@ class Follower:
         if request.what.start is not None:
             states = states_of(robot, self.checker.world.scene)
             begun["end_notes"] = tuple(other_turns(request.what.start, self.checker, states))
-        roadmap, along = self.found.roadmap, self.found.along
+        roadmap, along = self.reached.roadmap, self.reached.along
         if not len(roadmap.goals):
-            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=roadmap, **begun), along)
+            return self._complete(Plan(request, Outcome.NO_PATH, roadmap=roadmap, **begun), along)
         draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
         if progress.stopped:
             return draft
         if request.what.start is not None:
             with clock("roadmap"):
-                grown = obtain_roadmap(request.quality, self._query(request, draft), progress)
+                grown = obtain_roadmap(request.quality, self._make_query(request, draft), progress)
                 free = improve_plan(replace(draft, roadmap=grown), progress)
                 if progress.stopped:
                     return draft
                 if not free.roadmap.is_connected:
                     failed = replace(free, outcome=Outcome.NO_PATH)
-                    return self._finished(replace(failed, reason=why_no_path(failed, progress)), along)
-                roadmap, along = _joined(free, roadmap, along)
+                    return self._complete(replace(failed, reason=why_no_path(failed, progress)), along)
+                roadmap, along = _join(free, roadmap, along)
         with clock("costs"):
-            network = _forward(build_network(roadmap, request.quality.objective), along)
+            network = _drop_backward_arcs(build_network(roadmap, request.quality.objective), along)
         solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock)
         if timing is None or limits is None or not len(solved.path):
-            return self._finished(solved, along)
+            return self._complete(solved, along)
         with clock("timing"):
-            made, speed, off = self._timed(solved, along, request, timing, limits)
-        return self._finished(replace(solved, trajectory=made), along, speed, off)
+            made, speed, off = self._time(solved, along, request, timing, limits)
+        return self._complete(replace(solved, trajectory=made), along, speed, off)
 
-    def _timed(
+    def _time(
         self, found: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
     ) -> tuple[Trajectory, ToolSpeedRecord | None, Deviation]:
         """The motion along the path, after the free one to it where there is one; with a rest between them.
@@ -146,19 +146,19 @@ class Follower:
         """
         places = along[found.path_nodes]
         first, floor = int(np.argmax(places >= 0.0)), request.quality.min_manipulability
-        on_path = found.path[first:], places[first:], self.found.ladder.tube, self.checker, limits
+        on_path = found.path[first:], places[first:], self.reached.ladder.tube, self.checker, limits
         made, speed = time_tool_path(*on_path, request.what.tool_speed, floor, timing.time_law)
-        off = self.found.ladder.tube.deviation_of(made, found.robot, places[first:])
+        off = self.reached.ladder.tube.deviation_of(made, found.robot, places[first:])
         if first:
-            free = timed(replace(found, path=found.path[: first + 1]), timing, limits)
+            free = time_plan(replace(found, path=found.path[: first + 1]), timing, limits)
             made = joined_motion(free, made, self.checker, limits, floor)
-        return looked_at_again(made, self.checker), speed, off
+        return recheck(made, self.checker), speed, off
 
-    def _query(self, request: FollowRequest, draft: Plan) -> Query:
+    def _make_query(self, request: FollowRequest, draft: Plan) -> Query:
         """From the start to the first rungs of the least cost-to-go."""
         checker, ladder = self.checker, draft.roadmap
-        start = _starts(request, checker)
-        network = _forward(build_network(ladder, request.quality.objective), self.found.along)
+        start = _resolve_starts(request, checker)
+        network = _drop_backward_arcs(build_network(ladder, request.quality.objective), self.reached.along)
         cost = gabf.oracle(network)[ladder.starts]
         best = ladder.starts[np.argsort(cost, kind="stable")[: min(_ENDS, int(np.isfinite(cost).sum()))]]
         goals = ladder.nodes[best]
@@ -168,13 +168,13 @@ class Follower:
         """The highest floor found with which the path is followed farther; None where no floor is in the way."""
         if self.request.quality.min_manipulability <= 0:
             return None
-        lower = reached_on(self.found.ladder, self.checker, 0.0, self.request.quality.seed)
-        if lower.along.max() <= self.found.along.max() + 1e-9:
+        lower = reached_on(self.reached.ladder, self.checker, 0.0, self.request.quality.seed)
+        if lower.along.max() <= self.reached.along.max() + 1e-9:
             return None
-        network = _forward(build_network(lower.roadmap, self.request.quality.objective), lower.along)
+        network = _drop_backward_arcs(build_network(lower.roadmap, self.request.quality.objective), lower.along)
         return highest_floor(self.checker.robot, lower.roadmap, network)
 
-    def _finished(
+    def _complete(
         self,
         solved: Plan,
         along: Floats,
@@ -183,7 +183,7 @@ class Follower:
     ) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
         outcome, reason, off = solved.outcome, solved.reason, NO_DEVIATION
-        found, share, ends = self.found, 0.0, self.found.ends[:0]
+        found, share, ends = self.reached, 0.0, self.reached.ends[:0]
         if len(solved.path):
             share, ends, places = found.share, found.ends, along[solved.path_nodes]
             rows = places >= 0.0
@@ -210,7 +210,7 @@ class Follower:
         )
 
 
-def _reached(
+def _climb_ladder(
     tube: Tube, checker: CollisionChecker, request: FollowRequest, progress: Progress, clock: Stopwatch
 ) -> Reached:
     """How far a ladder leads in a tube."""
@@ -225,20 +225,20 @@ def _reached(
         return reached_on(ladder, checker, request.quality.min_manipulability, request.quality.seed, progress)
 
 
-def _starts(request: FollowRequest, checker: CollisionChecker) -> Floats:
+def _resolve_starts(request: FollowRequest, checker: CollisionChecker) -> Floats:
     """Where the arm may be (k, dof) before it goes to the path."""
     states = states_of(checker.robot, checker.world.scene)
     assert request.what.start is not None  # a free motion begins there
     return resolve(request.what.start, checker, states, "start", tolerance=request.what.ik_tolerance)
 
 
-def _forward(network: gabf.Network, along: Floats) -> gabf.Network:
+def _drop_backward_arcs(network: gabf.Network, along: Floats) -> gabf.Network:
     """The network without the arcs that lead back along the path; off it ``along`` is -1."""
     tails, heads = along[network.tails], along[network.indices]
     return network.without_arcs(np.flatnonzero((tails > heads) & (tails > 1e-9)))
 
 
-def _joined(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
+def _join(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
     """The free roadmap with the ladder behind its goals; the ladder's other first rungs are left out."""
     roadmap = roomy_where_joined(free.roadmap, free.clearance_kept)
     number = np.where(along > 1e-9, NEW, LEFT_OUT)

@@ -34,9 +34,9 @@ def improve_plan(draft: Plan, progress: Progress) -> Plan:
     quality, checker = draft.request.quality, draft.checker
     roadmap, room, curves = improve_for_all_betas(draft.roadmap, checker, quality, progress, quality.beta)
     if quality.beta == 0.0 and quality.min_manipulability <= 0:
-        roadmap = with_path_above_ends(roadmap, checker, quality, progress, room)
+        roadmap = add_path_without_dip(roadmap, checker, quality, progress, room)
     if quality.roadmap is None:
-        roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), quality, room)
+        roadmap = trim_roadmap(roadmap, len(draft.roadmap.nodes), quality, room)
     return replace(draft, roadmap=roadmap, curve=curves.get(quality.beta, ()), clearance_kept=room)
 
 
@@ -53,18 +53,18 @@ def improve_for_all_betas(
     """
     if quality.roadmap is not None and quality.rounds < 1:
         return roadmap, 0.0, {}
-    (roadmap, room), curves = roomy_roadmap(roadmap, checker, quality, progress), dict[float, Curve]()
+    (roadmap, room), curves = with_min_clearance(roadmap, checker, quality, progress), dict[float, Curve]()
     betas = IMPROVED_AT if own == IMPROVED_AT[0] else (*IMPROVED_AT, own)
     for place, beta in enumerate(betas):
         seed = (quality.seed + _SEEDS_APART * place) % 2**31
         part = replace(quality, refinement_rounds=-(-quality.rounds // 2), seed=seed)
         whole = progress.renamed(lambda *of, k=place: progress(of[0], k * of[2] + of[1], len(betas) * of[2]))
-        found = improved_roadmap(roadmap, checker, part, beta, whole, room)
+        found = improve_roadmap(roadmap, checker, part, beta, whole, room)
         roadmap, curves[beta] = found.roadmap, found.curve
     return roadmap, room, curves
 
 
-def roomy_roadmap(
+def with_min_clearance(
     roadmap: Roadmap, checker: CollisionChecker, quality: SweepQuality, progress: Progress = QUIET
 ) -> tuple[Roadmap, float]:
     """The roadmap with new certificates of its edges, and the clearance (m) beyond the margin that its paths keep.
@@ -92,7 +92,7 @@ def roomy_roadmap(
     return roadmap, 0.0
 
 
-def improved_roadmap(
+def improve_roadmap(
     roadmap: Roadmap,
     checker: CollisionChecker,
     quality: SweepQuality,
@@ -117,7 +117,7 @@ def improved_roadmap(
     return improve(roadmap, wider, cost, part, quality.rounds, quality.seed, progress, clearance=clearance)
 
 
-def with_path_above_ends(
+def add_path_without_dip(
     roadmap: Roadmap,
     checker: CollisionChecker,
     quality: PlanQuality,
@@ -146,7 +146,7 @@ def motion_cost(roadmap: Roadmap, checker: CollisionChecker, quality: SweepQuali
     return MotionCost(checker.robot, roadmap.scale, quality.objective_at(beta))
 
 
-def of_size_asked(roadmap: Roadmap, grown: int, quality: PlanQuality, clearance: float = 0.0) -> Roadmap:
+def trim_roadmap(roadmap: Roadmap, grown: int, quality: PlanQuality, clearance: float = 0.0) -> Roadmap:
     """An improved roadmap, ``grown`` of whose nodes were grown, with the number of nodes that was asked for."""
     if len(roadmap.nodes) <= quality.nodes:
         return roadmap
@@ -172,7 +172,7 @@ def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, 
     return replace(roadmap, clearance=known)
 
 
-def clearance_of_path(path: Floats, checker: CollisionChecker, wanted: float) -> float:
+def prove_path_clearance(path: Floats, checker: CollisionChecker, wanted: float) -> float:
     """The largest of ``wanted``, its half, ... (m) that all motions of a ``path`` (k, dof) are proven to keep; or 0."""
     if wanted <= 0 or len(path) < 2:
         return 0.0

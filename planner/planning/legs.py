@@ -8,7 +8,7 @@ from planner.base.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
 from planner.constraints.tool_bound import Frame
 from planner.planning.result import Plan
-from planner.planning.solve import timed
+from planner.planning.solve import time_plan
 from planner.problem.outcome import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query
@@ -32,7 +32,7 @@ class Legs:
     retreats: tuple[Reached, ...] = ()
     approaches: tuple[Reached, ...] = ()
 
-    def between(self, query: Query) -> Query:
+    def query_between(self, query: Query) -> Query:
         """What the free motion has to join."""
         if self.retreats:
             query = replace(query, starts=np.array([leg.ends[0] for leg in self.retreats]))
@@ -41,16 +41,16 @@ class Legs:
             query = replace(query, goals=goals, goal_names=("approach",) * len(goals))
         return query
 
-    def attached(self, free: Plan) -> Plan:
+    def attach(self, free: Plan) -> Plan:
         """The plan on its roadmap with the legs, in which starts and goals are what was asked for."""
         if not (self.retreats or self.approaches):
             return free
         roadmap = roomy_where_joined(free.roadmap, free.clearance_kept)
-        roadmap, starts = _joined(free.robot, roadmap, self.retreats, roadmap.starts)
-        roadmap, goals = _joined(free.robot, roadmap, self.approaches, roadmap.goals)
+        roadmap, starts = _join(free.robot, roadmap, self.retreats, roadmap.starts)
+        roadmap, goals = _join(free.robot, roadmap, self.approaches, roadmap.goals)
         return replace(free, roadmap=replace(roadmap, starts=starts, goals=goals), clearance_kept=0.0)
 
-    def of(self, robot: Robot, path: Floats) -> tuple[Reached | None, Reached | None]:
+    def legs_at_ends(self, robot: Robot, path: Floats) -> tuple[Reached | None, Reached | None]:
         """The legs with which a path (k, dof) begins and ends, up to whole turns."""
         begin, end = (
             next((leg for leg in legs if np.abs(robot.difference(_end(leg), q)).max() < 1e-9), None)
@@ -58,15 +58,15 @@ class Legs:
         )
         return begin, end
 
-    def timed(self, found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Plan:
+    def time(self, found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Plan:
         """The plan with the motion along its path, resting between a leg and what is free; corners are rounded."""
-        begin, end = self.of(found.robot, found.path)
+        begin, end = self.legs_at_ends(found.robot, found.path)
         if begin is None and end is None:
-            return replace(found, trajectory=timed(found, timing, limits))
+            return replace(found, trajectory=time_plan(found, timing, limits))
         limits = limits or MotionLimits.of(found.robot)
         first = len(begin.along) - 1 if begin else 0
         last = len(found.path) - (len(end.along) - 1 if end else 0)
-        made = timed(replace(found, path=found.path[first:last]), timing, limits)
+        made = time_plan(replace(found, path=found.path[first:last]), timing, limits)
         floor, records = found.request.quality.min_manipulability, list(found.legs)
         for leg, part, before in ((begin, found.path[: first + 1], True), (end, found.path[last - 1 :], False)):
             if leg is not None:
@@ -81,9 +81,9 @@ class Legs:
                 records[k] = replace(records[k], largest_deviation=off)
         return replace(found, trajectory=made, legs=tuple(records))
 
-    def records(self, robot: Robot, path: Floats) -> tuple[LegRecord, ...]:
+    def make_records(self, robot: Robot, path: Floats) -> tuple[LegRecord, ...]:
         """What ``plan.json`` says of the legs of a path."""
-        found, (begin, end) = [], self.of(robot, path)
+        found, (begin, end) = [], self.legs_at_ends(robot, path)
         for name, leg in (("retreat", begin), ("approach", end)):
             if leg is not None:
                 order, tube = np.argsort(leg.along), leg.ladder.tube
@@ -98,7 +98,7 @@ def _end(leg: Reached) -> Floats:
     return leg.roadmap.nodes[leg.roadmap.starts[0]]
 
 
-def _joined(robot: Robot, roadmap: Roadmap, legs: tuple[Reached, ...], doors: Ints) -> tuple[Roadmap, Ints]:
+def _join(robot: Robot, roadmap: Roadmap, legs: tuple[Reached, ...], doors: Ints) -> tuple[Roadmap, Ints]:
     """The roadmap with legs that lead to some of its nodes ``doors``, and the nodes at their other ends."""
     ends = []
     for leg in legs:
@@ -110,14 +110,14 @@ def _joined(robot: Robot, roadmap: Roadmap, legs: tuple[Reached, ...], doors: In
     return roadmap, np.array(ends) if legs else doors
 
 
-def legs_of(query: Query, request: PlanRequest) -> Legs | CannotFollow:
+def find_legs(query: Query, request: PlanRequest) -> Legs | CannotFollow:
     """The legs that ``request`` asks for, of those ends that have one; why none has, where that is so."""
     found: dict[str, tuple[Reached, ...]] = {}
     for name, ends, length in (
         ("retreat", query.starts, request.what.retreat),
         ("approach", query.goals, request.what.approach),
     ):
-        tried = [_leg(query.checker, q, length, request.quality.seed) for q in ends] if length > 0 else []
+        tried = [_build_leg(query.checker, q, length, request.quality.seed) for q in ends] if length > 0 else []
         found[name] = tuple(leg for leg in tried if leg.whole)
         if tried and not found[name]:
             k = int(np.argmax([leg.share for leg in tried]))
@@ -126,7 +126,7 @@ def legs_of(query: Query, request: PlanRequest) -> Legs | CannotFollow:
     return Legs(found["retreat"], found["approach"])
 
 
-def _leg(checker: CollisionChecker, q: Floats, length: float, seed: int) -> Reached:
+def _build_leg(checker: CollisionChecker, q: Floats, length: float, seed: int) -> Reached:
     """The leg back along the tool's z axis from ``q`` (dof,), as far as it goes."""
     rotation, _ = Frame.tool(checker.robot).poses(checker.robot, q[None])
     positions = leg_line(checker.robot, q, length)

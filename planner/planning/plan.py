@@ -5,7 +5,7 @@ from typing import Any
 
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.planning.improvement import improve_plan
-from planner.planning.legs import legs_of
+from planner.planning.legs import find_legs
 from planner.planning.result import Plan
 from planner.planning.solve import require_earliest, solve
 from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
@@ -49,21 +49,21 @@ def plan(
         limits = None if timing is None else MotionLimits.of(query.robot, timing)
         if query.scene.moving:
             require_earliest(request, timing)
-        legs = legs_of(query, request)
+        legs = find_legs(query, request)
     begun: dict[str, Any] = {"checker": query.checker, "timings": clock.seconds, "end_notes": query.end_notes}
     if isinstance(legs, CannotFollow):
         nowhere = roadmap_of(query.checker, query.ends, request.quality.seed)
         return Plan(request, Outcome.NO_PATH, roadmap=nowhere, reason=legs, **begun)
     with clock("roadmap"):
-        roadmap = obtain_roadmap(request.quality, legs.between(query), progress)
+        roadmap = obtain_roadmap(request.quality, legs.query_between(query), progress)
     draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
     with clock("improve"):
-        better = draft if progress.stopped else legs.attached(improve_plan(draft, progress))
+        better = draft if progress.stopped else legs.attach(improve_plan(draft, progress))
     solved = draft if progress.stopped else solve(better, limits, progress, clock)
     if not solved.solved:
         return draft if solved.outcome is Outcome.INTERRUPTED else solved
-    solved = replace(solved, goal=query.goal_at(solved.path[-1]), legs=legs.records(query.robot, solved.path))
+    solved = replace(solved, goal=query.goal_at(solved.path[-1]), legs=legs.make_records(query.robot, solved.path))
     if timing is None or solved.trajectory is not None:
         return solved
     with clock("timing"):
-        return legs.timed(solved, timing, limits)
+        return legs.time(solved, timing, limits)

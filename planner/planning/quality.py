@@ -10,7 +10,7 @@ from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import manipulability_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import BANDS, manipulability, measure_name
-from planner.planning.run import outward
+from planner.planning.base_result import outward
 from planner.problem.outcome import Record, Rows
 from planner.problem.request import DEFAULT_MEASURE, Objective, PlanQuality
 from planner.roadmap.roadmap import Roadmap
@@ -48,7 +48,7 @@ class QualityRecord(Record):
     """Omega of the path in pieces of 0.01 rad, where ``cost`` has it by few states an edge; null if charged at nodes"""
 
     @classmethod
-    def of(
+    def from_path(
         cls,
         quality: PlanQuality,
         roadmap: Roadmap,
@@ -138,7 +138,7 @@ class ManipulabilityRecord(Record):
     floor: FloorRecord | None = None
 
     @classmethod
-    def of(cls, robot: Robot, path: Floats, floor: float) -> Self:
+    def from_path(cls, robot: Robot, path: Floats, floor: float) -> Self:
         """w along a path (k, dof), and its ``floor`` where that is above 0."""
         w, record = path_manipulability(robot, path), None
         if floor > 0:
@@ -186,7 +186,7 @@ class Conditioning(Record):
     """what to try; null where the path is not poor"""
 
 
-def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: PlanQuality) -> Conditioning:
+def measure_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, quality: PlanQuality) -> Conditioning:
     """The judgement on a path (k, dof) of ``roadmap``, sampled ``W_ALONG_PATH`` apart, of a plan of ``quality``."""
     (along, w), typical = w_along_path(robot, path), float(np.median(roadmap.manipulability))
     lowest = int(w.argmin())

@@ -9,8 +9,8 @@ from pydantic import Field
 from planner.base.arrays import Floats
 from planner.base.errors import choices
 from planner.constraints.path_constraints import PathConstraints
+from planner.planning.base_result import FieldRecord, MotionRecord, RunRecord, cost_text
 from planner.planning.quality import Conditioning, ManipulabilityRecord, QualityRecord
-from planner.planning.run import FieldRecord, MotionRecord, RunRecord, cost_text
 from planner.problem.outcome import Nodes, NoPath, Record, Rows
 from planner.roadmap.roadmap import RoadmapRecord
 from planner.robot.scene import Scene
@@ -75,7 +75,7 @@ class ConstraintRecord(Record):
     motion_proven: bool | None
 
     @classmethod
-    def all_of(cls, constraints: PathConstraints, path: Floats, made: Trajectory | None) -> list[Self]:
+    def from_path(cls, constraints: PathConstraints, path: Floats, made: Trajectory | None) -> list[Self]:
         """A record of each condition."""
         if not constraints or not len(path):
             return []
@@ -116,7 +116,7 @@ class InTimeRecord(Record):
     """``free_until``, s, null: at no time, and ``speed_limits``, m/s by obstacle; null where none has one"""
 
     @classmethod
-    def of(cls, scene: Scene, made: Trajectory | None, route: TimedRoute | None) -> Self | None:
+    def from_trajectory(cls, scene: Scene, made: Trajectory | None, route: TimedRoute | None) -> Self | None:
         if made is None or not (scene.moving or scene.limited):
             return None
         times, moving = None, [item.name for item in scene.moving]

@@ -14,7 +14,16 @@ from planner.base.arrays import Floats, Ints, frozen
 from planner.base.files import StrPath
 from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
-from planner.planning.quality import ManipulabilityRecord, QualityRecord, judge_conditioning
+from planner.planning.base_result import (
+    JSON_NAME,
+    PAGE_NAME,
+    ROADMAP_NAME,
+    FieldRecord,
+    MotionRecord,
+    Result,
+    read_record,
+)
+from planner.planning.quality import ManipulabilityRecord, QualityRecord, measure_conditioning
 from planner.planning.record import (
     CONDITIONING,
     ClearanceRecord,
@@ -23,7 +32,6 @@ from planner.planning.record import (
     LengthRecord,
     PlanRecord,
 )
-from planner.planning.run import JSON_NAME, PAGE_NAME, ROADMAP_NAME, FieldRecord, MotionRecord, Result, read_record
 from planner.problem.options import RobotLike
 from planner.problem.outcome import NoPath, Outcome
 from planner.problem.request import FollowRequest, PlanRequest
@@ -184,11 +192,11 @@ class Plan(Result[PlanRecord]):
         of_path: dict[str, Any] = dict.fromkeys(("manipulability", "conditioning", "path_length"))
         if len(path):
             of_path = {
-                "manipulability": ManipulabilityRecord.of(robot, path, quality.min_manipulability),
-                "conditioning": judge_conditioning(robot, roadmap, path, quality),
+                "manipulability": ManipulabilityRecord.from_path(robot, path, quality.min_manipulability),
+                "conditioning": measure_conditioning(robot, roadmap, path, quality),
                 "path_length": LengthRecord(joint=joint_path_length(path), workspace=tool_path_length(robot, path)),
             }
-        return PlanRecord.of(
+        return PlanRecord.from_run(
             self,
             robot,
             self.scene,
@@ -197,14 +205,16 @@ class Plan(Result[PlanRecord]):
             path_nodes=self.path_nodes.tolist(),
             goal=self.goal,
             cost=cost,
-            quality=None if cost is None else QualityRecord.of(quality, roadmap, robot, path, cost.total, self.curve),
+            quality=None
+            if cost is None
+            else QualityRecord.from_path(quality, roadmap, robot, path, cost.total, self.curve),
             **of_path,
             clearance=self.clearance,
-            trajectory=MotionRecord.of(self.trajectory, robot),
-            constraints=ConstraintRecord.all_of(self.checker.world.constraints, path, self.trajectory),
-            in_time=InTimeRecord.of(self.scene, self.trajectory, self.route),
+            trajectory=MotionRecord.from_trajectory(self.trajectory, robot),
+            constraints=ConstraintRecord.from_path(self.checker.world.constraints, path, self.trajectory),
+            in_time=InTimeRecord.from_trajectory(self.scene, self.trajectory, self.route),
             roadmap=roadmap.record(self.edges_removed),
-            gabf=FieldRecord.of(quality, self.cost_to_go),
+            gabf=FieldRecord.from_field(quality, self.cost_to_go),
             tool_path=None if self.tool_path is None else self.tool_path.record,
             legs=list(self.legs) or None,
         )

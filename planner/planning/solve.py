@@ -12,7 +12,7 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker, keeping
 from planner.collision.looks import second_look
 from planner.cost.motion_cost import MotionCost
-from planner.planning.improvement import clearance_of_path
+from planner.planning.improvement import prove_path_clearance
 from planner.planning.result import Plan
 from planner.problem.outcome import FloorTooHigh, NoPath, Outcome
 from planner.problem.request import PlanRequest, TimingRequest
@@ -127,22 +127,22 @@ def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
     return FloorTooHigh(floor, highest_floor(failed.robot, roadmap, network, floor))
 
 
-def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
+def time_plan(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
     """The motion along a plan's path."""
     quality = found.request.quality
-    how = (limits, timing.time_law, quality.min_manipulability, cost_in_motion(found), timing.extra_cost)
+    how = (limits, timing.time_law, quality.min_manipulability, make_timing_cost(found), timing.extra_cost)
     wanted = (
         0.0 if found.scene.limited else quality.extra_clearance
     )  # of obstacles with a speed limit the proof counts the margin
     kept = min(wanted, found.clearance_kept)
-    clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)
+    clearance = kept if kept > 0 else prove_path_clearance(found.path, found.checker, wanted)
     made, _ = timed_curve(found.path, keeping(found.checker, clearance), *how)
     if not made.proven and clearance > 0:
         made, _ = timed_curve(found.path, found.checker, *how)
-    return looked_at_again(made, found.checker)
+    return recheck(made, found.checker)
 
 
-def looked_at_again(made: Trajectory, checker: CollisionChecker) -> Trajectory:
+def recheck(made: Trajectory, checker: CollisionChecker) -> Trajectory:
     """A motion after a second look, which takes the proof from one that is seen to touch."""
     seen = second_look(checker, made.coefficients)
     if seen is None:
@@ -152,7 +152,7 @@ def looked_at_again(made: Trajectory, checker: CollisionChecker) -> Trajectory:
     return replace(made, proven=False, proof=made.proof | {"contact": asdict(seen.contact) | {"t": t}})
 
 
-def cost_in_motion(found: Plan) -> MotionCost:
+def make_timing_cost(found: Plan) -> MotionCost:
     """The objective along motions of any length, charged along them whatever the roadmap charges.
 
     Motions in time are priced in short chords, on which the ends and the middle are enough.

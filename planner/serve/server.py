@@ -32,7 +32,7 @@ from planner.base.errors import FileError, Note, OptionError, PlannerError, Scen
 from planner.base.interrupts import until_signal
 from planner.base.progress import QUIET, Progress
 from planner.base.yamlfile import read_text
-from planner.planning.solve import timed
+from planner.planning.solve import time_plan
 from planner.problem.conditions import conditions_of
 from planner.problem.request import TimingRequest, WorldRequest
 from planner.query.robots import robot_sources, scene_sources
@@ -226,7 +226,7 @@ class Connection:
         else:
             plan = session.plan(asked.start, asked.goal, beta=asked.beta, timing=None, progress=progress)
         has_motion = asked.motion and plan.solved and len(plan.path) > 1
-        motion = timed(plan, TimingRequest(), gate.limits) if has_motion else None
+        motion = time_plan(plan, TimingRequest(), gate.limits) if has_motion else None
         _go_on(progress.stopped)
         return {
             "outcome": plan.outcome.key,

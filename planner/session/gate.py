@@ -17,7 +17,7 @@ from planner.query.resolve import position_bounds
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.session.live_world import LiveWorld
-from planner.session.verdict import JUDGED, Guard, Rules, Verdict, judge
+from planner.session.verdict import JUDGED, Guard, Rules, Verdict, judge_chunk
 from planner.trajectory.limits import MotionLimits, own_limits
 from planner.trajectory.trajectory import whole_nanoseconds
 
@@ -69,8 +69,8 @@ class Gate:
         asked = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.world.robot, limits)
         self.limits: MotionLimits = own_limits(asked, self.world.robot)
         """The limits that are kept, as far as they are judged."""
-        self._rules = Rules.of(self.world.robot, asked, judged, min_manipulability, start_tolerance)
-        self._guard = Guard.of(*self.world.now, self._rules)
+        self._rules = Rules.from_limits(self.world.robot, asked, judged, min_manipulability, start_tolerance)
+        self._guard = Guard.from_checker(*self.world.now, self._rules)
         self.checker.make_ready()  # its trees of triangles: no check waits for them
 
     def __repr__(self) -> str:
@@ -93,7 +93,7 @@ class Gate:
 
     def to_dict(self) -> dict[str, Any]:
         """What is judged, as plain data, and the revision of the world."""
-        return {"limits": self.limits.to_dict(), **self._now().to_dict()}
+        return {"limits": self.limits.to_dict(), **self._current_guard().to_dict()}
 
     def check(
         self,
@@ -113,15 +113,15 @@ class Gate:
         safe. Raises :class:`ArrayError` for other shapes, NaN, times that do not increase, and no points,
         :class:`StateError` for a state outside limits; the gate goes on.
         """
-        guard = self._now()
+        guard = self._current_guard()
         chunk = _read_chunk(guard.checker.robot, (positions, velocities, accelerations), times, state)
-        return judge(guard, *chunk, stop)
+        return judge_chunk(guard, *chunk, stop)
 
-    def _now(self) -> Guard:
+    def _current_guard(self) -> Guard:
         """The guard of the world as it is now."""
         guard, (checker, revision) = self._guard, self.world.now
         if guard.revision != revision:
-            self._guard = guard = Guard.of(checker, revision, self._rules)
+            self._guard = guard = Guard.from_checker(checker, revision, self._rules)
         return guard
 
 
@@ -135,7 +135,7 @@ def _read_chunk(
     for what, column in zip(("velocities", "accelerations"), columns[1:], strict=True):
         if column is not None:
             given.append(numbers(what, column, given[0].shape, most=FARTHEST))
-    here = np.zeros((0, robot.dof)) if state is None else _state(robot, state)
+    here = np.zeros((0, robot.dof)) if state is None else _read_state(robot, state)
     seconds = numbers("times", times, (len(given[0]),))
     clock = whole_nanoseconds(seconds)
     if not len(clock):
@@ -151,7 +151,7 @@ def _read_chunk(
     return len(clock), len(given), len(here), np.concatenate([seconds, here, *given], axis=None)
 
 
-def _state(robot: Robot, state: RobotState) -> Floats:
+def _read_state(robot: Robot, state: RobotState) -> Floats:
     """(2 or 3, dof) position, velocity and perhaps acceleration."""
     found = numbers("state", list(state), ("n", robot.dof), StateError, FARTHEST)
     if not 2 <= len(found) <= 3:

@@ -68,7 +68,7 @@ class EdgeProofs:
         object.__setattr__(self, "seen", frozen(self.seen & (self.known >= 0), np.bool_))
 
     @staticmethod
-    def of(world: World, clearance: Floats) -> EdgeProofs:
+    def from_clearance(world: World, clearance: Floats) -> EdgeProofs:
         """Edges that are proven in ``world``, each with its ``clearance`` (m,)."""
         clauses = clauses_of(world)[0]
         known = np.repeat(clearance[:, None], len(clauses), axis=1)
@@ -101,12 +101,12 @@ class EdgeProofs:
         and so are those of parts that have another shape, hold or set of allowed contacts than before.
         """
         column = {clause: k for k, clause in enumerate(self.clauses)}
-        parts = _parts_of(before), _parts_of(after)
+        parts = _objects_of(before), _objects_of(after)
         clauses = clauses_of(after)[0]
         known = np.full((len(self.known), len(clauses)), np.nan)
         seen = np.zeros(known.shape, dtype=bool)
         for k, clause in enumerate(clauses):
-            by = sum(_shift(parts[0].get(name), parts[1].get(name)) for name in set(clause) - {ARM})
+            by = sum(_measure_shift(parts[0].get(name), parts[1].get(name)) for name in set(clause) - {ARM})
             if clause in column and by < np.inf:
                 old = self.known[:, column[clause]]
                 left = old - (by + _ROUNDING)
@@ -114,11 +114,11 @@ class EdgeProofs:
                 seen[:, k] = self.seen[:, column[clause]]
         return EdgeProofs(clauses, known, self.lost, seen)
 
-    def rows(self, rows: Ints | Bools) -> EdgeProofs:
+    def select(self, rows: Ints | Bools) -> EdgeProofs:
         """Of some edges."""
         return replace(self, **{name: getattr(self, name)[rows] for name in _PER_EDGE})
 
-    def followed_by(self, other: EdgeProofs) -> EdgeProofs:
+    def append(self, other: EdgeProofs) -> EdgeProofs:
         """Of these edges, then those of ``other``, in the same world."""
         return replace(
             self, **{name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _PER_EDGE}
@@ -133,7 +133,7 @@ class EdgeProofs:
             opened=int((before.free & self.open).sum()),
         )
 
-    def proven(self, prover: EdgeProver, roadmap: Roadmap, rows: Ints) -> EdgeProofs:
+    def prove(self, prover: EdgeProver, roadmap: Roadmap, rows: Ints) -> EdgeProofs:
         """After a proof of what is open of the edges ``rows`` of the roadmap, and of nothing else."""
         clause = clauses_of(prover.world)[1]
         known = np.array(self.known)
@@ -146,27 +146,27 @@ class EdgeProofs:
             known[blocked, clause[proofs.pair[~proofs.free]]] = _BLOCKED
         return replace(self, known=known)
 
-    def confirmed(self, rows: Ints) -> EdgeProofs:
+    def confirm(self, rows: Ints) -> EdgeProofs:
         """After a second check found nothing on the edges ``rows``."""
         seen = np.array(self.seen)
         seen[rows] = True
         return replace(self, seen=seen)
 
-    def refused(self, row: int) -> EdgeProofs:
+    def refuse(self, row: int) -> EdgeProofs:
         """After a second check found a contact on the edge ``row``, which no proof did."""
         known = np.array(self.known)
         known[row] = _BLOCKED
         return replace(self, known=known)
 
 
-def _parts_of(world: World) -> dict[str, tuple[Obstacle | Carried, frozenset[frozenset[str]]]]:
+def _objects_of(world: World) -> dict[str, tuple[Obstacle | Carried, frozenset[frozenset[str]]]]:
     """Obstacles and carried things by name, each with the contacts that the scene allows it."""
     scene = world.scene
     items = (*scene.obstacles, *scene.carried)
     return {item.name: (item, frozenset(pair for pair in scene.allowed if item.object in pair)) for item in items}
 
 
-def _shift(before: tuple[Any, frozenset[Any]] | None, after: tuple[Any, frozenset[Any]] | None) -> float:
+def _measure_shift(before: tuple[Any, frozenset[Any]] | None, after: tuple[Any, frozenset[Any]] | None) -> float:
     """How far (m) a part moved at most; infinite where it is another part than before."""
     if before is None or after is None or before[1] != after[1]:
         return np.inf
@@ -175,10 +175,10 @@ def _shift(before: tuple[Any, frozenset[Any]] | None, after: tuple[Any, frozense
         return 0.0
     if isinstance(old, Carried) or isinstance(new, Carried) or old.shape is not new.shape:
         return np.inf
-    return displacement(old.shape, old.placement, new.placement)
+    return measure_displacement(old.shape, old.placement, new.placement)
 
 
-def displacement(shape: Shape, before: Floats, after: Floats) -> float:
+def measure_displacement(shape: Shape, before: Floats, after: Floats) -> float:
     """How far (m) any point of a shape moves at most between two placements (4, 4)."""
     points, radius = corners(shape)
     change = np.asarray(after) - np.asarray(before)
@@ -216,9 +216,9 @@ class LiveRoadmap:
     x: Floats = field(default_factory=lambda: np.zeros(0))
 
     @staticmethod
-    def of(checker: CollisionChecker) -> LiveRoadmap:
+    def from_checker(checker: CollisionChecker) -> LiveRoadmap:
         """No roadmap yet."""
-        return LiveRoadmap(checker, EdgeProofs.of(checker.world, np.zeros(0)))
+        return LiveRoadmap(checker, EdgeProofs.from_clearance(checker.world, np.zeros(0)))
 
     @property
     def roadmap(self) -> Roadmap:
@@ -231,7 +231,7 @@ class LiveRoadmap:
 
     def with_roadmap(self, roadmap: Roadmap) -> LiveRoadmap:
         """With a roadmap that is proven in this very world."""
-        proofs = EdgeProofs.of(self.world, roadmap.clearance + (roadmap.origin.margin - self.world.margin))
+        proofs = EdgeProofs.from_clearance(self.world, roadmap.clearance + (roadmap.origin.margin - self.world.margin))
         n = len(roadmap.nodes)
         return replace(self, kept=roadmap, proofs=proofs, lasting=n, x=np.full(n, np.inf))
 
@@ -247,15 +247,13 @@ class LiveRoadmap:
         kept = None if self.kept is None else replace(self.kept, checked_by=unchecked(len(self.kept.nodes)))
         return replace(self, checker=checker, kept=kept, proofs=self.proofs.in_world(self.world, checker.world))
 
-    def proven(self, rows: Ints) -> LiveRoadmap:
+    def prove(self, rows: Ints) -> LiveRoadmap:
         """After a proof of what is open of the edges ``rows``."""
         return (
-            replace(self, proofs=self.proofs.proven(EdgeProver(self.checker), self.roadmap, rows))
-            if len(rows)
-            else self
+            replace(self, proofs=self.proofs.prove(EdgeProver(self.checker), self.roadmap, rows)) if len(rows) else self
         )
 
-    def held(self, edges: Bools) -> Roadmap:
+    def with_edges(self, edges: Bools) -> Roadmap:
         """The roadmap of all nodes and of some ``edges`` (m,), with what is known of these now."""
         clearance = np.maximum(np.nan_to_num(self.proofs.clearance, nan=0.0, posinf=np.inf), 0.0)
         whole = replace(
@@ -266,7 +264,7 @@ class LiveRoadmap:
         )
         return whole.part(np.ones(len(whole.nodes), dtype=bool), edges)
 
-    def enlarged(self, bigger: Roadmap) -> LiveRoadmap:
+    def enlarge(self, bigger: Roadmap) -> LiveRoadmap:
         """With what a roadmap that grew from a part of this one has more: nodes after ours, edges proven just now."""
         n, old = len(bigger.nodes), self.roadmap
         mine, theirs = (edges[:, 0] * n + edges[:, 1] for edges in (old.edges, bigger.edges))
@@ -275,14 +273,14 @@ class LiveRoadmap:
         kept = ~np.isin(mine, theirs[fresh])
         whole = {name: np.concatenate([getattr(old, name)[kept], getattr(bigger, name)[fresh]]) for name in EDGE_ARRAYS}
         order = np.argsort(np.concatenate([mine[kept], theirs[fresh]]), kind="stable")
-        new = EdgeProofs.of(self.world, bigger.clearance[fresh])
+        new = EdgeProofs.from_clearance(self.world, bigger.clearance[fresh])
         arrays = {name: array[order] for name, array in whole.items()}
         nodes = {name: getattr(bigger, name) for name in NODE_ARRAYS}
         roadmap = replace(old, starts=bigger.starts, goals=bigger.goals, **nodes, **arrays)
         x = np.concatenate([self.x, np.full(n - len(self.x), np.inf)])
-        return replace(self, kept=roadmap, proofs=self.proofs.rows(kept).followed_by(new).rows(order), x=x)
+        return replace(self, kept=roadmap, proofs=self.proofs.select(kept).append(new).select(order), x=x)
 
     def without_nodes(self, keep: Bools) -> LiveRoadmap:
         """With the nodes (n,) in ``keep`` and the edges between them only."""
         edges: Bools = np.all(keep[self.roadmap.edges], axis=1)
-        return replace(self, kept=self.roadmap.part(keep, edges), proofs=self.proofs.rows(edges), x=self.x[keep])
+        return replace(self, kept=self.roadmap.part(keep, edges), proofs=self.proofs.select(edges), x=self.x[keep])

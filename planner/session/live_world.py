@@ -62,7 +62,7 @@ class LiveWorld:
         """Put an obstacle into the world, or a dict with its keys, as in :class:`planner.Scene`."""
         (item,), notes = obstacles_of([obstacle], "the obstacle")
 
-        def added(scene: Scene) -> Scene:
+        def add_to(scene: Scene) -> Scene:
             names = {item.name for item in (*scene.obstacles, *scene.carried, *scene.moving)} | self._links()
             if not item.name or item.name in names:
                 raise SceneError(
@@ -70,7 +70,7 @@ class LiveWorld:
                 )
             return replace(scene, obstacles=(*scene.obstacles, item), notes=(*scene.notes, *notes))
 
-        self._change(added)
+        self._change(add_to)
 
     def move(
         self,
@@ -88,7 +88,7 @@ class LiveWorld:
         given = {"position": position, "rpy": rpy, "quaternion": quaternion}
         data = {key: np.asarray(value).tolist() for key, value in given.items() if value is not None}
         file = validate(PoseFile, data, f"the move of '{name}'", SceneError)
-        placement, old = np.array(file.matrix()), _obstacle(self.scene, name).placement
+        placement, old = np.array(file.matrix()), _find_obstacle(self.scene, name).placement
         if position is None:
             placement[:3, 3] = old[:3, 3]
         if rpy is None and quaternion is None:
@@ -98,44 +98,44 @@ class LiveWorld:
     def put(self, name: str, placement: Floats) -> None:
         """Put an obstacle to another ``placement`` (4, 4) in the world."""
 
-        def moved(scene: Scene) -> Scene:
-            old = _obstacle(scene, name)
+        def place_in(scene: Scene) -> Scene:
+            old = _find_obstacle(scene, name)
             new = replace(old, placement=placement)
             return replace(scene, obstacles=tuple(new if item is old else item for item in scene.obstacles))
 
-        self._change(moved)
+        self._change(place_in)
 
     def remove(self, name: str) -> None:
         """Take an obstacle out of the world."""
 
-        def removed(scene: Scene) -> Scene:
+        def remove_from(scene: Scene) -> Scene:
             if name in {item.name for item in scene.moving}:
                 return replace(scene, moving=tuple(item for item in scene.moving if item.name != name))
-            old, allowed = _obstacle(scene, name), scene.allowed
+            old, allowed = _find_obstacle(scene, name), scene.allowed
             obstacles = tuple(item for item in scene.obstacles if item is not old)
             if old.object not in {item.object for item in obstacles}:
                 allowed = frozenset(pair for pair in allowed if old.object not in pair)
             return replace(scene, obstacles=obstacles, allowed=allowed)
 
-        self._change(removed)
+        self._change(remove_from)
 
     def attach(self, name: str, frame: str, q: Floats, touch_links: Sequence[str] = ()) -> None:
         """Let ``frame`` carry an obstacle, as it stands to it in the configuration ``q`` (dof,)."""
-        links, q = tuple(touch_links), self._configuration(q)
+        links, q = tuple(touch_links), self._require_configuration(q)
         unknown = sorted(set(links) - self._links())
         if unknown:
             raise SceneError(
                 f"link '{unknown[0]}' cannot touch '{name}': links with shapes are {choices(sorted(self._links()))}."
             )
-        self._change(lambda scene: take(scene, _obstacle(scene, name), self.bare, frame, q, links))
+        self._change(lambda scene: take(scene, _find_obstacle(scene, name), self.bare, frame, q, links))
 
     def detach(self, name: str, q: Floats) -> None:
         """Put down what is carried, where the arm holds it in ``q`` (dof,); what might touch it still may."""
 
-        q = self._configuration(q)
+        q = self._require_configuration(q)
 
         def put_down(scene: Scene) -> Scene:
-            item = _carried(scene, name)
+            item = _find_carried(scene, name)
             allowed = scene.allowed | {frozenset((name, link)) for link in (item.link, *item.touch_links)}
             return replace(let_go(scene, item, self.bare, q), allowed=allowed)
 
@@ -146,7 +146,7 @@ class LiveWorld:
         with self._changing:
             self.now = checker, next(_REVISIONS)
 
-    def _configuration(self, q: Floats) -> Floats:
+    def _require_configuration(self, q: Floats) -> Floats:
         return numbers("q", q, (self.bare.dof,), StateError, FARTHEST)
 
     def _links(self) -> set[str]:
@@ -158,7 +158,7 @@ class LiveWorld:
             before = self.checker
             world, old = before.world, before.world.scene
             scene = apply(old)
-            if _stand_elsewhere(old, scene):
+            if _differ_in_poses_only(old, scene):
                 world = world.with_places(scene)
             else:
                 robot = world.robot if scene.carried == old.carried else with_carried(self.bare, scene.carried)
@@ -171,7 +171,7 @@ class LiveWorld:
             self.now = checker, next(_REVISIONS)
 
 
-def _stand_elsewhere(old: Scene, new: Scene) -> bool:
+def _differ_in_poses_only(old: Scene, new: Scene) -> bool:
     """Whether two scenes differ at most in where their obstacles stand."""
     if new.carried != old.carried or new.allowed != old.allowed or len(new.obstacles) != len(old.obstacles):
         return False
@@ -179,7 +179,7 @@ def _stand_elsewhere(old: Scene, new: Scene) -> bool:
     return all(a is b or (a.name == b.name and a.shape is b.shape) for a, b in pairs)
 
 
-def _obstacle(scene: Scene, name: str) -> Obstacle:
+def _find_obstacle(scene: Scene, name: str) -> Obstacle:
     for obstacle in scene.obstacles:
         if obstacle.name == name:
             return obstacle
@@ -190,7 +190,7 @@ def _obstacle(scene: Scene, name: str) -> Obstacle:
     raise SceneError(f"obstacle '{name}' not found{held}; obstacles are {names}.")
 
 
-def _carried(scene: Scene, name: str) -> Carried:
+def _find_carried(scene: Scene, name: str) -> Carried:
     for item in scene.carried:
         if item.name == name:
             return item

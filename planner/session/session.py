@@ -28,9 +28,9 @@ from planner.robot.moving import MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Obstacle
-from planner.session.answer import Planning, SessionPlan, answered, go_on, prove_path
 from planner.session.live_roadmap import Edges, LiveRoadmap
 from planner.session.live_world import LiveWorld
+from planner.session.solve import PlanningSettings, SessionPlan, prove_path, raise_if_stopped, solve_query
 from planner.tasks.plan import TaskPlanner
 from planner.tasks.result import TaskPlan
 from planner.tasks.task import Step, Task
@@ -91,19 +91,19 @@ class Session:
             )
         self._busy, self._closed = threading.Lock(), threading.Event()
         growth = GrowthSettings(join_motions=join_motions, floor=request.quality.min_manipulability)
-        self._planning = Planning(request, dynamics, growth, Progress(stop=self._closed.is_set))
+        self._planning = PlanningSettings(request, dynamics, growth, Progress(stop=self._closed.is_set))
         self.world = LiveWorld(request.what) if world is None else world
-        self._known = LiveRoadmap.of(self.world.checker)
+        self._live = LiveRoadmap.from_checker(self.world.checker)
         if roadmap is not None:
             given = roadmap if isinstance(roadmap, Roadmap) else load_roadmap(roadmap)
-            self._known = self._known.with_foreign_roadmap(given)
-        self._asked: tuple[Planning, Query] | None = None
+            self._live = self._live.with_foreign_roadmap(given)
+        self._last_query: tuple[PlanningSettings, Query] | None = None
         self._task: tuple[tuple, TaskPlanner] | None = None  # the last one, and what it was asked
         self._end: Floats | None = None  # where the last path ends
         self._steps: Ints = np.zeros(0, dtype=np.int64)  # and the nodes it goes over
 
     def __repr__(self) -> str:
-        return f"<Session: {self.robot.name} in {self.scene.name}, {self._known.kept or 'no roadmap yet'}>"
+        return f"<Session: {self.robot.name} in {self.scene.name}, {self._live.kept or 'no roadmap yet'}>"
 
     @property
     def scene(self) -> Scene:
@@ -123,7 +123,7 @@ class Session:
     @property
     def live(self) -> LiveRoadmap:
         """What is known of every edge in the world as it is now, of blocked ones too."""
-        return self._known.in_world(self.world.checker)
+        return self._live.in_world(self.world.checker)
 
     def close(self) -> None:
         """End what is under way in another thread, as soon as can be: that call, and every later one, raises."""
@@ -138,7 +138,7 @@ class Session:
         edges = live.proofs.free
         nodes = np.zeros(len(live.roadmap.nodes), dtype=bool)
         nodes[live.roadmap.edges[edges]] = True
-        return live.held(edges).part(nodes, np.ones(int(edges.sum()), dtype=bool))
+        return live.with_edges(edges).part(nodes, np.ones(int(edges.sum()), dtype=bool))
 
     def add(self, obstacle: Obstacle | MovingObstacle | Mapping[str, Any]) -> Edges:
         """Put an obstacle into the world, a dict too; one that moves matters to plans in time only."""
@@ -166,14 +166,14 @@ class Session:
 
         ``at`` is the state in which the arm takes it; left out, the end of the last path.
         """
-        return self._change(lambda world: world.attach(name, frame, self._held_at(at), touch_links))
+        return self._change(lambda world: world.attach(name, frame, self._resolve_state(at), touch_links))
 
     def detach(self, name: str, at: object = None) -> Edges:
         """Let go of what is carried: it stays where the arm holds it, and the links that might touch it still may.
 
         ``at`` is the state in which the arm lets go; left out, the end of the last path.
         """
-        return self._change(lambda world: world.detach(name, self._held_at(at)))
+        return self._change(lambda world: world.detach(name, self._resolve_state(at)))
 
     def plan(
         self,
@@ -194,9 +194,9 @@ class Session:
         at the scene's time 0, along edges from rest to rest, to where the arm can stay. Without ``timing`` they do not
         matter. Raises :class:`SceneError` then where the session has a floor, which no such motion keeps to.
         """
-        with self._alone():
-            planning = self._asking(start, goal, beta, timing, progress)
-            return self._answer(planning, _resolved(self.checker, planning.request))
+        with self._lock():
+            planning = self._make_settings(start, goal, beta, timing, progress)
+            return self._answer(planning, _resolve(self.checker, planning.request))
 
     def replan(self, *, progress: Progress = QUIET) -> SessionPlan:
         """The last question again, in the world as it is now; :class:`PlannerError` where none was asked.
@@ -204,13 +204,13 @@ class Session:
         Of a start or goal that is a tool position, the configurations stay that are still free. ``progress`` as of
         :meth:`plan`.
         """
-        with self._alone():
-            if self._asked is None:
+        with self._lock():
+            if self._last_query is None:
                 raise PlannerError("nothing was asked yet: call plan(start, goal) first.")
-            asked, query = self._asked
-            planning = self._watched(asked, progress)
+            asked, query = self._last_query
+            planning = self._with_stop(asked, progress)
             checker = self.checker
-            query = _still_free(checker, query) or _resolved(checker, planning.request)
+            query = _keep_free_ends(checker, query) or _resolve(checker, planning.request)
             return self._answer(planning, query)
 
     def task(
@@ -232,18 +232,18 @@ class Session:
         question in the same world, from any start and at any beta, is answered on what is known. Raises as
         :func:`planner.task`, and :class:`SceneError` where the session has a floor, which no task keeps to.
         """
-        with self._alone():
+        with self._lock():
             plain = self._planning.request
             if plain.quality.min_manipulability > 0:
                 raise SceneError("the session keeps a floor under manipulability, which no task does: leave it out.")
             own = TaskRequest.from_options(**{name: plain.values()[name] for name in _OF_TASKS})
             beta = options.pop("beta", plain.quality.beta)
-            request, progress = own.with_options(**options), self._watched(self._planning, progress).progress
-            q = self._end if start is None else self._held_at(start, "start")
+            request, progress = own.with_options(**options), self._with_stop(self._planning, progress).progress
+            q = self._end if start is None else self._resolve_state(start, "start")
             asked = Task.load(file) if isinstance(file, str | PathLike) else file
             key = self.scene, asked if isinstance(asked, Task) else tuple(asked), request, q is None
             if self._task is None or self._task[0] != key:
-                self._task = key, TaskPlanner.of(_task_in(self.world, asked, q), request, progress)
+                self._task = key, TaskPlanner.from_task(_make_task(self.world, asked, q), request, progress)
                 q = None
             return self._task[1].plan(beta, q, timing=timing, progress=progress)
 
@@ -252,41 +252,41 @@ class Session:
 
         False where there is none.
         """
-        with self._alone():
+        with self._lock():
             if not len(self._steps):
                 return False
-            self._known, holds = prove_path(self.live, self._steps, around_too=False)
+            self._live, holds = prove_path(self.live, self._steps, around_too=False)
             return holds
 
-    def _answer(self, planning: Planning, query: Query) -> SessionPlan:
-        live, answer = answered(self._known.in_world(query.checker), query, planning)
-        self._known, self._asked = live, (self._watched(planning, QUIET), query)
+    def _answer(self, planning: PlanningSettings, query: Query) -> SessionPlan:
+        live, answer = solve_query(self._live.in_world(query.checker), query, planning)
+        self._live, self._last_query = live, (self._with_stop(planning, QUIET), query)
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
-    def _asking(
+    def _make_settings(
         self, start: object, goal: object, beta: float | None, timing: TimingRequest | None, progress: Progress
-    ) -> Planning:
+    ) -> PlanningSettings:
         """How the session plans this question."""
         plain = self._planning.request
         beta = plain.quality.beta if beta is None else beta
         request = plain.with_options(start=start, goal=goal, beta=beta)
-        return self._watched(replace(self._planning, request=request, timing=timing), progress)
+        return self._with_stop(replace(self._planning, request=request, timing=timing), progress)
 
-    def _watched(self, planning: Planning, progress: Progress) -> Planning:
+    def _with_stop(self, planning: PlanningSettings, progress: Progress) -> PlanningSettings:
         """The same, until the session is closed or ``progress`` asks for a stop."""
         return replace(planning, progress=Progress(progress, lambda: self._closed.is_set() or progress.stopped))
 
     def _change(self, apply: Callable[[LiveWorld], None]) -> Edges:
         """Change the world; what the change means for the roadmap's edges."""
-        with self._alone():
-            go_on(self._planning.progress)
+        with self._lock():
+            raise_if_stopped(self._planning.progress)
             before = self.live
             apply(self.world)
-            self._known = before.in_world(self.checker)
-            return self._known.proofs.since(before.proofs, checked=False)
+            self._live = before.in_world(self.checker)
+            return self._live.proofs.since(before.proofs, checked=False)
 
-    def _held_at(self, at: object, role: str = "at") -> Floats:
+    def _resolve_state(self, at: object, role: str = "at") -> Floats:
         if at is not None:
             return resolve_as_is(target_of(at), self.checker, states_of(self.world.bare, self.scene), role)
         if self._end is None:
@@ -294,7 +294,7 @@ class Session:
         return self._end
 
     @contextmanager
-    def _alone(self) -> Iterator[None]:
+    def _lock(self) -> Iterator[None]:
         """One call at a time: a second one is refused, it does not wait."""
         if not self._busy.acquire(blocking=False):
             raise PlannerError("the session is busy with another call: wait for that, or make a session per thread.")
@@ -304,12 +304,12 @@ class Session:
             self._busy.release()
 
 
-def _resolved(checker: CollisionChecker, request: PlanRequest) -> Query:
+def _resolve(checker: CollisionChecker, request: PlanRequest) -> Query:
     what = request.what
     return resolve_query(checker, what.start, what.goal, what.ik_solutions, what.ik_tolerance)
 
 
-def _task_in(world: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:
+def _make_task(world: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:
     """A task, or steps, by the robot in the world as it is now, from ``q`` (dof,) where that is given."""
     now = world.checker.world
     scene = replace(now.scene, constraints=AND.join(each.text for each in now.conditions))
@@ -317,7 +317,7 @@ def _task_in(world: LiveWorld, what: Task | Sequence[Step], q: Floats | None) ->
     return replace(task, robot=world.bare, scene=scene, start=task.start if q is None else joints_text(q.tolist()))
 
 
-def _still_free(checker: CollisionChecker, query: Query) -> Query | None:
+def _keep_free_ends(checker: CollisionChecker, query: Query) -> Query | None:
     """The query's configurations that are free; None where no start or no goal is."""
     starts, goals = (np.array([is_free(checker, q) for q in ends]) for ends in (query.starts, query.goals))
     if not (starts.any() and goals.any()):

@@ -79,7 +79,7 @@ class Chunk(NamedTuple):
     approach: Floats | None
 
     @staticmethod
-    def of(found: Judgement, made: Floats, points: int, rows: int, dof: int) -> Chunk:
+    def from_native(found: Judgement, made: Floats, points: int, rows: int, dof: int) -> Chunk:
         """The arrays that ``NativeGate.check`` has ``made``, in the order of source/python/gate.hpp."""
         sizes, n = (1 + dof, points + 1, points, points * 2 * rows * dof, 3 * (points + 1) * dof), found.pieces_made
         _, times, seconds, pieces, knots, approach = np.split(made, np.cumsum(sizes))
@@ -109,7 +109,7 @@ class Rules:
     left: tuple[str, ...]
 
     @staticmethod
-    def of(
+    def from_limits(
         robot: Robot, limits: MotionLimits, judged: Sequence[str] = JUDGED, floor: float = 0.0, apart: float = 0.0
     ) -> Rules:
         """The rules that ask for those limits that are ``judged``; :class:`OptionError` for what makes no sense."""
@@ -142,7 +142,7 @@ class Guard:
     revision: int
 
     @staticmethod
-    def of(checker: CollisionChecker, revision: int, rules: Rules) -> Guard:
+    def from_checker(checker: CollisionChecker, revision: int, rules: Rules) -> Guard:
         """The guard of a world; :class:`SceneError` for obstacles that follow known motions."""
         world, robot = checker.world, checker.robot
         if world.scene.moving:
@@ -177,7 +177,7 @@ class Guard:
         pair = -1 if q is None else int(self.checker.inside.pairs(q[None])[0])
         return self.checker.static_contact or (self.checker.world.contact(pair) if pair >= 0 else None)
 
-    def proven(self, curves: Floats, spans: Floats) -> bool:
+    def prove_free(self, curves: Floats, spans: Floats) -> bool:
         """Whether all of curves (m, degree + 1, dof), each where the last one ends, are proven free.
 
         ``spans`` (m, 3): when each begins, how long it takes, 0, s.
@@ -194,14 +194,14 @@ class Guard:
         kept = {"min_manipulability": rules.floor, "constraint": list(world.constraints.texts)}
         return {"revision": self.revision, **judged, **kept}
 
-    def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
+    def find_stops(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
         """Stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), what is in the way where they are 0."""
         rules = self.rules
         return stops_quickest(knots, RUNGS, rules.most, (rules.lower, rules.upper))
 
 
 @dataclass(frozen=True, slots=True)
-class Unsafe:
+class Violation:
     """Why a chunk is not safe, as data.
 
     ``kind``: "contact", "undecided" (neither proven nor refuted), "reach" (of an obstacle with a speed limit), "limit",
@@ -241,7 +241,7 @@ class Verdict:
 
     safe: bool
     safe_until: float
-    reason: Unsafe | None
+    reason: Violation | None
     first_bad: float | None
     notes: tuple[str, ...]
     revision: int
@@ -289,13 +289,15 @@ class Verdict:
         """
         guard, chunk = self._guard, self._run()
         robot, knot = guard.checker.robot, chunk.knots[pieces]
-        (stops,), (seconds,), _ = guard.stops_from(knot[None])
+        (stops,), (seconds,), _ = guard.find_stops(knot[None])
         if seconds[1] == 0.0:
             return None
         used, ends = seconds > 0.0, np.append(0.0, np.cumsum(seconds))
         spans = np.column_stack([chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
         on, known = np.full(len(spans), _STOP), self._with_stops and pieces > 0
-        if not known and not (guard.proven(stops[used], spans) and _first_not_kept(guard, stops[used], on) is None):
+        if not known and not (
+            guard.prove_free(stops[used], spans) and _find_first_broken(guard, stops[used], on) is None
+        ):
             return None
         columns = np.zeros((3, 3, robot.dof))  # q, qd, qdd where it begins, where the last piece begins, where it ends
         columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
@@ -306,69 +308,69 @@ class Verdict:
         return replace(made, proven=True, proof=pieces_free | guard.to_dict() | {"assumes": ASSUMES})
 
 
-def judge(guard: Guard, points: int, rows: int, state: int, given: Floats, stop: bool) -> Verdict:
+def judge_chunk(guard: Guard, points: int, rows: int, state: int, given: Floats, stop: bool) -> Verdict:
     """The verdict on a chunk as :meth:`planner.native.compiled.NativeGate.check` takes it, with or without stops."""
     dof = guard.native.dof
     found, made = guard.native.check(points, rows, state, given, stop)
     if not found.usable:
         raise ArrayError("the chunk cannot be judged: give fewer or smaller numbers.")
-    run, times = partial(Chunk.of, found, made, points, rows, dof), made[1 + dof : 2 + dof + points]
+    run, times = partial(Chunk.from_native, found, made, points, rows, dof), made[1 + dof : 2 + dof + points]
     notes = _NOTES[rows] + (_ROUGH,) * found.rough + (_LED,) * bool(times[0] > 0.0) + (_UNSTOPPED,) * (not stop)
     notes += (_BENT,) * (found.approached and rows == 3 and state == 2)
     if left := guard.rules.left:
         notes += (f"limits on {choices(left)} are not judged: they were not asked for",)
-    bad = _first_bad(guard, found, made, run, stop)
+    bad = _find_first_bad(guard, found, made, run, stop)
     pieces, late, why = (found.pieces_made, None, None) if bad is None else bad
     return Verdict(bad is None, float(times[pieces]), why, late, notes, guard.revision, guard, run, pieces, stop)
 
 
-def _first_bad(
+def _find_first_bad(
     guard: Guard, found: Judgement, made: Floats, run: Callable[[], Chunk], stop: bool
-) -> tuple[int, float, Unsafe] | None:
+) -> tuple[int, float, Violation] | None:
     """The first piece that is bad, or before the first bad stop; when (s), and why."""
     times = made[1 + guard.native.dof :]
     if found.pieces or found.approached:
         contact = guard.contact_at_start(run().knots[0, 0] if found.may_hold else None)
         if contact is not None:
             on = WHERE[1 - found.approached]
-            return 0, float(times[0]), Unsafe("contact", on, (contact.first, contact.second))
+            return 0, float(times[0]), Violation("contact", on, (contact.first, contact.second))
     if guard.rules.floor > 0 or guard.checker.world.conditions:
         chunk, count = run(), found.pieces
-        stops = guard.stops_from(chunk.knots[1 : count + 1])[:2] if stop else None
+        stops = guard.find_stops(chunk.knots[1 : count + 1])[:2] if stop else None
         curves, _, what = chunk_curves(chunk.coefficients[:count], chunk.times[: count + 1], stops, chunk.approach)
-        broken = _first_not_kept(guard, curves[: found.proven], what[:, 1])
+        broken = _find_first_broken(guard, curves[: found.proven], what[:, 1])
         if broken is not None:
             piece, place = what[broken[0]].tolist()
             return piece, float(times[piece + (place == _STOP)]), broken[1]
     if found.reason == _FREE:
         return None
-    piece, time, why = found.piece, float(times[found.piece + (found.place == _STOP)]), _why(guard, found, made)
+    piece, time, why = found.piece, float(times[found.piece + (found.place == _STOP)]), _explain(guard, found, made)
     if why.on == "motion" and why.kind not in ("start", "limit"):
         time += float(made[0]) * (float(times[piece + 1]) - time)
     return piece, time, why
 
 
-def _why(guard: Guard, found: Judgement, made: Floats) -> Unsafe:
+def _explain(guard: Guard, found: Judgement, made: Floats) -> Violation:
     """Why the compiled judgement stopped."""
     checker, world, on = guard.checker, guard.checker.world, WHERE[found.place]
     joint, pair, touches = checker.robot.joints[found.joint], found.pair, found.touches
     if found.reason == _AWAY:
-        return Unsafe("start", on, joint=joint)
+        return Violation("start", on, joint=joint)
     if found.reason == _BEYOND:
-        return Unsafe("limit", on, limit=JUDGED[found.kind], joint=joint)
+        return Violation("limit", on, limit=JUDGED[found.kind], joint=joint)
     if pair < 0:
-        return Unsafe("undecided", on)
+        return Violation("undecided", on)
     contact = world.contact(pair)
     names = contact.first, contact.second
     if touches == 2:  # one has dents
         touches = checker.gaps(made[1 : 1 + guard.native.dof], np.array([pair]))[0] <= world.margin
     if touches:
-        return Unsafe("contact", on, names)
+        return Violation("contact", on, names)
     limited = world.is_scene_pair(pair) and guard.limited[world.members(pair)[1]]
-    return Unsafe("reach" if limited else "undecided", on, names)
+    return Violation("reach" if limited else "undecided", on, names)
 
 
-def _first_not_kept(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Unsafe] | None:
+def _find_first_broken(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Violation] | None:
     """The first of curves (m, degree + 1, dof) that is not proven to keep conditions and floor, and why.
 
     ``on`` (m,): the place of what each curve is in ``WHERE``.
@@ -378,10 +380,10 @@ def _first_not_kept(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Unsafe
         holds = PathConstraints(robot, (condition,)).proven(curves)
         if not holds.all():
             k = int(holds.argmin())
-            found, curves = (k, Unsafe("kept", WHERE[on[k]], kept=condition.text)), curves[:k]
+            found, curves = (k, Violation("kept", WHERE[on[k]], kept=condition.text)), curves[:k]
     if guard.rules.floor > 0 and len(curves):
         holds = prove_floor(robot, curves, guard.rules.floor).holds
         if not holds.all():
             k = int(holds.argmin())
-            return k, Unsafe("floor", WHERE[on[k]])
+            return k, Violation("floor", WHERE[on[k]])
     return found

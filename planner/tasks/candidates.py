@@ -19,10 +19,10 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried
 from planner.tasks.modes import ARM, BLOCKED, STRAYS, Held, Mode, Modes
-from planner.tasks.sampling import generate_grasps, place_at, place_in_region, standing, tool_poses
+from planner.tasks.sampling import generate_grasps, make_placement, place_at, place_in_region, tool_poses
 from planner.tasks.task import Gripper, Line, Move, Pick, Place, Task, TaskError
 
-NOTHING = -1  # in the place of a number of a grasp or a placement
+NO_OBJECT = -1  # in the place of a number of a grasp or a placement
 STEP = 0.05  # m of a line between two solutions; between them the tool leaves the line by about STEP² / 8 / reach
 RELEASE = 5e-3  # m next to a grasp or a placement, on which an object may touch what it stands on
 _JUMP = 0.5  # rad (m): neighbouring solutions farther apart are not of one line
@@ -34,7 +34,7 @@ _SEED = 0  # of these: the same task has the same solutions, whatever --seed say
 _GOALS = 8  # configurations that a state becomes at most
 
 
-def solutions(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: Tolerance) -> Floats:
+def solve_pose(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: Tolerance) -> Floats:
     """At most ``most`` distinct configurations (k, dof) that bring the tool to ``pose``, best manipulability first.
 
     From each of the ``seeds`` (n, dof), as :func:`planner.kinematics.inverse.solve_within` finds them.
@@ -44,7 +44,7 @@ def solutions(robot: Robot, pose: Floats, seeds: Floats, most: int, tolerance: T
     return distinct_rows(robot, ends[best], _APART, most)
 
 
-def along(robot: Robot, q: Floats, poses: Floats, tolerance: Tolerance) -> Floats | None:
+def follow_line(robot: Robot, q: Floats, poses: Floats, tolerance: Tolerance) -> Floats | None:
     """Configurations (k + 1, dof) from ``q`` on with the tool at ``poses`` (k, 4, 4); None where that needs a jump."""
     path = [q]
     for pose in poses:
@@ -115,7 +115,7 @@ class Rejected:
 class Candidates:
     """The candidates of each step of a task, as far as they are not blocked by what all modes share.
 
-    ``steps[k]`` are the candidates of a pick by placement, of a placement by grasp, of a move all by ``NOTHING``.
+    ``steps[k]`` are the candidates of a pick by placement, of a placement by grasp, of a move all by ``NO_OBJECT``.
     ``first`` is the mode of the beginning.
     """
 
@@ -132,14 +132,14 @@ class Candidates:
         stands = [item for name, item in modes.objects.items() if name not in {held.object for held in modes.grasps}]
         for item in stands:
             others = tuple(other for other in stands if other is not item)
-            modes.placements.append(standing(item, item.placement, modes.checker, others))
+            modes.placements.append(make_placement(item, item.placement, modes.checker, others))
         self._standing = {each.object: [k] for k, each in enumerate(modes.placements)}  # numbers of its placements
         self.first = Mode(tuple(range(len(modes.placements))), self._held[0] if self._held else None)
         for step in task.steps:
             self.rejected.append(Rejected())
             match step:
                 case Move():
-                    self.steps.append({NOTHING: self._goals(len(self.rejected), step)})
+                    self.steps.append({NO_OBJECT: self._goals(len(self.rejected), step)})
                 case Pick():
                     self.steps.append(self._pick(step))
                 case Place():
@@ -154,7 +154,7 @@ class Candidates:
         checker, role, none = self.modes.checker, f"step {number}, the move,", np.zeros(0, dtype=np.int64)
         states = states_of(checker.robot, checker.world.scene)
         goals = resolve(parse_target(step.to), checker, states, role, _GOALS, self.start, self._ik.ik_tolerance)
-        return [Candidate(NOTHING, NOTHING, q, np.array([q, q]), none) for q in goals]
+        return [Candidate(NO_OBJECT, NO_OBJECT, q, np.array([q, q]), none) for q in goals]
 
     def _pick(self, step: Pick) -> dict[int, list[Candidate]]:
         item, first = self.modes.objects[step.object], len(self.modes.grasps)
@@ -202,11 +202,11 @@ class Candidates:
         """The candidates that reach one pose of the tool, whose lines can be followed."""
         margin = self.modes.checker.world.margin
         out, away = (_line_poses(tool, *line, margin) for line in ((step.approach, False), (step.retreat, True)))
-        add, robot, found = self.modes.motions.through, self.modes.robot, []
+        add, robot, found = self.modes.motions.add_path, self.modes.robot, []
         most, tolerance = self._ik.ik_solutions, self._ik.ik_tolerance
         most = most if isinstance(step, Pick) else max(1, most // 2)  # of a placement there are many
-        for q in solutions(robot, tool, seeds, most, tolerance):
-            before, after = (along(robot, q, poses, tolerance) for poses in (out, away))
+        for q in solve_pose(robot, tool, seeds, most, tolerance):
+            before, after = (follow_line(robot, q, poses, tolerance) for poses in (out, away))
             if before is None or after is None:
                 continue
             before, ends = before[::-1], np.array([before[-1], after[-1]])
@@ -234,7 +234,7 @@ class Candidates:
 
     def _at_object(self, place: int) -> Mode:
         """The hand going to, or coming from, an object at a placement: of it the gripper's links may touch it."""
-        return Mode((place,)).allowing(*self.at_hand(place))
+        return Mode((place,)).allow(*self.at_hand(place))
 
     def at_hand(self, place: int) -> list[tuple[str, str]]:
         """The gripper's links and an object."""

@@ -38,7 +38,7 @@ from planner.robot.shapes import Carried, Obstacle, extremes
 from planner.tasks.candidates import RELEASE
 from planner.tasks.modes import Pairs
 from planner.tasks.result import TaskPlan, TaskPlanRecord
-from planner.tasks.sampling import gripper_of, place_at, standing
+from planner.tasks.sampling import complete_gripper, make_placement, place_at
 from planner.tasks.segments import Event, Segment
 from planner.tasks.task import Gripper, TaskError
 from planner.tradeoff.record import SWEEP_NAME
@@ -275,11 +275,11 @@ def _motions_of(plan: TaskPlan | TaskPlanRecord, whole: Trajectory | None) -> Se
 def _find_wrong_commands(events: Sequence[Event], robot: Robot) -> Iterator[str]:
     """Yield faults of the gripper's commands at the end of a segment; a robot without fingers needs none."""
     kinds = [event.kind for event in events if event.kind != "gripper" or event.joints]
-    if kinds not in _ORDERS and ("gripper" in kinds or gripper_of(robot, Gripper()).closed):
+    if kinds not in _ORDERS and ("gripper" in kinds or complete_gripper(robot, Gripper()).closed):
         yield f"events at its end must be gripper, attach or detach, gripper; got {', '.join(kinds)}: plan again"
     for event in events:
         try:
-            gripper_of(robot, Gripper(open=event.joints or {}))
+            complete_gripper(robot, Gripper(open=event.joints or {}))
         except TaskError as error:
             yield str(error)
 
@@ -341,7 +341,7 @@ class _Replay:
             if event is not None and held is not None and held.name == event.object:
                 item = Obstacle(held.name, held.shape, self.pose(held.name, segment.path[row]))
                 try:
-                    place = (place_at if row else standing)(item, item.placement, self.checker(with_held=False))
+                    place = (place_at if row else make_placement)(item, item.placement, self.checker(with_held=False))
                     rests[row] = declared & {frozenset((held.name, on)) for on in place.supports}
                 except TaskError as error:
                     found.append(str(error))

@@ -30,7 +30,7 @@ class Mode:
     held: int | None = None
     allowed: Pairs = NONE
 
-    def allowing(self, *pairs: tuple[str, str]) -> Mode:
+    def allow(self, *pairs: tuple[str, str]) -> Mode:
         return replace(self, allowed=self.allowed | {frozenset(pair) for pair in pairs})
 
 
@@ -115,9 +115,9 @@ class Modes:
 
     def checker_of(self, mode: Mode) -> CollisionChecker:
         """A checker of all that is there in a mode."""
-        return self._made(mode, self.checker.world.conditions)
+        return self._make_checker(mode, self.checker.world.conditions)
 
-    def _made(self, mode: Mode, conditions: tuple[Condition, ...] = (), fixed: bool = True) -> CollisionChecker:
+    def _make_checker(self, mode: Mode, conditions: tuple[Condition, ...] = (), fixed: bool = True) -> CollisionChecker:
         base, robot = self.checker.world, self.robot
         if mode.held is not None:
             item = self.grasps[mode.held]
@@ -132,7 +132,7 @@ class Modes:
     def _prover(self, clause: Mode) -> EdgeProver:
         """A prover of a clause's own pairs: those of what stands, and of the last body, which is the one held."""
         if clause not in self._provers:
-            checker = self._made(clause, fixed=not clause.standing)
+            checker = self._make_checker(clause, fixed=not clause.standing)
             world, last = checker.world, len(checker.world.bodies) - 1
             scene, own = np.ones_like(world.checked), np.full(len(world.self_pairs), not clause.standing)
             if clause.held is not None:
@@ -153,7 +153,7 @@ class Modes:
         todo = np.unique(numbers[known[numbers] == OPEN])
         if not len(todo):
             return
-        prover, (start, delta, owner) = self._prover(clause), self.motions.of(todo)
+        prover, (start, delta, owner) = self._prover(clause), self.motions.select(todo)
         self.pieces_proven += len(start)
         proofs = prover.prove(start, delta, contacts=False)
         known[todo] = FREE
@@ -176,12 +176,12 @@ class Motions:
         self._added: list[tuple[Floats, Floats, Ints]] = []  # starts and deltas of pieces, and how many a motion has
         self._first = np.zeros(1, dtype=np.int64)  # piece of each motion, and how many pieces there are
 
-    def through(self, corners: Floats) -> int:
+    def add_path(self, corners: Floats) -> int:
         """A motion through ``corners`` (k, dof), its number; one of a single corner stays there."""
         corners = corners if len(corners) > 1 else np.vstack([corners, corners])
         return int(self._add(corners[:-1], np.diff(corners, axis=0), np.array([len(corners) - 1]))[0])
 
-    def straight(self, start: Floats, end: Floats) -> Ints:
+    def add_edges(self, start: Floats, end: Floats) -> Ints:
         """Straight motions between configurations (k, dof), their numbers (k,)."""
         return self._add(start, self.robot.difference(start, end), np.ones(len(start), dtype=np.int64))
 
@@ -190,7 +190,7 @@ class Motions:
         self.count += len(counts)
         return np.arange(self.count - len(counts), self.count)
 
-    def of(self, motions: Ints) -> tuple[Floats, Floats, Ints]:
+    def select(self, motions: Ints) -> tuple[Floats, Floats, Ints]:
         """The pieces of ``motions``, starts and deltas (p, dof), and which motion each belongs to."""
         if len(self._first) <= self.count:
             start, delta, counts = map(np.concatenate, zip(*self._added, strict=True))
@@ -201,5 +201,5 @@ class Motions:
 
     def corners(self, motion: int) -> Floats:
         """The corners (k, dof) of a motion."""
-        start, delta, _ = self.of(np.array([motion]))
+        start, delta, _ = self.select(np.array([motion]))
         return np.vstack([start, start[-1:] + delta[-1:]])

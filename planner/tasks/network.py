@@ -26,7 +26,7 @@ from planner.roadmap.connections import nearest_of
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.search.search import Found, search
-from planner.tasks.candidates import NOTHING, Candidate, Candidates
+from planner.tasks.candidates import NO_OBJECT, Candidate, Candidates
 from planner.tasks.modes import ARM, BLOCKED, FREE, OPEN, Mode, Modes, Motions
 from planner.tasks.task import TaskError
 from planner.tradeoff.envelope import EnvelopeSearch, SupportInterval, support_intervals
@@ -71,7 +71,7 @@ class TaskNetwork:
     transitions: tuple[Transition, ...]
     reaches: Ints
 
-    def at(self, beta: float) -> gabf.Network:
+    def at_beta(self, beta: float) -> gabf.Network:
         """The network of eq. (finew) at ``beta``, the manipulability cost charged along edges; its arcs are these."""
         return gabf.Network.from_arcs(
             self.tails,
@@ -94,13 +94,13 @@ class TaskNetwork:
         found = motions.corners(int(self.motion[arc]))
         return found[::-1] if self.layered > self.tails[arc] > self.heads[arc] else found
 
-    def started(self, modes: Modes, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
+    def with_start(self, modes: Modes, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
         """The same from another start ``q`` (dof,), joined to its neighbours in the first layer."""
-        near = np.sort(_nearest(roadmap, modes.robot, q[None])[0])  # arcs in the order of the network
-        motion = modes.motions.straight(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
+        near = np.sort(_find_nearest(roadmap, modes.robot, q[None])[0])  # arcs in the order of the network
+        motion = modes.motions.add_edges(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
         arcs = dict(zip(_COLUMNS, _arcs(self.nodes, near, motion, 0, TRANSIT), strict=True))
         more = {name: np.append(getattr(self, name), rows) for name, rows in arcs.items()}
-        costs = np.vstack([self.costs, _motion_costs(modes, roadmap, objective, motion)])
+        costs = np.vstack([self.costs, _compute_costs(modes, roadmap, objective, motion)])
         reaches = np.append(self.reaches, 0)
         return replace(self, nodes=self.nodes + 1, start=self.nodes, costs=costs, reaches=reaches, **more)
 
@@ -110,12 +110,12 @@ def _arcs(*columns: Ints | int) -> Ints:
     return np.stack(np.broadcast_arrays(*columns)).reshape(len(_COLUMNS), -1)
 
 
-def task_network(candidates: Candidates, roadmap: Roadmap, objective: Objective) -> TaskNetwork:
+def build_task_network(candidates: Candidates, roadmap: Roadmap, objective: Objective) -> TaskNetwork:
     """The network of a task's candidates over the nodes and edges of ``roadmap``, whose first start is the task's."""
     modes, (first, second), n = candidates.modes, roadmap.edges.T, len(roadmap.nodes)
-    along = modes.motions.straight(roadmap.nodes[first], roadmap.nodes[second])
+    along = modes.motions.add_edges(roadmap.nodes[first], roadmap.nodes[second])
     modes.known(ARM)[along[roadmap.proven]] = FREE
-    joints = _joints(candidates, roadmap)
+    joints = _connect_ends(candidates, roadmap)
     layers, crossings = _layers(candidates, n)
     number = {mode: k for k, mode in enumerate(dict.fromkeys(mode for _, mode in layers))}
     arcs = []
@@ -139,7 +139,7 @@ def task_network(candidates: Candidates, roadmap: Roadmap, objective: Objective)
         reaches.append(np.append(np.full(len(candidate.motions), stage), stage + 1))  # its last is behind the step
     columns = np.concatenate(arcs, axis=1)
     columns = columns[:, np.argsort(columns[0] * node + columns[1], kind="stable")]  # as the network has them
-    costs = _motion_costs(modes, roadmap, objective, np.arange(modes.motions.count))
+    costs = _compute_costs(modes, roadmap, objective, np.arange(modes.motions.count))
     return TaskNetwork(
         nodes=node,
         start=int(roadmap.starts[0]),
@@ -153,13 +153,13 @@ def task_network(candidates: Candidates, roadmap: Roadmap, objective: Objective)
     )
 
 
-def _joints(candidates: Candidates, roadmap: Roadmap) -> dict[int, tuple[Ints, Ints, Ints, Ints]]:
+def _connect_ends(candidates: Candidates, roadmap: Roadmap) -> dict[int, tuple[Ints, Ints, Ints, Ints]]:
     """By the id of a candidate: neighbours of its begin and motions from there, of its end and motions to there."""
     listed = [o for step in candidates.steps for found in step.values() for o in found]
     flat, robot, motions = np.concatenate([o.ends for o in listed]), candidates.modes.robot, candidates.modes.motions
-    near = _nearest(roadmap, robot, flat)
+    near = _find_nearest(roadmap, robot, flat)
     theirs, mine = roadmap.nodes[near].reshape(-1, robot.dof), np.repeat(flat, near.shape[1], axis=0)
-    there, off = (motions.straight(*pair).reshape(near.shape) for pair in ((theirs, mine), (mine, theirs)))
+    there, off = (motions.add_edges(*pair).reshape(near.shape) for pair in ((theirs, mine), (mine, theirs)))
     ends = zip(near[::2], there[::2], near[1::2], off[1::2], strict=True)
     return {id(candidate): found for candidate, found in zip(listed, ends, strict=True)}
 
@@ -169,7 +169,7 @@ def _layers(candidates: Candidates, n: int) -> tuple[list[tuple[int, Mode]], lis
     layers, crossings = {(0, candidates.first): 0}, []
     queue = list(layers)
     for stage, mode in queue:  # to which the transitions add
-        for key in (NOTHING, *(mode.standing if mode.held is None else (mode.held,))):
+        for key in (NO_OBJECT, *(mode.standing if mode.held is None else (mode.held,))):
             for candidate in candidates.steps[stage].get(key, ()):
                 after = stage + 1, _after(mode, candidate)
                 if after not in layers and stage + 1 < len(candidates.steps):
@@ -184,32 +184,32 @@ def _layers(candidates: Candidates, n: int) -> tuple[list[tuple[int, Mode]], lis
 
 def _lines(candidates: Candidates, mode: Mode, candidate: Candidate) -> list[tuple[Mode, int]]:
     """The mode and the leg of each of the motions between a candidate's corners."""
-    if candidate.place == NOTHING:
+    if candidate.place == NO_OBJECT:
         return []
     after, place = _after(mode, candidate), candidate.place
     hand, rest = candidates.at_hand(place), candidates.at_rest(place)
     if mode.held is None:
-        return [(mode.allowing(*hand), APPROACH), (after.allowing(*rest), RETREAT), (after, RETREAT)]
-    return [(mode, APPROACH), (mode.allowing(*rest), APPROACH), (after.allowing(*hand), RETREAT)]
+        return [(mode.allow(*hand), APPROACH), (after.allow(*rest), RETREAT), (after, RETREAT)]
+    return [(mode, APPROACH), (mode.allow(*rest), APPROACH), (after.allow(*hand), RETREAT)]
 
 
 def _after(mode: Mode, candidate: Candidate) -> Mode:
     """The mode behind a candidate: what stood is held, what was held stands, or as it was."""
-    if candidate.place == NOTHING:
+    if candidate.place == NO_OBJECT:
         return mode
     if mode.held is None:
         return Mode(tuple(p for p in mode.standing if p != candidate.place), candidate.grasp)
     return Mode(tuple(sorted((*mode.standing, candidate.place))))
 
 
-def _nearest(roadmap: Roadmap, robot: Robot, ends: Floats) -> Ints:
+def _find_nearest(roadmap: Roadmap, robot: Robot, ends: Floats) -> Ints:
     """The nodes (k, ``NEIGHBOURS``) of the roadmap nearest to ``ends`` (k, dof)."""
     return nearest_of(robot, roadmap.nodes, ends, min(NEIGHBOURS, len(roadmap.nodes)))[1]
 
 
-def _motion_costs(modes: Modes, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
+def _compute_costs(modes: Modes, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
     """(k, 2) Omega and D of motions as :func:`planner.search.network.build_network` charges edges, piece by piece."""
-    start, delta, owner = modes.motions.of(motions)
+    start, delta, owner = modes.motions.select(motions)
     robot, length = modes.robot, np.linalg.norm(delta, axis=1)
     tool = tool_path_lengths(robot, start, delta) if objective.metric == "workspace" else length
     distance = length_cost(roadmap.scale, objective.metric, length, tool)
@@ -254,7 +254,7 @@ class LazySearch:
 
     def path(self, beta: float, progress: Progress = QUIET) -> tuple[Found, Ints]:
         """The cheapest proven path from the start at ``beta`` and its arcs (k,), none where there is no path."""
-        self.whole = self.tasks.at(beta)
+        self.whole = self.tasks.at_beta(beta)
         near = min(self.fields, key=lambda known: abs(known - beta), default=None)
         report = progress.renamed(lambda _, done, total: progress("modes", done, total))
         found = search(self, self.law, None if near is None else self.fields[near], progress=report)
@@ -264,7 +264,7 @@ class LazySearch:
 
     def pieces(self) -> list[SupportInterval]:
         """Every path that some beta makes the cheapest proven one, with its interval of beta; none for no path."""
-        self.whole = self.tasks.at(0.5)
+        self.whole = self.tasks.at_beta(0.5)
         envelope = EnvelopeSearch(self, self.law)
         while not envelope.is_done:
             envelope.step()
@@ -302,7 +302,7 @@ class LazySearch:
         """A second look at proven arcs: those on which it sees a contact are refused."""
         for number in np.unique(self.tasks.mode[arcs]).tolist():
             mine = arcs[self.tasks.mode[arcs] == number]
-            start, delta, owner = self.modes.motions.of(self.tasks.motion[mine])
+            start, delta, owner = self.modes.motions.select(self.tasks.motion[mine])
             seen = second_look(self.modes.checker_of(self.tasks.modes[number]), straight(start, delta))
             if seen is not None:
                 self.refused[mine] |= self.tasks.motion[mine] == owner[seen.piece]

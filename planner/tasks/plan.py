@@ -25,12 +25,12 @@ from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot_in_scene import in_world
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
-from planner.tasks.candidates import NOTHING, Candidates, Rejected, require_sensible
+from planner.tasks.candidates import NO_OBJECT, Candidates, Rejected, require_sensible
 from planner.tasks.modes import Modes
-from planner.tasks.network import LazySearch, TaskNetwork, task_network
+from planner.tasks.network import LazySearch, TaskNetwork, build_task_network
 from planner.tasks.result import ModesRecord, StepFails, TaskPlan, scene_without
-from planner.tasks.sampling import gripper_of
-from planner.tasks.segments import join, segments_of, time_segments
+from planner.tasks.sampling import complete_gripper
+from planner.tasks.segments import join, split_into_segments, time_segments
 from planner.tasks.task import Move, Pick, Task, TaskError, step_text
 from planner.tradeoff.envelope import SupportInterval
 
@@ -62,14 +62,14 @@ def task(
     what = file if isinstance(file, Task) else Task.load(file)
     named = {key: value for key, value in (("robot", robot), ("scene", scene)) if value is not None}
     made = request_of(request or TaskRequest(), objective, options)
-    return TaskPlanner.of(replace(what, **named), made, progress).plan(progress=progress, timing=timing)
+    return TaskPlanner.from_task(replace(what, **named), made, progress).plan(progress=progress, timing=timing)
 
 
 @dataclass(eq=False)
 class TaskPlanner:
     """A task with everything that does not depend on beta or on where the arm is: plan again on what is known.
 
-        known = planner.TaskPlanner.of("task.yaml")
+        known = planner.TaskPlanner.from_task("task.yaml")
         known.plan(beta=0.2), known.plan(start=q), known.intervals()
 
     Intervals are those of beta, each with its plan.
@@ -84,7 +84,7 @@ class TaskPlanner:
     clock: Stopwatch  # until the first plan, to which all that counts
 
     @staticmethod
-    def of(
+    def from_task(
         what: Task | StrPath, request: TaskRequest | None = None, progress: Progress = QUIET, **options: Any
     ) -> TaskPlanner:
         """Read, find the candidates of each step, grow the roadmap, join the modes."""
@@ -98,7 +98,7 @@ class TaskPlanner:
             start = resolve(target, modes.checker, states, "start", tolerance=within)[0]
         progress("setup", 1, 1)
         with clock("grasps"):
-            gripper = gripper_of(modes.robot, what.gripper)
+            gripper = complete_gripper(modes.robot, what.gripper)
             candidates = Candidates(what, modes, gripper, start[None], request.what)
             start = free_configuration(start, modes.checker_of(candidates.first), "start")
         if candidates.dead_end is not None:
@@ -108,7 +108,7 @@ class TaskPlanner:
             roadmap = build_roadmap(modes.robot, modes.checker, start, ends, *size, progress)
         with clock("network"):
             law = gabf.named_law(quality.law, quality.prescribed_time)
-            search = LazySearch(modes, task_network(candidates, roadmap, quality.objective), law)
+            search = LazySearch(modes, build_task_network(candidates, roadmap, quality.objective), law)
         return TaskPlanner(request, what, candidates, scene, roadmap, search, clock)
 
     @property
@@ -134,13 +134,13 @@ class TaskPlanner:
             told = other_turns(parse_target(self.task.start), self.candidates.modes.checker, states)
             draft = replace(draft, end_notes=tuple(told))
         if self.search is None or self.roadmap is None:
-            return replace(draft, reason=why_stuck(self.candidates, None))
+            return replace(draft, reason=explain_failure(self.candidates, None))
         search = self.search
         with clock("gabf"):
             if start is not None:
                 modes = self.candidates.modes
                 q = free_configuration(np.asarray(start, dtype=float), modes.checker_of(self.candidates.first), "start")
-                network = search.tasks.started(modes, self.roadmap, q, quality.objective)
+                network = search.tasks.with_start(modes, self.roadmap, q, quality.objective)
                 search = LazySearch(modes, network, search.law, search.fields)
             found, arcs = search.path(quality.beta, progress)
         network = search.tasks
@@ -161,11 +161,11 @@ class TaskPlanner:
         if progress.stopped:
             return replace(draft, outcome=Outcome.INTERRUPTED)
         if not len(arcs):
-            return replace(draft, reason=why_stuck(self.candidates, search))
+            return replace(draft, reason=explain_failure(self.candidates, search))
         omega, distance = (float(total) for total in network.costs[arcs].sum(axis=0))
         cost = PathCost(quality.objective.total(omega, distance), omega, distance, quality.beta)
         with clock("timing"):
-            segments, modes = segments_of(self.candidates, network, arcs)
+            segments, modes = split_into_segments(self.candidates, network, arcs)
             motions = None
             if timing is not None:
                 how = timing, quality.objective, self.roadmap.scale
@@ -202,7 +202,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest, progress: Progress) -
 def _ends(candidates: Candidates, modes: Modes) -> Floats:
     """Ends of lines, evenly of all steps, and the goals of moves, that the roadmap grows towards; free of the fixed."""
     chosen = []
-    for step in sorted(candidates.steps, key=lambda step: NOTHING not in step):  # moves first
+    for step in sorted(candidates.steps, key=lambda step: NO_OBJECT not in step):  # moves first
         listed = [one for found in step.values() for one in found]
         for k in np.unique(np.linspace(0, len(listed) - 1, min(len(listed), _ENDS)).round().astype(int)):
             chosen.append(listed[k].ends[: 1 + len(listed[k].motions)])
@@ -210,7 +210,7 @@ def _ends(candidates: Candidates, modes: Modes) -> Floats:
     return found[[contact_of(modes.checker, q) is None for q in found]]
 
 
-def why_stuck(candidates: Candidates, search: LazySearch | None) -> StepFails:
+def explain_failure(candidates: Candidates, search: LazySearch | None) -> StepFails:
     """The first step without candidates, or the one that no path gets beyond."""
     dead = candidates.dead_end
     number = dead if dead is not None else search.reached() if search is not None else 0

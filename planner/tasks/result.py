@@ -18,8 +18,16 @@ from planner.base.yamlfile import Whole, read_text
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_pose
+from planner.planning.base_result import (
+    ROADMAP_NAME,
+    FieldRecord,
+    MotionRecord,
+    Result,
+    RunRecord,
+    cost_text,
+    read_record,
+)
 from planner.planning.result import Plan
-from planner.planning.run import ROADMAP_NAME, FieldRecord, MotionRecord, Result, RunRecord, cost_text, read_record
 from planner.problem.conditions import parse_constraints
 from planner.problem.options import RobotLike
 from planner.problem.outcome import Outcome, Record, Rows
@@ -218,7 +226,7 @@ class TaskPlan(Result[TaskPlanRecord]):
         """What ``plan.json`` holds; units in rad, m and s."""
         if self.saved is not None:
             return self.saved
-        record = TaskPlanRecord.of(
+        record = TaskPlanRecord.from_run(
             self,
             self.robot,
             self.scene,
@@ -228,10 +236,10 @@ class TaskPlan(Result[TaskPlanRecord]):
             cost=self.cost,
             segments=list(self.segments),
             events=list(self.events),
-            trajectory=MotionRecord.of(self.trajectory, self.robot),
+            trajectory=MotionRecord.from_trajectory(self.trajectory, self.robot),
             roadmap=None if self.roadmap is None else self.roadmap.record(),
             modes=self.modes,
-            gabf=FieldRecord.of(self.request.quality, self.cost_to_go),
+            gabf=FieldRecord.from_field(self.request.quality, self.cost_to_go),
         )
         world = {"robot": self.task.robot, "scene": self.task.scene}  # as the task names them
         names = {

@@ -44,7 +44,7 @@ def tool_at(position: Floats, approach: Floats, closing: Floats) -> Floats:
     return matrix
 
 
-def _turned_about(position: Floats, direction: Floats, turns: int) -> Iterator[Floats]:
+def _turn_about(position: Floats, direction: Floats, turns: int) -> Iterator[Floats]:
     """Tools at ``position`` with their z along a unit ``direction``, turned about it by even steps."""
     for angle in np.arange(turns) * 2 * np.pi / turns:
         yield tool_at(position, direction, _across(direction, angle))
@@ -68,7 +68,7 @@ def tool_poses(grasp: Grasp) -> Iterator[Floats]:
         edge = [_across(axis, angle) for angle in np.arange(_CONE_EDGE) * 2 * np.pi / _CONE_EDGE]
         directions += list(math.cos(grasp.cone) * axis + math.sin(grasp.cone) * np.array(edge))
     for direction in directions:
-        yield from _turned_about(np.array(grasp.position), direction, _FREE_TURNS)
+        yield from _turn_about(np.array(grasp.position), direction, _FREE_TURNS)
 
 
 def generate_grasps(name: str, shape: Shape, opening: float | None) -> list[Held]:
@@ -80,7 +80,7 @@ def generate_grasps(name: str, shape: Shape, opening: float | None) -> list[Held
     if isinstance(shape, Mesh):
         raise TaskError(f"'{name}' is a mesh, of which no grasps are generated: give its 'grasps'.")
     widest, depth = (np.inf, 0.0) if opening is None else (opening - _SPARE, _DEPTH)
-    grasps = [Held(name, tool, width) for tool, width in _grasps_of(shape, depth) if width <= widest]
+    grasps = [Held(name, tool, width) for tool, width in _generate(shape, depth) if width <= widest]
     if not grasps:
         raise TaskError(
             f"'{name}' is wider than the gripper opens ({opening:g} m) wherever it could be grasped: give its 'grasps'."
@@ -88,27 +88,27 @@ def generate_grasps(name: str, shape: Shape, opening: float | None) -> list[Held
     return [grasps[k] for k in np.linspace(0, len(grasps) - 1, min(MOST, len(grasps))).round().astype(int)]
 
 
-def _grasps_of(shape: Shape, deep: float) -> Iterator[tuple[Floats, float]]:
+def _generate(shape: Shape, deep: float) -> Iterator[tuple[Floats, float]]:
     """Tool poses (4, 4), and how wide the gripper is in each."""
     match shape:
         case Box(size):
-            yield from _on_box(size, deep)
+            yield from _grasp_box(size, deep)
         case Sphere(radius):
             k = np.arange(_SPHERE) + 0.5  # evenly around, on a spiral (Fibonacci's lattice)
             height, angle = 1 - 2 * k / _SPHERE, np.pi * (1 + np.sqrt(5)) * k
             across = np.sqrt(1 - height**2)
             for out in np.column_stack([across * np.cos(angle), across * np.sin(angle), height]):
                 at = (radius - min(radius, _ROUND * deep)) * out
-                yield from ((tool, 2 * radius) for tool in _turned_about(at, -out, _TURNS))
+                yield from ((tool, 2 * radius) for tool in _turn_about(at, -out, _TURNS))
         case Cylinder(radius, length) | Capsule(radius, length):
-            yield from ((tool, 2 * radius) for tool in _on_side(radius, length, _ROUND * deep))
+            yield from ((tool, 2 * radius) for tool in _grasp_side(radius, length, _ROUND * deep))
             top = 0.5 * length + (radius if isinstance(shape, Capsule) else 0.0)
             for sign in (1.0, -1.0):
                 out = np.array([0.0, 0.0, sign])
-                yield from ((tool, 2 * radius) for tool in _turned_about((top - min(deep, top)) * out, -out, _ABOUT))
+                yield from ((tool, 2 * radius) for tool in _turn_about((top - min(deep, top)) * out, -out, _ABOUT))
 
 
-def _on_box(size: Sequence[float], deep: float) -> Iterator[tuple[Floats, float]]:
+def _grasp_box(size: Sequence[float], deep: float) -> Iterator[tuple[Floats, float]]:
     axes = np.eye(3)
     for face in range(3):
         inside = 0.5 * size[face] - min(deep, 0.5 * size[face])
@@ -117,19 +117,19 @@ def _on_box(size: Sequence[float], deep: float) -> Iterator[tuple[Floats, float]
                 across = 3 - face - closing
                 for share in _ALONG:
                     at = side * inside * axes[face] + share * size[across] * axes[across]
-                    for tool in _tilted(at, -side * axes[face], axes[closing]):
+                    for tool in _tilt(at, -side * axes[face], axes[closing]):
                         yield tool, size[closing]
 
 
-def _on_side(radius: float, length: float, deep: float) -> Iterator[Floats]:
+def _grasp_side(radius: float, length: float, deep: float) -> Iterator[Floats]:
     for angle in np.arange(_ABOUT) * 2 * np.pi / _ABOUT:
         out = np.array([math.cos(angle), math.sin(angle), 0.0])
         for share in _ALONG:
             at = (radius - min(radius, deep)) * out + np.array([0.0, 0.0, share * length])
-            yield from _tilted(at, -out, np.array([-out[1], out[0], 0.0]))
+            yield from _tilt(at, -out, np.array([-out[1], out[0], 0.0]))
 
 
-def _tilted(at: Floats, approach: Floats, closing: Floats) -> Iterator[Floats]:
+def _tilt(at: Floats, approach: Floats, closing: Floats) -> Iterator[Floats]:
     """The tool and those tilted about the axis along which the fingers close, each with either finger first."""
     for tilt in _TILTS:
         tilted = math.cos(tilt) * approach + math.sin(tilt) * np.cross(closing, approach)
@@ -137,7 +137,7 @@ def _tilted(at: Floats, approach: Floats, closing: Floats) -> Iterator[Floats]:
             yield tool_at(at, tilted, sign * closing)
 
 
-def gripper_of(robot: Robot, given: Gripper) -> Gripper:
+def complete_gripper(robot: Robot, given: Gripper) -> Gripper:
     """The gripper as ``given``, and for the rest as the robot shows it: sliding joints that it holds behind the tool.
 
     They are taken to close at their lower limit, and to open, all of them together, by what their limits allow. The
@@ -233,19 +233,19 @@ def _level_top(name: str, boards: list[Obstacle], low: Floats, high: Floats) -> 
     return float(board.placement[2, 3] + half[up])
 
 
-def standing(item: Obstacle, at: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()) -> Placement:
+def make_placement(item: Obstacle, at: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()) -> Placement:
     """An object at ``at`` (4, 4), and what it rests on: what it would touch were it ``REST`` lower."""
     lower = np.array(at)
     lower[2, 3] -= REST + among.world.margin
-    return Placement(item.name, np.array(at), _touched(item, lower, among, others))
+    return Placement(item.name, np.array(at), _find_touching(item, lower, among, others))
 
 
 def place_at(item: Obstacle, at: Floats, among: CollisionChecker) -> Placement:
     """The placement at a pose that is given; :class:`TaskError` where it lies inside something, or in the air."""
-    where, placement = ", ".join(f"{value:g}" for value in at[:3, 3]), standing(item, at, among)
+    where, placement = ", ".join(f"{value:g}" for value in at[:3, 3]), make_placement(item, at, among)
     lifted = np.array(at)
     lifted[2, 3] += GAP + among.world.margin
-    hit = [name for name in _touched(item, lifted, among) if name in placement.supports]  # others are above it
+    hit = [name for name in _find_touching(item, lifted, among) if name in placement.supports]  # others are above it
     if hit:
         raise TaskError(
             f"'{item.name}' cannot stand at ({where}) m: it would lie inside '{hit[0]}'; choose another pose."
@@ -258,7 +258,9 @@ def place_at(item: Obstacle, at: Floats, among: CollisionChecker) -> Placement:
     return placement
 
 
-def _touched(item: Obstacle, at: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()) -> tuple[str, ...]:
+def _find_touching(
+    item: Obstacle, at: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()
+) -> tuple[str, ...]:
     """What an object touches at ``at``, or comes closer to than the margin: fixed things, and ``others``."""
     root = among.robot.model.frames[0]
     held = Carried(root.name, item.name, item.shape, np.linalg.inv(root.placement.homogeneous) @ at)

@@ -14,7 +14,7 @@ from planner.base.errors import FileError
 from planner.base.yamlfile import Name, Number, Whole
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
-from planner.planning.solve import looked_at_again
+from planner.planning.solve import recheck
 from planner.problem.outcome import Record
 from planner.problem.request import Objective, TimingRequest
 from planner.robot.poses import quaternion_of
@@ -95,7 +95,7 @@ class Event(Record):
     """values that the gripper's joints go to, of a gripper event"""
 
 
-def segments_of(candidates: Candidates, network: TaskNetwork, arcs: Ints) -> tuple[list[Segment], list[Mode]]:
+def split_into_segments(candidates: Candidates, network: TaskNetwork, arcs: Ints) -> tuple[list[Segment], list[Mode]]:
     """The stretches of a path between rests, and the mode of each.
 
     Along the straight lines to and from a rest the object may touch what it stands on; off the rest
@@ -156,7 +156,7 @@ def time_segments(
             away = off_rest(made, segment.path, segment.part)  # one point where the line ends so near its rest
             free = not len(away.seconds) or prove_motion(away, EdgeProver(strict), limits).free
             made = replace(made, proven=made.proven and free, proof=made.proof | {"free_off_rest": free})
-        trajectories.append(looked_at_again(made, checker))
+        trajectories.append(recheck(made, checker))
     return trajectories
 
 

@@ -164,7 +164,7 @@ class Gripper:
     """Joint values (rad, m) ``open`` and ``closed``, the widest ``opening`` (m), and the links that grasp.
 
     ``touch`` are the links that may touch what is grasped. None: as the robot has it, see
-    :func:`planner.tasks.sampling.gripper_of`, which fills in all but an opening that the robot does not show.
+    :func:`planner.tasks.sampling.complete_gripper`, which fills in all but an opening that the robot does not show.
     """
 
     open: Mapping[str, Coordinate] | None = None

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from planner.base.arrays import traded_off
 from planner.base.yamlfile import read_text, validate
-from planner.planning.run import RunRecord
+from planner.planning.base_result import RunRecord
 from planner.problem.outcome import Nodes, Record, html_table, require_readable_version
 from planner.problem.request import PlanQuality
 from planner.roadmap.roadmap import RoadmapRecord

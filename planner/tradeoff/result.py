@@ -17,8 +17,8 @@ from planner.base.errors import FileError
 from planner.base.files import StrPath, write_whole
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
+from planner.planning.base_result import ROADMAP_NAME, Result
 from planner.planning.result import Plan
-from planner.planning.run import ROADMAP_NAME, Result
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.roadmap import Roadmap
@@ -118,7 +118,7 @@ class Tradeoff(Result[SweepRecord]):
     @cached_property
     def record(self) -> SweepRecord:
         """What ``sweep.json`` holds; units in rad, m and s."""
-        return SweepRecord.of(
+        return SweepRecord.from_run(
             self,
             self.robot,
             self.scene,

@@ -6,7 +6,7 @@ from typing import Any
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.planning.improvement import improve_for_all_betas
 from planner.planning.result import Plan
-from planner.planning.solve import timed
+from planner.planning.solve import time_plan
 from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import Objective, PlanRequest, SweepRequest, TimingRequest, request_of
@@ -64,7 +64,7 @@ def sweep(
         plan = found.plan_along(item, item.beta)
         if timing is not None:
             with clock("timing"):
-                plan = replace(plan, trajectory=timed(plan, timing, limits))
+                plan = replace(plan, trajectory=time_plan(plan, timing, limits))
         with clock("measures"):
             intervals[k] = _in_motion(item, plan)
         progress("timing", k + 1, len(intervals))

@@ -444,7 +444,7 @@ def of_gates(rng: Rng, size: Size) -> list[Any]:
         times = np.round(times * 1e9) / 1e9
         q, v = np.cumsum(share * 0.1 * states(rng, few), axis=0), share * states(rng, few)
         judged, made = gate.check(few.rows, 2, 0, np.concatenate([times, q, v], axis=None), True)
-        clock, seconds, pieces, knots, _ = Chunk.of(judged, made, few.rows, 2, world.dof)
+        clock, seconds, pieces, knots, _ = Chunk.from_native(judged, made, few.rows, 2, world.dof)
         np.testing.assert_allclose(seconds, np.diff(times), rtol=1e-9)
         np.testing.assert_array_equal(pieces, pieces_through(seconds[:, None], q, v))
         np.testing.assert_array_equal(knots[:, :2], np.stack([q, v], axis=1))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.planning.plan import plan
-from planner.planning.quality import judge_conditioning
+from planner.planning.quality import measure_conditioning
 from planner.problem.request import PlanRequest
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
@@ -21,7 +21,7 @@ def ends(start: int, goal: int):
 
 def test_a_singular_place_is_found():
     path = np.array([[-1.0, 1.2], [-0.9, 0.6], [-0.6, -0.6]])  # stretched out half way along the second motion
-    found = judge_conditioning(
+    found = measure_conditioning(
         ROBOT, post_roadmap(), path, PlanRequest.from_options(robot="planar_2r", cost_integration="edges").quality
     )
     assert found.poor
@@ -35,7 +35,7 @@ def test_a_singular_place_is_found():
 
 def test_an_end_that_is_singular_is_named():
     path = np.array([[-1.0, 1.2], [-0.9, 0.001]])
-    found = judge_conditioning(ROBOT, ends(0, 1), path, PlanRequest.from_options(robot="planar_2r", beta=1.0).quality)
+    found = measure_conditioning(ROBOT, ends(0, 1), path, PlanRequest.from_options(robot="planar_2r", beta=1.0).quality)
     assert found.advice is not None
     assert "at the goal itself" in found.advice
     assert "a --beta below 1" in found.advice

@@ -7,7 +7,7 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.looks import Clearance, dense_states
-from planner.planning.improvement import clearance_of_path, halves, roomy_roadmap
+from planner.planning.improvement import halves, prove_path_clearance, with_min_clearance
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
@@ -59,7 +59,7 @@ def test_a_narrow_goal_leaves_half_of_it_or_less_and_says_so() -> None:
 def test_certificates_of_a_level_are_proofs() -> None:
     """Every edge that is said to keep a clearance does so at dense states, by coal; others do not all."""
     roadmap, checker = post_roadmap(), make_post()
-    found, kept = roomy_roadmap(roadmap, checker, ASKED.with_options(extra_clearance=0.03).quality)
+    found, kept = with_min_clearance(roadmap, checker, ASKED.with_options(extra_clearance=0.03).quality)
     assert kept == 0.03
     judge = Clearance(make_checker(checker.robot, checker.world.scene, "coal"))
     least = np.array([
@@ -77,14 +77,14 @@ def test_halves_down_to_nothing() -> None:
     assert halves(0.008)[:3] == [0.008, 0.004, 0.002]
     roadmap, asked = post_roadmap(), ASKED.with_options(extra_clearance=0.008).quality
     alone = roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), np.zeros(len(roadmap.edges), dtype=bool))
-    assert roomy_roadmap(alone, make_post(), asked) == (alone, 0.0)
+    assert with_min_clearance(alone, make_post(), asked) == (alone, 0.0)
 
 
 def test_of_a_path() -> None:
     checker = make_checker(load("planar_2r"), BAR)
     near, far = np.array([[1.3, -0.8], [0.9, -0.8]]), np.array([[1.3, -0.8], [1.2, -0.8]])
-    assert clearance_of_path(far, checker, 0.005) == 0.005
-    assert clearance_of_path(far, checker, 0.0) == clearance_of_path(far[:1], checker, 0.005) == 0.0
-    level = clearance_of_path(near, checker, 0.5)
+    assert prove_path_clearance(far, checker, 0.005) == 0.005
+    assert prove_path_clearance(far, checker, 0.0) == prove_path_clearance(far[:1], checker, 0.005) == 0.0
+    level = prove_path_clearance(near, checker, 0.5)
     least = float(Clearance(checker)(dense_states(checker.world, near[0], near[1] - near[0], 1e-3)[0]).min())
     assert level <= least <= 2.1 * level

@@ -9,7 +9,7 @@ import pytest
 
 from planner import gabf
 from planner.kinematics.manipulability import manipulability
-from planner.planning.improvement import improved_roadmap, of_size_asked, with_path_above_ends
+from planner.planning.improvement import add_path_without_dip, improve_roadmap, trim_roadmap
 from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.search.network import build_network
@@ -30,22 +30,22 @@ def best(roadmap: Roadmap, beta: float) -> tuple[float, np.ndarray]:
 @pytest.mark.parametrize("beta", [0.0, 1.0])
 def test_the_best_path_is_cheaper_and_nothing_is_lost(beta: float) -> None:
     old = post_roadmap(seed=2)
-    found = improved_roadmap(old, make_post(), REQUEST.with_options(beta=beta).quality, beta).roadmap
+    found = improve_roadmap(old, make_post(), REQUEST.with_options(beta=beta).quality, beta).roadmap
     kept = {q.tobytes() for q in found.nodes}
     assert all(q.tobytes() in kept for q in old.nodes)
     assert found.proven.all()
     assert best(found, beta)[0] < best(old, beta)[0]
-    smaller = of_size_asked(found, len(old.nodes), REQUEST.with_options(beta=beta).quality)
+    smaller = trim_roadmap(found, len(old.nodes), REQUEST.with_options(beta=beta).quality)
     assert len(smaller.nodes) == REQUEST.quality.nodes
     assert best(smaller, beta)[0] == pytest.approx(best(found, beta)[0], rel=1e-12)
 
 
 def test_without_rounds_or_a_path_nothing_changes() -> None:
     old = post_roadmap(seed=1)
-    assert improved_roadmap(old, make_post(), REQUEST.with_options(refinement_rounds=0).quality, 0.5).roadmap is old
+    assert improve_roadmap(old, make_post(), REQUEST.with_options(refinement_rounds=0).quality, 0.5).roadmap is old
     alone = old.part(np.ones(len(old.nodes), dtype=bool), np.zeros(len(old.edges), dtype=bool))
-    assert improved_roadmap(alone, make_post(), REQUEST.quality, 0.5).roadmap is alone
-    assert with_path_above_ends(alone, make_post(), REQUEST.quality) == alone
+    assert improve_roadmap(alone, make_post(), REQUEST.quality, 0.5).roadmap is alone
+    assert add_path_without_dip(alone, make_post(), REQUEST.quality) == alone
 
 
 @lru_cache
@@ -66,6 +66,6 @@ def dipping() -> tuple[Roadmap, float]:
 
 def test_the_cost_decides_about_a_dip() -> None:
     roadmap, _ = dipping()
-    found = with_path_above_ends(roadmap, make_post(), REQUEST.with_options(beta=0.2, refinement_rounds=2).quality)
+    found = add_path_without_dip(roadmap, make_post(), REQUEST.with_options(beta=0.2, refinement_rounds=2).quality)
     assert len(found.nodes) > len(roadmap.nodes)
     assert best(found, 0.2)[0] <= best(roadmap, 0.2)[0]

@@ -14,10 +14,10 @@ import planner
 from planner.base.resources import robot_names, robots_folder, scenes_folder, versions
 from planner.cost.scale import manipulability_cost
 from planner.kinematics.manipulability import manipulability
+from planner.planning.base_result import FieldRecord, RunRecord
 from planner.planning.plan import plan
 from planner.planning.record import PlanRecord
 from planner.planning.result import Plan
-from planner.planning.run import FieldRecord, RunRecord
 from planner.problem.outcome import FORMAT_VERSION
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.trajectory.measure import dense_path

@@ -11,7 +11,7 @@ from planner.collision.world import World
 from planner.robot.poses import pose
 from planner.robot.robot import with_carried
 from planner.robot.shapes import Box, Capsule, Carried, Sphere
-from planner.session.live_roadmap import ARM, EdgeProofs, clauses_of, displacement
+from planner.session.live_roadmap import ARM, EdgeProofs, clauses_of, measure_displacement
 from tests.worlds import load, post_roadmap, scene_of
 
 ROBOT = load("planar_2r")
@@ -28,8 +28,8 @@ def test_only_what_is_open_is_proven_and_the_result_is_that_of_proving_all() -> 
     roadmap = post_roadmap()
     rows = np.arange(0, len(roadmap.edges), 4)
     alone = world_of(POST)
-    before = EdgeProofs.of(alone, roadmap.clearance).in_world(alone, checker.world)
-    after = before.proven(EdgeProver(checker), roadmap, rows)
+    before = EdgeProofs.from_clearance(alone, roadmap.clearance).in_world(alone, checker.world)
+    after = before.prove(EdgeProver(checker), roadmap, rows)
     a, b = roadmap.nodes[roadmap.edges[rows, 0]], roadmap.nodes[roadmap.edges[rows, 1]]
     free = EdgeProver(checker).prove(a, b - a).free
     assert not free.all()
@@ -69,7 +69,7 @@ def test_no_point_moves_farther_than_the_displacement(shape) -> None:
         }[type(shape)](points)
         p = points[inside]
         moved = np.linalg.norm(p @ (after - before)[:3, :3].T + (after - before)[:3, 3], axis=1).max()
-        most = displacement(shape, before, after)
+        most = measure_displacement(shape, before, after)
         assert moved <= most
         assert most <= moved + 0.35
-    assert displacement(shape, pose(), pose()) == 0.0
+    assert measure_displacement(shape, pose(), pose()) == 0.0

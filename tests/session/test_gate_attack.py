@@ -18,7 +18,7 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import corners
 from planner.session.gate import Gate
-from planner.session.verdict import Unsafe, Verdict, Where
+from planner.session.verdict import Verdict, Violation, Where
 from tests.worlds import load
 
 
@@ -72,7 +72,7 @@ def urdf(folder: Path) -> Path:
     return path
 
 
-def overlook(monkeypatch: pytest.MonkeyPatch, left_out: Callable[[Unsafe], bool]) -> None:
+def overlook(monkeypatch: pytest.MonkeyPatch, left_out: Callable[[Violation], bool]) -> None:
     """Let the gate call safe what is bad for some reasons only."""
     whole = Gate.check
 

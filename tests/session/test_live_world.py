@@ -73,13 +73,13 @@ def test_a_session_that_looks_away_knows_what_one_that_looks_knows(seed: int) ->
         for _ in range(rng.integers(1, 6)):
             change_at_random(live, rng)
         known = session.live
-        known = known.proven(np.flatnonzero(known.proofs.open))
+        known = known.prove(np.flatnonzero(known.proofs.open))
         proofs = EdgeProver(make_checker(live.robot, live.scene)).prove(
             *edge_motions(known.roadmap, live.robot, np.arange(len(known.roadmap.edges)))
         )
         np.testing.assert_array_equal(known.proofs.free, proofs.free)
         if rng.integers(2):
-            session._known = known
+            session._live = known
 
 
 def change_at_random(live: LiveWorld, rng: np.random.Generator) -> None:

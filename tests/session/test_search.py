@@ -10,8 +10,8 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.robot.poses import pose
 from planner.robot.shapes import Obstacle, Sphere
 from planner.search.network import build_network, edge_rows
-from planner.session.answer import LiveFound, search_live
 from planner.session.live_roadmap import LiveRoadmap
+from planner.session.solve import LivePath, search_live
 from planner.trajectory.measure import path_contact
 from tests.worlds import load, make_post, post_roadmap
 
@@ -19,17 +19,17 @@ ROBOT, LAW = load("planar_2r"), gabf.SingularityFree()
 
 
 def live() -> LiveRoadmap:
-    return LiveRoadmap.of(make_post()).with_roadmap(post_roadmap())
+    return LiveRoadmap.from_checker(make_post()).with_roadmap(post_roadmap())
 
 
-def found_in(world: LiveRoadmap) -> LiveFound:
+def found_in(world: LiveRoadmap) -> LivePath:
     return search_live(world, build_network(world.roadmap, 0.5), np.zeros(len(world.roadmap.nodes)), LAW)
 
 
 def cost_over_proven_edges(world: LiveRoadmap) -> float:
     """After proving everything: Dijkstra's answer on what is free."""
-    decided = world.proven(np.flatnonzero(world.proofs.open))
-    network = build_network(decided.held(decided.proofs.free), 0.5)
+    decided = world.prove(np.flatnonzero(world.proofs.open))
+    network = build_network(decided.with_edges(decided.proofs.free), 0.5)
     return float(gabf.oracle(network)[world.roadmap.starts].min())
 
 

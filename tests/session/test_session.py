@@ -35,7 +35,7 @@ def fresh(**options) -> Session:
 
 def everything_decided(session: Session) -> LiveRoadmap:
     now = session.live
-    return now.proven(np.flatnonzero(now.proofs.open))
+    return now.prove(np.flatnonzero(now.proofs.open))
 
 
 def require_true(session: Session) -> None:
@@ -46,7 +46,7 @@ def require_true(session: Session) -> None:
     np.testing.assert_array_equal(now.proofs.free, proofs.free)
     if session.scene.allowed:
         return  # the judge measures what may touch, too
-    world, roadmap = CoalWorld(checker.world), now.held(now.proofs.free)
+    world, roadmap = CoalWorld(checker.world), now.with_edges(now.proofs.free)
     for row in range(0, len(roadmap.edges), 7):
         (start,), (delta,) = edge_motions(roadmap, session.robot, np.array([row]))
         assert roadmap.clearance[row] <= world.nearest_along(start, delta, 0.05, 0.005) + 1e-5
@@ -89,7 +89,7 @@ def test_what_an_obstacle_blocks_comes_back_without_a_check_when_it_goes() -> No
     now = everything_decided(session)
     lost = int(now.proofs.blocked.sum())
     assert lost > 0
-    session._known = now
+    session._live = now
     change = session.remove("ball")
     assert (change.regained, change.proven) == (lost, 0)
     np.testing.assert_array_equal(session.roadmap.edges, before.edges)
@@ -134,12 +134,12 @@ BAD = {
 def test_a_bad_call_is_a_sentence_and_leaves_the_session_as_it_was(name: str) -> None:
     session = fresh()
     first = session.plan(POST_START, POST_GOAL, timing=None)
-    before = session._known, session.world.now
+    before = session._live, session.world.now
     call, words = BAD[name]
     with pytest.raises(PlannerError, match=words) as caught:
         call(session)
     assert "\n" not in str(caught.value)
-    assert (session._known, session.world.now) == before
+    assert (session._live, session.world.now) == before
     np.testing.assert_array_equal(session.replan().path, first.path)
 
 
@@ -162,7 +162,7 @@ def test_nothing_grows_over_many_changes_and_queries() -> None:
 def test_a_closed_session_ends_what_is_under_way() -> None:
     session = fresh()
     session.plan(POST_START, POST_GOAL, timing=None)
-    before = session._known
+    before = session._live
     session.close()
     for call in (
         lambda: session.plan(POST_START, POST_GOAL, timing=None),
@@ -171,7 +171,7 @@ def test_a_closed_session_ends_what_is_under_way() -> None:
     ):
         with pytest.raises(PlannerError, match="session is closed"):
             call()
-        assert session._known is before
+        assert session._live is before
 
 
 @pytest.mark.parametrize("seed", range(1))

@@ -56,10 +56,10 @@ def just_free(attack: Attack, rng: np.random.Generator) -> Iterator[tuple[Verdic
 def is_undecided_alone(verdict: Verdict) -> bool:
     """Whether a proof of the last stop by itself does not decide."""
     guard, chunk = verdict._guard, verdict._run()
-    (pieces,), (seconds,), _ = guard.stops_from(chunk.knots[-1:])
+    (pieces,), (seconds,), _ = guard.find_stops(chunk.knots[-1:])
     begin = chunk.times[-1] + np.array([0.0, seconds[0]])
     spans = np.column_stack([begin, seconds, np.zeros(2)])[seconds > 0]
-    return not guard.proven(pieces[seconds > 0], spans)
+    return not guard.prove_free(pieces[seconds > 0], spans)
 
 
 def test_the_stop_of_a_safe_chunk_is_the_one_that_was_proven() -> None:

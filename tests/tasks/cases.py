@@ -36,4 +36,4 @@ TINY = Task("planar_2r", Scene("nothing"), (Move("home"),))
 @cache
 def small() -> TaskPlanner:
     """The task with its network, planned once."""
-    return TaskPlanner.of(SMALL, nodes=100, ik_solutions=2)
+    return TaskPlanner.from_task(SMALL, nodes=100, ik_solutions=2)

@@ -5,7 +5,7 @@ import pytest
 
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Sphere
-from planner.tasks.sampling import MOST, extent, generate_grasps, gripper_of, place_in_region
+from planner.tasks.sampling import MOST, complete_gripper, extent, generate_grasps, place_in_region
 from planner.tasks.task import Gripper, Place, TaskError
 from tests.worlds import load
 
@@ -72,14 +72,14 @@ def test_of_a_mesh_no_grasps_are_generate_grasps() -> None:
 
 
 def test_the_pandas_gripper_is_read_from_its_joints() -> None:
-    found = gripper_of(load("panda"), Gripper())
+    found = complete_gripper(load("panda"), Gripper())
     assert found.opening == pytest.approx(0.08)
     assert found.touch == ("panda_leftfinger", "panda_rightfinger")
     assert found.values(0.02) == pytest.approx({"panda_finger_joint1": 0.01, "panda_finger_joint2": 0.01})
     assert found.values(None) == pytest.approx({"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0})
-    said = gripper_of(load("panda"), Gripper(opening=0.05, touch=("panda_hand",)))
+    said = complete_gripper(load("panda"), Gripper(opening=0.05, touch=("panda_hand",)))
     assert (said.opening, said.touch) == (0.05, ("panda_hand",))
-    bare = gripper_of(load("iiwa14"), Gripper())
+    bare = complete_gripper(load("iiwa14"), Gripper())
     assert (bare.open, bare.opening, len(bare.touch or ())) == ({}, None, 1)
 
 

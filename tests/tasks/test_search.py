@@ -47,7 +47,7 @@ def proven_eagerly(planner: TaskPlanner) -> np.ndarray:
         arcs = network.of_mode[number]
         prover = EdgeProver(modes.checker_of(mode))
         motions = np.unique(network.motion[arcs])
-        start, delta, owner = modes.motions.of(motions)
+        start, delta, owner = modes.motions.select(motions)
         bad = owner[~prover.prove(start, delta, PROOF).free]
         free[arcs] = ~np.isin(network.motion[arcs], bad)
     return free
@@ -138,7 +138,7 @@ def test_what_only_the_object_in_hand_touches_is_gone_round_at_the_least_cost() 
     mug = tool_pose(robot, 0.5 * (way[0] + way[1])).homogeneous @ hold
     bead = Obstacle("bead", Sphere(0.01), pose(tuple(mug[:3, 3] - 0.1 * mug[:3, 2])))
     scene = replace(SCENE, obstacles=(*SCENE.obstacles, bead))
-    planner = TaskPlanner.of(replace(SMALL, scene=scene), nodes=100, ik_solutions=2)
+    planner = TaskPlanner.from_task(replace(SMALL, scene=scene), nodes=100, ik_solutions=2)
     found, network = planner.plan(timing=None), planner.network
     assert found.modes is not None
     assert found.modes.rounds > 1

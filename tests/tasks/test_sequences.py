@@ -36,7 +36,7 @@ def steps_of(name: str) -> tuple[Pick, Place]:
 def both() -> TaskPlan:
     scene = Scene("two cubes", (TABLE, FIRST, SECOND))
     task = Task("panda", scene, (*steps_of("first"), *steps_of("second"), Move("home")))
-    return TaskPlanner.of(task, nodes=120, ik_solutions=1).plan(timing=TimingRequest())
+    return TaskPlanner.from_task(task, nodes=120, ik_solutions=1).plan(timing=TimingRequest())
 
 
 def test_two_objects_are_placed_side_by_side() -> None:
@@ -58,7 +58,7 @@ def test_what_was_placed_can_be_taken_again() -> None:
     scene = Scene("one cube", (TABLE, FIRST))
     back = Place("first", "table", ((0.35, -0.35), (0.55, -0.15)), samples=3)
     task = Task("panda", scene, (*steps_of("first"), Pick("first", FROM_ABOVE), back))
-    found = TaskPlanner.of(task, nodes=120, ik_solutions=1).plan(timing=TimingRequest())
+    found = TaskPlanner.from_task(task, nodes=120, ik_solutions=1).plan(timing=TimingRequest())
     assert found.solved, found.message
     assert [event.kind for event in found.events if event.kind != "gripper"] == ["attach", "detach"] * 2
     assert planner.check(found).ok
@@ -69,4 +69,4 @@ def test_too_many_modes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = Scene("one cube", (TABLE, FIRST))
     task = Task("panda", scene, (*steps_of("first"), Move("home")))
     with pytest.raises(TaskError, match="must have at most 300 nodes in all modes"):
-        TaskPlanner.of(task, nodes=120, ik_solutions=1)
+        TaskPlanner.from_task(task, nodes=120, ik_solutions=1)

@@ -32,7 +32,7 @@ def box(name: str, size: tuple[float, float, float], position: list[float]) -> S
 
 @pytest.fixture(scope="module")
 def follower() -> Follower:
-    return Follower.of(RASTER, REQUEST)
+    return Follower.from_tool_path(RASTER, REQUEST)
 
 
 def test_a_raster_is_followed_without_a_jump(follower: Follower) -> None:

@@ -11,7 +11,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.planning.solve import cost_in_motion
+from planner.planning.solve import make_timing_cost
 from planner.problem.options import TimeLaw
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
@@ -74,7 +74,7 @@ def test_the_floor_holds_on_them() -> None:
 
 @pytest.mark.parametrize("extra", [0.0, 0.2])
 def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
-    cost = cost_in_motion(solved)
+    cost = make_timing_cost(solved)
     motion = time_path(solved.path, solved.checker, time_law="shortcuts", cost=cost, extra_cost=extra)
     slower, _ = timed_curve(solved.path, solved.checker, None, "blended", 0.0)
     assert motion.proven

@@ -18,9 +18,9 @@ from planner.base.progress import QUIET, Progress
 from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.looks import second_look, straight
-from planner.planning.improvement import improved_roadmap
+from planner.planning.improvement import improve_roadmap
 from planner.planning.result import Plan
-from planner.planning.solve import find_earliest, require_earliest, timed, why_no_path
+from planner.planning.solve import find_earliest, require_earliest, time_plan, why_no_path
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query
@@ -53,7 +53,7 @@ class SessionPlan(Plan):
 
 
 @dataclass(frozen=True)
-class Planning:
+class PlanningSettings:
     """How a session plans: what it is asked for, the law of its field, its growth, and how a path becomes a motion.
 
     Once ``progress`` is asked to stop, whatever is under way raises :class:`PlannerError`.
@@ -66,51 +66,51 @@ class Planning:
     timing: TimingRequest | None = None
 
 
-def answered(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveRoadmap, SessionPlan]:
+def solve_query(live: LiveRoadmap, query: Query, planning: PlanningSettings) -> tuple[LiveRoadmap, SessionPlan]:
     """The roadmap after a query, and the query's plan, with its motion or the reason why there is no path."""
     begin, timing = time.perf_counter(), planning.timing
     limits = None if timing is None else MotionLimits.of(live.checker.robot, timing)
     if limits is not None and live.world.scene.moving:
         require_earliest(planning.request, timing)
-        live, made = _in_time(live, query, planning, limits)
+        live, made = _find_earliest(live, query, planning, limits)
     else:
-        live, made = _found(live, query, planning)
+        live, made = _find_path(live, query, planning)
         if not made.solved:
-            failed = replace(made, roadmap=live.held(live.proofs.free))
+            failed = replace(made, roadmap=live.with_edges(live.proofs.free))
             made = replace(made, reason=why_no_path(failed, planning.progress))
-            go_on(planning.progress)
+            raise_if_stopped(planning.progress)
         elif timing is not None:
-            made = replace(made, trajectory=timed(made, timing, limits))
+            made = replace(made, trajectory=time_plan(made, timing, limits))
     return live, replace(made, timings={"plan": time.perf_counter() - begin})
 
 
-def _found(live: LiveRoadmap, query: Query, planning: Planning) -> tuple[LiveRoadmap, SessionPlan]:
-    go_on(planning.progress)
+def _find_path(live: LiveRoadmap, query: Query, planning: PlanningSettings) -> tuple[LiveRoadmap, SessionPlan]:
+    raise_if_stopped(planning.progress)
     may_grow = live.kept is not None
-    live = _without_old_guests(live if may_grow else _with_first_roadmap(live, query, planning))
-    live, linked = _attached(live, query, planning, join=False)
-    nodes, searches = len(live.roadmap.nodes), [_search(live, planning)]
+    live = _drop_old_guests(live if may_grow else _build_first_roadmap(live, query, planning))
+    live, linked = _attach_ends(live, query, planning, join=False)
+    nodes, searches = len(live.roadmap.nodes), [_search_from(live, planning)]
     edges = [linked, searches[-1].live.proofs.since(live.proofs)]
     if may_grow and not len(searches[-1].steps):
-        before = _after(searches[-1])
-        live = before.proven(np.flatnonzero(before.proofs.open))  # growth begins at nodes that are proven free
-        live, grown = _attached(live, query, planning, join=True)
+        before = _adopt_field(searches[-1])
+        live = before.prove(np.flatnonzero(before.proofs.open))  # growth begins at nodes that are proven free
+        live, grown = _attach_ends(live, query, planning, join=True)
         edges.append(grown)
-        if live.held(live.proofs.free).is_connected:
-            searches.append(_search(live, planning))
+        if live.with_edges(live.proofs.free).is_connected:
+            searches.append(_search_from(live, planning))
             edges.append(searches[-1].live.proofs.since(live.proofs))
     nodes_grown, curve = len(live.roadmap.nodes) - nodes, ()
     if len(searches[-1].steps) and planning.request.quality.rounds:
-        live, found, curve = _refined(_after(searches[-1]), planning)
+        live, found, curve = _refine(_adopt_field(searches[-1]), planning)
         edges.append(found)
-        searches.append(_search(live, planning))
+        searches.append(_search_from(live, planning))
     last, rounds = searches[-1], sum(each.rounds for each in searches)
-    live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else _after(last)
+    live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else _adopt_field(last)
     of_session = {"edges": sum(edges, Edges()), "nodes_grown": nodes_grown, "rounds": rounds, "curve": curve}
-    return live, replace(_plan(live, last, query, planning.request), **of_session)
+    return live, replace(_make_plan(live, last, query, planning.request), **of_session)
 
 
-def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest) -> SessionPlan:
+def _make_plan(live: LiveRoadmap, last: LivePath, query: Query, request: PlanRequest) -> SessionPlan:
     """What the last search found, as a plan."""
     robot, solved = live.checker.robot, len(last.steps) > 0
     failed = Outcome.TOO_SINGULAR if request.quality.min_manipulability > 0 else Outcome.NO_PATH
@@ -119,7 +119,7 @@ def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest
         request.with_options(robot=robot, scene=live.world.scene),
         Outcome.SOLVED if solved else failed,
         live.checker,
-        live.held(~live.proofs.blocked),
+        live.with_edges(~live.proofs.blocked),
         layered=last.layered,
         cost_to_go=last.field,
         path=path,
@@ -130,23 +130,23 @@ def _plan(live: LiveRoadmap, last: LiveFound, query: Query, request: PlanRequest
     )
 
 
-def _refined(live: LiveRoadmap, planning: Planning) -> tuple[LiveRoadmap, Edges, tuple[tuple[int, float], ...]]:
+def _refine(live: LiveRoadmap, planning: PlanningSettings) -> tuple[LiveRoadmap, Edges, tuple[tuple[int, float], ...]]:
     """With ``refinement_rounds``, as a plan has them, of the best path that is proven, and its best costs."""
-    request, before = planning.request, live.held(live.proofs.free)
-    found = improved_roadmap(before, live.checker, request.quality, request.quality.beta, planning.progress)
-    go_on(planning.progress)
-    return live.enlarged(found.roadmap), Edges(proven=len(found.roadmap.edges) - len(before.edges)), found.curve
+    request, before = planning.request, live.with_edges(live.proofs.free)
+    found = improve_roadmap(before, live.checker, request.quality, request.quality.beta, planning.progress)
+    raise_if_stopped(planning.progress)
+    return live.enlarge(found.roadmap), Edges(proven=len(found.roadmap.edges) - len(before.edges)), found.curve
 
 
-def _with_first_roadmap(live: LiveRoadmap, query: Query, planning: Planning) -> LiveRoadmap:
+def _build_first_roadmap(live: LiveRoadmap, query: Query, planning: PlanningSettings) -> LiveRoadmap:
     quality, checker = planning.request.quality, live.checker
     how = quality.nodes, quality.seed, planning.progress, quality.min_manipulability
     roadmap = build_roadmap(checker.robot, checker, query.starts, query.goals, *how)
-    go_on(planning.progress)
+    raise_if_stopped(planning.progress)
     return live.with_roadmap(roadmap)
 
 
-def _without_old_guests(live: LiveRoadmap) -> LiveRoadmap:
+def _drop_old_guests(live: LiveRoadmap) -> LiveRoadmap:
     """Without the oldest nodes that came with queries, where these have become many."""
     n = len(live.roadmap.nodes)
     most, keep = int(_GUESTS * live.lasting), np.ones(n, dtype=bool)
@@ -155,7 +155,7 @@ def _without_old_guests(live: LiveRoadmap) -> LiveRoadmap:
     return live if keep.all() else live.without_nodes(keep)
 
 
-def _attached(live: LiveRoadmap, query: Query, planning: Planning, join: bool) -> tuple[LiveRoadmap, Edges]:
+def _attach_ends(live: LiveRoadmap, query: Query, planning: PlanningSettings, join: bool) -> tuple[LiveRoadmap, Edges]:
     """With the query's ends linked, and where ``join`` with what grew to bring them together; what came of edges.
 
     Nothing grows before every edge is decided, so what is open counts as free.
@@ -163,40 +163,40 @@ def _attached(live: LiveRoadmap, query: Query, planning: Planning, join: bool) -
     ends = (live.roadmap.starts, query.starts), (live.roadmap.goals, query.goals)
     if not join and all(np.array_equal(live.roadmap.nodes[nodes], q) for nodes, q in ends):
         return live, Edges()  # linked already
-    before = live.held(~live.proofs.blocked)
+    before = live.with_edges(~live.proofs.blocked)
     how = planning.request.quality.seed, planning.growth, planning.progress
     after = attach(before, live.checker, query.starts, query.goals, *how, join=join)
-    go_on(planning.progress)  # what is not proven in an attempt that was ended is not blocked
-    return live.enlarged(after), Edges(proven=len(after.edges) - len(before.edges))
+    raise_if_stopped(planning.progress)  # what is not proven in an attempt that was ended is not blocked
+    return live.enlarge(after), Edges(proven=len(after.edges) - len(before.edges))
 
 
-def _search(live: LiveRoadmap, planning: Planning) -> LiveFound:
+def _search_from(live: LiveRoadmap, planning: PlanningSettings) -> LivePath:
     objective = planning.request.quality.objective
     network = build_network(live.roadmap, objective)
     return search_live(live, network, live.x, planning.law, objective.floor, planning.progress)
 
 
-def _after(found: LiveFound) -> LiveRoadmap:
+def _adopt_field(found: LivePath) -> LiveRoadmap:
     return replace(found.live, x=found.x)
 
 
-def _in_time(
-    live: LiveRoadmap, query: Query, planning: Planning, limits: MotionLimits
+def _find_earliest(
+    live: LiveRoadmap, query: Query, planning: PlanningSettings, limits: MotionLimits
 ) -> tuple[LiveRoadmap, SessionPlan]:
     """The roadmap after all its edges are decided, and the plan with the earliest motion among what moves."""
-    live, alone = _found(live, query, planning)
-    live = live.proven(np.flatnonzero(live.proofs.open))
-    alone = replace(alone, roadmap=live.held(live.proofs.free))
+    live, alone = _find_path(live, query, planning)
+    live = live.prove(np.flatnonzero(live.proofs.open))
+    alone = replace(alone, roadmap=live.with_edges(live.proofs.free))
     if not alone.solved:
         return live, replace(alone, outcome=Outcome.NO_PATH, reason=why_apart(alone.roadmap, live.checker))
     found = find_earliest(alone, limits, planning.progress)
-    go_on(planning.progress)
+    raise_if_stopped(planning.progress)
     assert isinstance(found, SessionPlan)  # it is the same plan with another path
     return live, found
 
 
 @dataclass(frozen=True, eq=False)
-class LiveFound(Found):
+class LivePath(Found):
     """What a search found, and the world with what was proven on the way; ``layered`` is its network."""
 
     live: LiveRoadmap
@@ -213,7 +213,7 @@ class LiveFound(Found):
         return self.field.x[: len(self.live.roadmap.nodes)]
 
 
-def go_on(progress: Progress) -> None:
+def raise_if_stopped(progress: Progress) -> None:
     """Raise :class:`PlannerError` where the session was closed meanwhile, or its call cancelled."""
     if progress.stopped:
         raise PlannerError("it was cancelled, or the session is closed: ask again, or make a new one.")
@@ -226,12 +226,12 @@ def search_live(
     law: gabf.Law,
     floor: float = 0.0,
     progress: Progress = QUIET,
-) -> LiveFound:
+) -> LivePath:
     """The cheapest path over edges that are proven now and hold a second look, from the field ``x`` (n,) on.
 
     ``network`` is of all the roadmap's edges. Raises :class:`PlannerError` once ``progress`` is asked to stop.
     """
-    go_on(progress)
+    raise_if_stopped(progress)
 
     def prove(nodes: Ints) -> Ints:
         nonlocal live
@@ -242,8 +242,8 @@ def search_live(
     paths = RoadmapPaths(live.roadmap, live.checker.robot, network, floor, prove)
     paths.remove(np.flatnonzero(live.proofs.blocked))
     found = search(paths, law, x, progress=progress)
-    go_on(progress)
-    return LiveFound(**vars(found), live=live, layered=paths.layered)
+    raise_if_stopped(progress)
+    return LivePath(**vars(found), live=live, layered=paths.layered)
 
 
 def prove_path(live: LiveRoadmap, steps: Ints, around_too: bool = True) -> tuple[LiveRoadmap, bool]:
@@ -252,25 +252,25 @@ def prove_path(live: LiveRoadmap, steps: Ints, around_too: bool = True) -> tuple
     Where it does not the edges around it are proven, too, unless nothing is to be found in its place.
     """
     rows = edge_rows(live.roadmap, steps[:-1], steps[1:])
-    live = live.proven(rows[live.proofs.open[rows]])
+    live = live.prove(rows[live.proofs.open[rows]])
     if live.proofs.blocked[rows].any():
         if not around_too:
             return live, False
         around = np.isin(live.roadmap.edges, steps).any(axis=1)
-        return live.proven(np.flatnonzero(around & live.proofs.open)), False
+        return live.prove(np.flatnonzero(around & live.proofs.open)), False
     unseen = ~live.proofs.seen[rows]
     if not unseen.any():
         return live, True
     path = path_waypoints(live.roadmap, live.checker.robot, steps)
     new = np.flatnonzero(unseen.any(axis=1))
-    second = _judge(live, np.asarray(unseen.any(axis=0)))
+    second = _make_second_checker(live, np.asarray(unseen.any(axis=0)))
     contact = second_look(live.checker, straight(path[new], path[new + 1] - path[new]), second=second)
     if contact is not None:
-        return replace(live, proofs=live.proofs.refused(int(rows[new[contact.piece]]))), False
-    return replace(live, proofs=live.proofs.confirmed(rows)), True
+        return replace(live, proofs=live.proofs.refuse(int(rows[new[contact.piece]]))), False
+    return replace(live, proofs=live.proofs.confirm(rows)), True
 
 
-def _judge(live: LiveRoadmap, clauses: Bools) -> CollisionChecker:
+def _make_second_checker(live: LiveRoadmap, clauses: Bools) -> CollisionChecker:
     """A second checker that knows at least the pairs of some clauses, and is quicker for knowing few."""
     if clauses.mean() > _MANY or not clauses.any():
         return second_checker(live.checker)

@@ -57,7 +57,7 @@ class RunRecord(Record):
     timings_s: Annotated[dict[str, float], Field(description=_SECONDS)]
 
     @classmethod
-    def of(cls, run: Result[Any], robot: Robot, scene: Scene, **own: Any) -> Self:
+    def from_run(cls, run: Result[Any], robot: Robot, scene: Scene, **own: Any) -> Self:
         """The record of a run of ``robot`` in ``scene``, with the fields that this class adds."""
         return cls(
             format_version=FORMAT_VERSION,
@@ -210,7 +210,7 @@ class MotionRecord(Record):
     """``proof.floor`` of trajectory.json"""
 
     @classmethod
-    def of(cls, made: Trajectory | None, robot: Robot) -> Self | None:
+    def from_trajectory(cls, made: Trajectory | None, robot: Robot) -> Self | None:
         if made is None:
             return None
         limits = "" if made.limits is None else made.limits.text(robot)
@@ -251,7 +251,7 @@ class FieldRecord(Record):
     """the bounds of the paper, and ours, beside the measured values, as :class:`planner.gabf.Certificate` has them"""
 
     @classmethod
-    def of(cls, quality: SweepQuality | TaskQuality, field: gabf.CostToGo | None) -> Self | None:
+    def from_field(cls, quality: SweepQuality | TaskQuality, field: gabf.CostToGo | None) -> Self | None:
         """The record of a field, with every bound that it meets and its error against the oracle."""
         if field is None:
             return None
