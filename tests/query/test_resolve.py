@@ -22,7 +22,7 @@ from planner.query.resolve import (
 )
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
-from planner.tasks.candidates import along, solutions
+from planner.tasks.candidates import follow_line, solve_pose
 from tests.worlds import ROBOTS, arm_of_few_axes, checker_of, load, random_q, scene_of
 
 
@@ -164,8 +164,8 @@ def test_a_pose_that_few_axes_miss_is_refused_with_the_tolerance_that_reaches_it
         assert np.linalg.norm(pin.log3(off.rotation)) <= allowed[1]
     near = tool_pose(robot, q)
     along_z = near.homogeneous @ pose([0, 0, -0.05])
-    (first, *_) = solutions(robot, near.homogeneous, q[None] + 0.1, 4, TOLERANCE)
-    assert along(robot, first, along_z[None], TOLERANCE) is not None, "as tasks ask for grasps and lines"
+    (first, *_) = solve_pose(robot, near.homogeneous, q[None] + 0.1, 4, TOLERANCE)
+    assert follow_line(robot, first, along_z[None], TOLERANCE) is not None, "as tasks ask for grasps and lines"
 
 
 @pytest.mark.parametrize("name", ROBOTS)
