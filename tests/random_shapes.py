@@ -5,6 +5,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from planner.robot.poses import pose
+from planner.robot.robot import Robot
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 QUICK = settings(max_examples=40, deadline=None, derandomize=True, database=None)
@@ -103,6 +104,17 @@ def points_in(shape: Shape, rng: np.random.Generator, n: int = 200) -> np.ndarra
             weight = rng.dirichlet(np.ones(3), size=n)
             chosen = vertices[triangles[rng.integers(len(triangles), size=n)]]
             return np.vstack([vertices, np.einsum("nk,nkd->nd", weight, chosen)])
+
+
+def random_curves(robot: Robot, count: int, degree: int, rng: np.random.Generator, reach: float = 0.5) -> np.ndarray:
+    """Bézier curves within the limits, as coefficients (count, degree + 1, dof) of s^0, s^1, ..."""
+    points = rng.uniform(robot.lower, robot.upper, (count, 1, robot.dof))
+    points = np.clip(points + reach * rng.normal(size=(count, degree + 1, robot.dof)), robot.lower, robot.upper)
+    powers, binomial = [], 1.0
+    for k in range(degree + 1):
+        powers.append(binomial * points[:, 0])
+        points, binomial = np.diff(points, axis=1), binomial * (degree - k) / (k + 1)
+    return np.stack(powers, axis=1)
 
 
 def moved(points: np.ndarray, placement: np.ndarray) -> np.ndarray:

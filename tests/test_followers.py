@@ -28,7 +28,7 @@ from planner.kinematics.inverse import beyond_reach, solve
 from planner.kinematics.manipulability import manipulability, node_manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.conditions import AxisConstraint, PlaneConstraint
+from planner.problem.conditions import PlaneConstraint
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.moving import KnownMotion, MovingObstacle
@@ -37,7 +37,6 @@ from planner.robot.reach import Reach
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Sphere
-from planner.session.gate import Gate
 from tests.kinematics.test_reach import some_points
 from tests.linkages import PALLETIZER, Linkage, palletizer, random_linkage
 from tests.random_shapes import random_pose
@@ -231,11 +230,6 @@ def test_what_curves_are_proven_to_keep_dense_samples_keep(which: str | int) -> 
             assert constraints.proven(curve[None])[0] == (share > 1)
 
 
-def test_a_level_tool_is_proven_to_stay_level() -> None:
-    constraints = PathConstraints(palletizer().robot, (AxisConstraint("z", (0.0, 0.0, 1.0), 1e-3),))
-    assert constraints.proven(curves_of(palletizer().robot, 20, 3, seed=6)).all()
-
-
 def test_what_is_proven_in_time_touches_at_no_moment() -> None:
     made, rng = palletizer(), np.random.default_rng(8)
     places = [pose(rng.uniform([-0.6, -0.6, 0.4], [0.6, 0.6, 1.2]).tolist()) for _ in range(3)]
@@ -354,13 +348,3 @@ def test_nothing_that_the_gate_calls_safe_touches(which: str | int) -> None:
     attack.run(60, np.random.default_rng(1))
     assert (attack.found.false, attack.found.beyond) == ([], 0)
     assert attack.found.safe > 5
-
-
-def test_the_gate_sees_the_rod() -> None:
-    gate, times = Gate(palletizer().robot, BALL), np.array([0.0, 1.0, 2.0])
-    q = np.array([[0.0, -0.2, 0.0], [0.0, -0.3, 0.0], [0.0, -0.4, 0.0]])
-    verdict = gate.check(q, times=times)
-    assert not verdict.safe
-    assert verdict.reason is not None
-    assert verdict.reason.pair == ("rod", "thing0")
-    assert gate.check(-q, times=times).safe

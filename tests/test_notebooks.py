@@ -1,9 +1,6 @@
 """Every notebook runs from a clean kernel and defines no algorithm; the copy in the repository has its outputs."""
 
 import ast
-import base64
-import csv
-import dataclasses
 import importlib
 import itertools
 import re
@@ -13,8 +10,6 @@ from typing import Any
 import nbformat
 import pytest
 from nbclient import NotebookClient
-
-from benchmarks.tradeoff import run as tradeoff
 
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
@@ -49,28 +44,6 @@ def test_runs_from_a_clean_kernel(path: Path) -> None:
     resources = {"metadata": {"path": str(FOLDER)}}
     NotebookClient(notebook, timeout=300, kernel_name="python3", resources=resources).execute()
     assert kinds(notebook) == kinds(nbformat.read(path, as_version=4))
-
-
-@each
-def test_is_kept_small_with_its_pictures(path: Path) -> None:
-    pictures = [base64.b64decode(o.data["image/png"]) for o in outputs(path) if "image/png" in o.get("data", {})]
-    assert pictures
-    assert all(picture[:8] == b"\x89PNG\r\n\x1a\n" for picture in pictures)
-    assert path.stat().st_size < 400_000, "bring its pictures down to 256 colours"
-    assert not any(output.output_type == "error" for output in outputs(path))
-    assert not any(output.get("name") == "stderr" for output in outputs(path)), "warnings teach nothing"
-
-
-def test_the_bands_of_notebook_02_are_a_whole_table_of_the_benchmark() -> None:
-    with (FOLDER / "tradeoff.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert set(rows[0]) == {field.name for field in dataclasses.fields(tradeoff.Row)}
-    assert {row["software"] for row in rows} == {rows[0]["software"]}
-    betas = {row["beta"] for row in rows}
-    worlds = ("iiwa14", "paper"), ("panda", "shelf")
-    asked = [(*world, str(seed), beta) for world in worlds for seed in range(20) for beta in betas]
-    assert sorted((row["robot"], row["scene"], row["seed"], row["beta"]) for row in rows) == sorted(asked)
-    assert all(float(row["duration"]) > 0 for row in rows)
 
 
 @each

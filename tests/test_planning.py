@@ -11,7 +11,6 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from planner import gabf
-from planner.base.errors import OptionError, StateError
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import is_free
@@ -20,9 +19,8 @@ from planner.cost.scale import COSTS
 from planner.kinematics.forward import tool_positions
 from planner.planning.plan import plan
 from planner.planning.record import PlanRecord
-from planner.problem.outcome import BlockedInTime, FloorTooHigh, Outcome, Separated
+from planner.problem.outcome import BlockedInTime, FloorTooHigh, Outcome
 from planner.problem.request import PlanRequest, TimingRequest
-from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import save_roadmap
 from planner.search.network import build_network, distance_cost
@@ -109,23 +107,12 @@ def test_the_papers_scenario(solved):
     assert solved.cost_to_go.settling_time < 4.0
 
 
-def test_the_straight_motion_of_the_papers_scenario_collides(solved):
-    start, goal = (solved.roadmap.nodes[ends[0]] for ends in (solved.roadmap.starts, solved.roadmap.goals))
-    assert recheck(solved.checker, start, goal - start, 5e-3) is not None
-
-
 def test_a_path_only_is_proven_with_nothing_grown_around_it(scenes):
     found = plan(request=PlanRequest.from_options(robot="planar_2r", scene=scenes["post"], path_only=True), timing=None)
     assert_sound(found)
     assert len(found.roadmap.nodes) < 80
     assert found.roadmap.proven.all()
     assert not found.curve
-
-
-@pytest.mark.parametrize("more", [{"nodes": 80}, {"roadmap": "roadmap.npz"}])
-def test_a_path_only_takes_no_roadmap(more):
-    with pytest.raises(OptionError, match="a path only has no roadmap around it: leave out"):
-        PlanRequest.from_options(path_only=True, **more)
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.3, 0.5, 0.7, 1.0])
@@ -139,36 +126,12 @@ def test_every_cost_and_metric_is_optimal(small, metric, cost):
     assert_sound(plan(request=small.with_options(metric=metric, manipulability_cost=cost), timing=None))
 
 
-def test_beta_trades_one_cost_for_the_other(small):
-    costs = [
-        plan(request=small.with_options(beta=beta, refinement_rounds=0), timing=None).cost for beta in (0.0, 0.5, 1.0)
-    ]
-    omegas, distances = [c.manipulability for c in costs if c], [c.distance for c in costs if c]
-    assert omegas[0] == min(omegas)
-    assert distances[2] == min(distances)
-
-
 @pytest.mark.parametrize("law", ["nominal", "prescribed-time", "fixed-time", "singularity-free"])
 def test_every_law_finds_the_same_path(small, law):
     found = plan(request=small.with_options(law=law), timing=None)
     assert_sound(found)
     np.testing.assert_array_equal(found.path_nodes, plan(request=small, timing=None).path_nodes)
     assert gabf.named_law(law).name
-
-
-def test_the_prescribed_time_is_kept(small):
-    for seconds in (0.5, 10.0):
-        found = plan(request=small.with_options(prescribed_time=seconds), timing=None).cost_to_go
-        assert found is not None
-        assert found.settling_time is not None
-        assert 0 < found.settling_time < seconds
-
-
-def test_planning_twice_is_the_same_plan(small):
-    one, two = plan(request=small, timing=None), plan(request=small, timing=None)
-    np.testing.assert_array_equal(one.path, two.path)
-    assert one.roadmap.sha256 == two.roadmap.sha256
-    assert plan(request=small.with_options(seed=1), timing=None).roadmap.sha256 != one.roadmap.sha256
 
 
 def test_a_margin_is_kept_along_the_path(small):
@@ -215,28 +178,7 @@ def test_the_highest_floor_that_was_found_can_be_kept_to():
     )
 
 
-def test_a_floor_that_only_zero_meets():
-    found = plan(
-        request=PlanRequest.from_options(
-            robot="planar_2r", scene="empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60, min_manipulability=0.05
-        ),
-        timing=None,
-    )
-    assert found.reason == FloorTooHigh(0.05, 0.0)
-    assert "leave --min-manipulability out" in found.message
-
-
-def test_walls_are_named_whatever_floor_was_asked(scenes):
-    shut = PlanRequest.from_options(robot="planar_2r", scene=scenes["shut"], nodes=50)
-    for request in (shut, shut.with_options(min_manipulability=0.001)):
-        assert isinstance(plan(request=request, timing=None).reason, Separated)
-
-
 # an edge that fails the second look
-
-
-def bad_edges(found, count: int):
-    return np.array(list(itertools.pairwise(found.path_nodes))[:count])
 
 
 @pytest.mark.parametrize("law", ["singularity-free", "nominal", "fixed-time"])
@@ -269,14 +211,6 @@ def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, l
     assert after.cost is not None
     assert before.cost is not None
     assert after.cost.total >= before.cost.total
-
-
-def test_healing_under_the_prescribed_time_law(small, monkeypatch):
-    before = plan(request=small, timing=None)
-    collide(monkeypatch, before.roadmap, bad_edges(before, 1))
-    after = plan(request=small.with_options(law="prescribed-time"), timing=None)
-    assert after.edges_removed == 1
-    assert_sound(after)
 
 
 def test_when_every_way_fails_there_is_no_path(small, monkeypatch):
@@ -348,25 +282,6 @@ def test_waypoints_of_continuous_joints_never_jump():
 
 
 # refusals of requests
-
-
-def test_the_checker_has_to_be_the_robots(paper):
-    with pytest.raises(OptionError, match=r"checker was made for another robot: make one with make_checker"):
-        build_roadmap(load("planar_2r"), paper, np.zeros(2), np.ones(2))
-
-
-def test_a_start_in_collision_is_refused_before_anything_is_grown(small):
-    with pytest.raises(StateError, match=r"start is in collision: 'link_2' and 'post' touch"):
-        plan(request=small.with_options(start="q:0,0"), timing=None)
-
-
-def test_a_goal_named_twice_is_one_goal(scenes):
-    result = plan(
-        request=PlanRequest.from_options(robot="planar_2r", scene=scenes["post"], goal="goal,start,goal", nodes=10),
-        timing=None,
-    )
-    assert result.outcome is Outcome.SOLVED
-    assert len(result.roadmap.goals) == 2
 
 
 CART = """

@@ -15,7 +15,6 @@ from planner.problem.request import PlanRequest
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.session.session import Session
-from planner.trajectory.timing import time_path
 
 THREADS = 4
 REQUESTS = [
@@ -59,10 +58,6 @@ def test_plans_in_four_threads_are_those_of_one() -> None:
         assert at_once(_answer, REQUESTS) == alone
 
 
-def test_the_same_plan_in_four_threads_is_one_plan() -> None:
-    assert len(set(at_once(_answer, [REQUESTS[0]] * THREADS))) == 1
-
-
 def _session(position: float) -> list[bytes]:
     session = Session("planar_2r", "cage", nodes=40)
     paths = [session.plan(timing=None).path.tobytes()]
@@ -88,13 +83,3 @@ def test_one_checker_answers_four_threads_as_one(backend: str) -> None:
 
     alone = [contacts(rows) for rows in q]
     assert at_once(contacts, list(q)) == alone
-
-
-def test_one_path_is_timed_in_four_threads_as_in_one() -> None:
-    found = plan(request=REQUESTS[0], timing=None)
-
-    def motion(_: int) -> bytes:
-        made = time_path(found.path, found.checker)
-        return made.coefficients.tobytes() + made.times.tobytes()
-
-    assert len({motion(0), *at_once(motion, list(range(THREADS)))}) == 1

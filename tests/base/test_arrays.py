@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from planner.base.arrays import cut, frozen, indices, lengths_along, numbers, parts_of, placement, ranges, so_far
+from planner.base.arrays import cut, frozen, indices, numbers, parts_of, placement, so_far
 from planner.base.errors import ArrayError, StateError
 
 
@@ -21,13 +21,6 @@ def test_a_frozen_array_is_a_copy_of_what_may_change_and_itself_where_it_is_froz
     assert frozen(kept) is kept
     assert frozen(kept.T).flags.c_contiguous
     assert frozen([0, 2], np.bool_).tolist() == [False, True]
-
-
-def test_ranges_and_sums_follow_each_other() -> None:
-    assert ranges(np.array([5, 0, 9]), np.array([2, 0, 3])).tolist() == [5, 6, 9, 10, 11]
-    assert so_far(np.array([2, 0, 3])).tolist() == [0, 2, 2, 5]
-    assert so_far(np.zeros(0, dtype=np.int64)).dtype == np.int64  # indices stay indices
-    assert lengths_along(np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]])).tolist() == [0.0, 5.0, 6.0]
 
 
 def test_the_parts_of_a_path_are_equal_and_its_own_rows_stay_to_the_bit() -> None:

@@ -65,14 +65,6 @@ def test_any_damage_makes_it_anew() -> None:
         np.testing.assert_array_equal(cached("kind", [1], make)["a"], np.arange(5.0))
 
 
-def test_a_folder_that_cannot_be_written_costs_time_only(own_cache: Path) -> None:
-    own_cache.write_text("a file where the folder should be")
-    make = Making()
-    for _ in range(2):
-        np.testing.assert_array_equal(cached("kind", [1], make)["a"], np.arange(5.0))
-    assert make.times == 2
-
-
 @pytest.mark.parametrize("home", [None, "~"])
 def test_nothing_is_kept_in_the_working_directory(
     home: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

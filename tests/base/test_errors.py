@@ -3,7 +3,7 @@
 import pytest
 
 from planner.base import errors
-from planner.base.errors import OptionError, PlannerError, choices, printable
+from planner.base.errors import OptionError, PlannerError, printable
 
 KINDS = [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, PlannerError)]
 
@@ -11,13 +11,6 @@ KINDS = [kind for kind in vars(errors).values() if isinstance(kind, type) and is
 @pytest.mark.parametrize("kind", KINDS)
 def test_only_a_wrong_option_is_2(kind: type[PlannerError]) -> None:
     assert kind.exit_code == (2 if issubclass(kind, OptionError) else 3)
-
-
-def test_choices_stay_readable() -> None:
-    assert choices(["a", "b"]) == "a, b"
-    assert choices([]) == "none"
-    assert len(choices(["x" * 1000, "b"])) == 203
-    assert choices(map(str, range(100_000))).endswith("48, 49 and 99950 more")
 
 
 def test_nothing_steers_a_terminal() -> None:

@@ -1,9 +1,7 @@
 """Files are there whole or as they were, and folders are tried without a trace."""
 
-import json
 import os
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -45,21 +43,6 @@ def test_places_that_cannot_be_written_are_found_before_any_work(tmp_path: Path)
             require_writable_file(place)
     require_writable_file(tmp_path / "one" / "two.npz")
     assert sorted(tmp_path.rglob("*")) == before, "nothing is left behind"
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        ({"a": 1, "é": [1.5, -0.0, 1e-300], "n": None}, '{| "a": 1,| "\\u00e9": [1.5, -0.0, 1e-300],| "n": null|}'),
-        ({"rows": [[1, 2], [3]], "no": {}}, '{| "rows": [|  [1, 2],|  [3]| ],| "no": {}|}'),
-        ([{"t": 0.5}, []], '[| {|  "t": 0.5| },| []|]'),
-        ([], "[]"),
-        ("x", '"x"'),
-    ],
-)
-def test_json_has_a_line_for_each_key_and_each_row(value: Any, text: str) -> None:
-    assert json_text(value) == text.replace("|", "\n")
-    assert json.loads(json_text(value)) == value
 
 
 @pytest.mark.parametrize("number", [float("nan"), float("inf")])

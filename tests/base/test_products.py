@@ -8,12 +8,8 @@ import sys
 import tempfile
 from functools import cache
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-
-from planner.base.arrays import dot, length, product
 
 _FLAGS = Path("/proc/cpuinfo")
 _NEEDS = {"Prescott": "sse2", "Haswell": "avx2", "SkylakeX": "avx512vl"}  # OpenBLAS' code, and what it takes
@@ -87,19 +83,3 @@ def test_blas_is_told_another_processor() -> None:
 @pytest.mark.skipif("SkylakeX" not in _runnable(), reason="needs a processor with AVX-512, on Linux")
 def test_the_same_bits_without_numpys_own_wide_code() -> None:
     assert _planned("SkylakeX", without="X86_V4 AVX512_ICL") == _planned("SkylakeX")
-
-
-@pytest.mark.parametrize("k", [1, 2, 3, 7, 12])
-def test_products_are_those_of_numpy(k: int) -> None:
-    rng = np.random.default_rng(k)
-    a, b, c = rng.normal(size=(5, k)), rng.normal(size=(k, 4)), rng.normal(size=k)
-    close: dict[str, Any] = {"rtol": 1e-13, "atol": 1e-14}
-    np.testing.assert_allclose(product(a, b), a @ b, **close)
-    np.testing.assert_allclose(product(c, b), c @ b, **close)
-    np.testing.assert_allclose(product(a, c), a @ c, **close)
-    np.testing.assert_allclose(product(a[:, None], c), (a @ c)[:, None], **close)
-    assert product(a[:0], b).shape == (0, 4)
-    np.testing.assert_allclose(dot(a[0], c), a[0] @ c, **close)
-    np.testing.assert_allclose(length(c), np.linalg.norm(c), **close)
-    assert length(np.full(k, 1e300)) == np.inf
-    assert np.isnan(length(np.full(k, np.nan)))

@@ -1,13 +1,11 @@
 """The files that travel with the package, in a checkout and inside the wheel, and versions of software."""
 
-import platform
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from planner.base import resources
-from planner.base.resources import DECISIVE, robot_names, robots_folder, scene_names, scenes_folder, versions
+from planner.base.resources import robot_names, robots_folder, scene_names, scenes_folder
 
 
 def test_names_are_those_of_the_files() -> None:
@@ -24,9 +22,3 @@ def test_the_wheels_own_folder_goes_first(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(resources, "_PACKAGE", package)
     assert robot_names() == ["arm"]
     assert scenes_folder() == tmp_path / "scenes"
-
-
-def test_a_plans_numbers_depend_on_named_versions() -> None:
-    found = versions()
-    assert tuple(found) == DECISIVE
-    assert (found["numpy"], found["python"]) == (np.__version__, platform.python_version())

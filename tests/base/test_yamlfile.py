@@ -4,7 +4,6 @@ import contextlib
 import importlib
 import pkgutil
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pydantic
@@ -13,16 +12,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import planner
-from planner.base.errors import FileError, SceneError
+from planner.base.errors import FileError
 from planner.base.yamlfile import (
-    Coordinate,
     Number,
-    Size,
     Strict,
     Whole,
     parse_yaml,
-    read_text,
-    shown,
     validate,
     yaml_text,
 )
@@ -34,11 +29,6 @@ PLAIN = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
     max_leaves=8,
 )
-
-
-class Ball(Strict):
-    radius: Size
-    at: list[Coordinate] = pydantic.Field(default_factory=list)
 
 
 class Said(Strict):
@@ -64,27 +54,6 @@ def test_any_text_is_data_or_refused(text: str) -> None:
         parse_yaml(text, "it")
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("{radius: 0.1, colour: red}", "unknown key 'colour'"),
-        ("{raduis: 1}", "did you mean 'radius'"),  # which leaves radius missing
-        ("{at: [0]}", "key 'radius' is missing"),
-        ("{radius: .nan}", "'radius'"),
-        ("{radius: 1.0e-9}", "greater than or equal to"),
-        ("{radius: 1, at: [1.0e+9]}", "'at.0' is wrong"),
-        ("{radius: yes}", r"a valid number \(got True\)"),
-        ("{radius: '1.5'}", r"a valid number \(got '1.5'\)"),
-        ("{radius: wide}", r"a valid number \(got 'wide'\)"),
-        ("{radius: 1e999}", r"\(got inf\)"),
-        ("- 1", "no mapping of keys to values: give its keys, out of radius, at"),
-    ],
-)
-def test_what_does_not_fit_is_named(text: str, words: str) -> None:
-    with pytest.raises(SceneError, match=words):
-        validate(Ball, parse_yaml(text, "it"), "it", SceneError)
-
-
 @pytest.mark.parametrize(("text", "x"), [("1e-3", 1e-3), ("-2E4", -2e4), ("+.5e1", 5.0), ("3.e2", 300.0), ("7", 7.0)])
 def test_a_number_is_one_in_every_way_that_yaml_writes_it(text: str, x: float) -> None:
     assert validate(Said, parse_yaml(f"x: {text}", "file"), "file").x == x
@@ -97,30 +66,12 @@ def test_a_key_that_stands_twice_is_no_guess(text: str) -> None:
         parse_yaml(text, "it")
 
 
-def test_merging_may_be_repeated() -> None:
-    text = "x: &x {a: 1}\ny: {<<: *x, <<: *x, a: 2}\nz: [{a: a}, {a: 1}]\na: a"
-    assert parse_yaml(text, "it") == {"x": {"a": 1}, "y": {"a": 2}, "z": [{"a": "a"}, {"a": 1}], "a": "a"}
-
-
 @pytest.mark.parametrize(
     "text", ["a: [", "!!python/object/apply:os.getcwd []", "a: &x [*x]\n<<: 1", "2001-13-45", "!!timestamp x"]
 )
 def test_no_text_constructs_anything_or_overflows(text: str) -> None:
     with pytest.raises(FileError, match="mend the file"):
         parse_yaml(text, "it")
-
-
-def test_unreadable_files_say_what_was_wanted(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"\xff\xfe\x00")
-    for path, words in ((tmp_path / "none", "not found"), (tmp_path / "a", "not UTF-8"), (tmp_path, "Is a directory")):
-        with pytest.raises(FileError, match=f"scene .*{words}"):
-            read_text(path, "scene")
-
-
-def test_whatever_is_quoted_is_short() -> None:
-    assert shown("a.b") == "'a.b'"
-    assert len(shown("x" * 10_000)) < 200
-    assert "thousands of digits" in shown(1 << 100_000)
 
 
 def models() -> list[type[pydantic.BaseModel]]:

@@ -14,19 +14,6 @@ def written(folder: Path, text: str, name: str = "batch.yaml") -> Path:
     return folder / name
 
 
-def test_a_csv_file_leaves_options_out_and_names_files_beside_it(tmp_path: Path) -> None:
-    written(tmp_path, "obstacles: []\n", "cell.yaml")
-    text = '\ufeffname,scene,goal,beta,min-manipulability,request\na,cell.yaml,"q:0.3,0.4",0.2,,\n,shelf,goal,,0.01,\n'
-    a, b = read_plans(written(tmp_path, text, "batch.csv"), PLAIN)
-    assert (a.name, a.request.what.scene, a.request.quality.beta) == ("a", str(tmp_path / "cell.yaml"), 0.2)
-    assert (b.name, b.request.what.scene, b.request.quality.beta, b.request.quality.min_manipulability) == (
-        "0002",
-        "shelf",
-        0.5,
-        0.01,
-    )
-
-
 def test_a_row_is_for_the_files_that_are_read(tmp_path: Path) -> None:
     """With another scene, another mesh in it or another robot a plan is planned again."""
     written(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "part.obj")

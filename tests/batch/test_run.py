@@ -102,14 +102,6 @@ def test_a_plan_that_kills_its_process_is_a_row(source: Path, tmp_path: Path, mo
     assert timeless(run_batch(source, tmp_path / "out", PLAIN, TWO)) == timeless(before)
 
 
-def test_an_error_of_python_is_a_crash(source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "plan", lambda **given: 1 / 0)
-    found = run_batch(source, tmp_path / "out", PLAIN)
-    assert {(row["outcome"], row["message"]) for row in found.rows} == {
-        (CRASHED, "ZeroDivisionError: division by zero")
-    }
-
-
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_plan_stops_at_its_time_limit(source: Path, tmp_path: Path, jobs: int) -> None:
     source.write_text(f"plans:\n{LONG}")

@@ -7,10 +7,8 @@ import pytest
 
 from tests.command_line import Run
 
-WINDOW = ("--robot", "planar_2r", "--scene", "window")
 EMPTY = ("--robot", "planar_2r", "--scene", "empty")
 FREE = [[-2.0, 0.3], [-2.5, 0.5], [-2.2, 0.4]]
-THROUGH = [[-2.0, 0.3], [0.0, 0.3], [1.5, 0.3]]
 
 
 def written(folder: Path, rows: list[list[float]]) -> str:
@@ -54,16 +52,6 @@ def test_robot_and_scene_are_those_of_the_plan_next_to_the_file(
     (folder / "plan.json").write_text("{")
     assert run("check", str(folder / "path.csv"))[0] == 3
     assert run("check", str(folder / "path.csv"), *EMPTY)[0] == 0
-
-
-@pytest.mark.parametrize("backend", ["fcl", "coal"])
-def test_free_and_not_free(run: Run, tmp_path: Path, backend: str) -> None:
-    code, out, err = run("check", written(tmp_path, FREE), *WINDOW, "--collision", backend)
-    assert code == 0, err
-    assert "Free and within limits" in out
-    code, out, err = run("check", written(tmp_path, THROUGH), *WINDOW, "--collision", backend)
-    assert code == 4, err
-    assert "Not usable: 'link_" in out
 
 
 def test_a_trajectory_is_judged_by_its_own_limits_whatever_its_name(run: Run, tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """Ctrl-C at any moment: how the process ends, what it says, and that no finished result is lost."""
 
-import json
 import signal
 import subprocess
 import sys
@@ -10,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from planner.cli.common import file_for_interrupted, folder_for_interrupted
-from tests.command_line import command
 
 LIMIT = 30  # s: machines that run tests are busy
 
@@ -61,24 +59,6 @@ def test_commands_with_nothing_to_save(tmp_path: Path, command_name: str) -> Non
     err = interrupted(started(command_name, cwd=tmp_path))
     assert "there is nothing to save" in err
     assert not list(tmp_path.iterdir())
-
-
-def test_a_solved_plan_is_kept(tmp_path: Path) -> None:
-    out = tmp_path / "o"
-    first = command("plan", "--nodes", "60", "--out", "o", cwd=tmp_path)
-    assert first.wait(timeout=120) == 0
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
-    process = started("plan", "--nodes", "200000", "--out", "o", cwd=tmp_path)
-    time.sleep(5)
-    process.send_signal(signal.SIGINT)
-    text, err = process.communicate(timeout=LIMIT)
-    assert process.returncode == 130, err
-    assert {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()} == before
-    if "saving what there is" in err:  # it had begun to grow
-        assert "What was in o is kept; this is in o/interrupted" in text
-        record = json.loads((out / "interrupted" / "plan.json").read_text())
-        assert record["outcome"] == "interrupted"
-        assert {path.name for path in (out / "interrupted").iterdir()} == {"plan.json", "roadmap.npz"}
 
 
 def test_no_result_is_overwritten_by_an_interrupted_one(tmp_path: Path) -> None:

@@ -31,19 +31,6 @@ def test_plan_writes_a_trajectory_and_says_how_long_it_takes(run: Run, tmp_path:
     assert json.loads((tmp_path / "plan.json").read_text())["trajectory"] is None
 
 
-def test_a_jump_is_judged_by_limits_that_are_given(run: Run, tmp_path: Path) -> None:
-    lines = tmp_path / "lines.csv"
-    lines.write_text("t,joint_1,joint_2\n0,0.1,0.5\n1,0.4,0.5\n2,0.5,0.7\n")
-    code, out, _ = run("check", str(lines), *WORLD)
-    assert code == 0
-    assert "acceleration and jerk not judged, as the velocity of joint 'joint_2' jumps" in " ".join(out.split())
-    code, out, _ = run("check", str(lines), *WORLD, "--acceleration", "5")
-    assert code == 4
-    assert "an infinite acceleration where the limit is 5 rad/s²; give velocities too" in " ".join(out.split())
-    lines.write_text(lines.read_text().replace("t,", "time_ms,"))
-    assert run("check", str(lines), *WORLD)[0] == 3
-
-
 def test_among_what_moves_a_plan_is_in_time_or_refused(run: Run, tmp_path: Path) -> None:
     scene, out = tmp_path / "ball.yaml", tmp_path / "out"
     way = "{t: 0, position: [2, 0.55, 0]}, {t: 2, position: [%s, 0.55, 0]}"

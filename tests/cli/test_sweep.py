@@ -5,11 +5,8 @@ import signal
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from planner.collision.looks import Seen
-from planner.collision.world import Contact
 from planner.tradeoff.envelope import EnvelopeSearch
 from tests.command_line import Run, assert_refused, assert_total_covers, command
 
@@ -73,17 +70,6 @@ def test_a_motion_is_chosen_by_beta_and_exported(swept: tuple[Path, str], run: R
     assert_refused(run("export", str(tmp_path), "--beta", "0.2", "--out", str(none)), 3, "sweep.json not found", none)
 
 
-def test_paths_alone_are_swept_and_have_no_motion(swept: tuple[Path, str], run: Run, tmp_path: Path) -> None:
-    roadmap = str(swept[0] / "roadmap.npz")
-    code, text, error = run("sweep", "--no-timing", "--roadmap", roadmap, "--out", str(tmp_path))
-    assert code == 0, error
-    assert "planner export" not in text
-    assert not list(tmp_path.glob("trajectory*"))
-    assert "duration" not in read(tmp_path)["intervals"][0]
-    none = tmp_path / "none"
-    assert_refused(run("export", str(tmp_path), "--beta", "0.2", "--out", str(none)), 3, "has no motions", none)
-
-
 @pytest.mark.parametrize("step", [1, 2])
 def test_ctrl_c_saves_what_is_proven(
     swept: tuple[Path, str], tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch, step: int
@@ -104,18 +90,3 @@ def test_ctrl_c_saves_what_is_proven(
     assert "Interrupted" in text
     assert {path.name for path in out.iterdir()} == FILES - {"sweep.html"}
     assert (read(out)["outcome"], read(out)["complete"]) == ("interrupted", False)
-
-
-def test_no_path_is_an_outcome(
-    swept: tuple[Path, str], tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Where every edge fails when it is looked at again."""
-    contact = Seen(0, 0.0, np.zeros(2), Contact("link_2", "post"))
-    monkeypatch.setattr("planner.search.search.second_look", lambda checker, pieces, progress: contact)
-    out, roadmap = tmp_path / "out", str(swept[0] / "roadmap.npz")
-    code, text, _ = run("sweep", *SMALL, "--roadmap", roadmap, "--out", str(out))
-    assert code == 4, text
-    assert "raise --nodes" in text
-    assert (read(out)["outcome"], read(out)["intervals"]) == ("no_path", [])
-    assert read(out)["roadmap"]["edges_removed"] > 0
-    assert {path.name for path in out.iterdir()} == FILES

@@ -26,7 +26,3 @@ def test_a_stage_has_one_bar_with_its_unit_however_often_it_begins(capsys: pytes
 def test_without_a_known_end_only_what_is_done_is_counted(capsys: pytest.CaptureFixture[str]) -> None:
     shown = bars([("path", done, 0) for done in range(4)], capsys)
     assert shown["path"][:2] == ["3", "paths"]
-
-
-def test_without_reports_nothing_is_drawn(capsys: pytest.CaptureFixture[str]) -> None:
-    assert bars([], capsys) == {}

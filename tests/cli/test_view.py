@@ -7,13 +7,10 @@ import sys
 import webbrowser
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from planner.kinematics.forward import tool_positions
 from tests.browser import page_data
 from tests.command_line import Run, command
-from tests.worlds import load
 
 STATE = ("--robot", "planar_2r", "--scene", "empty")
 TASK = (*STATE, "--start", "q:0,1", "--goal", "q:1,1", "--nodes", "20")
@@ -79,19 +76,6 @@ def post(tmp_path: Path) -> tuple[str, ...]:
         "states:\n  planar_2r: {start: 'xyz:0.3,0.4,0', bad: 'q:0,3.5', goal: start}\n"
     )
     return ("--robot", "planar_2r", "--scene", str(path))
-
-
-def test_states_of_every_form(run: Run, tmp_path: Path, post: tuple[str, ...]) -> None:
-    def place(*arguments: str) -> list[float]:
-        data = seen(run, tmp_path, *post, *arguments)[1]
-        return tool_positions(load("planar_2r"), np.array(data["paths"][0]["waypoints"]))[0].tolist()
-
-    assert place() == pytest.approx([0.3, 0.4, 0.0], abs=1e-5)
-    assert place("--state", "start") == place()
-    assert place("--state", "xyz:-0.3,0.4,0") == pytest.approx([-0.3, 0.4, 0.0], abs=1e-5)
-    assert place("--state", "pose:0.3,0.4,0,0,0,0,1", "--tool", "link_2") != place()
-    home = tool_positions(load("planar_2r"), load("planar_2r").home)[0]
-    assert place("--state", "home") == pytest.approx(home.tolist(), abs=1e-5)
 
 
 def test_a_state_in_collision_and_out_of_limits(run: Run, tmp_path: Path, post: tuple[str, ...]) -> None:

@@ -13,7 +13,7 @@ from planner.collision.bounding_volumes import box_cover, dent, hull_corners, sp
 from planner.collision.checker import is_free
 from planner.kinematics.forward import joint_placements
 from planner.robot.poses import pose
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from planner.robot.shapes import Mesh, Sphere
 from tests.random_shapes import QUICK, blob, box_mesh, points_in, shapes
 from tests.worlds import body, load, scene_of
 
@@ -46,40 +46,6 @@ def test_every_point_of_a_mesh_lies_in_a_box(seed, size, count):
     assert len(centres) == min(count, len(mesh.triangles))
 
 
-@pytest.mark.parametrize(
-    "shape",
-    [Box((0.4, 0.1, 0.02)), Capsule(0.02, 0.5), Cylinder(0.05, 0.8), blob(np.random.default_rng(0), 0.4)],
-    ids=lambda shape: type(shape).__name__,
-)
-def test_more_spheres_fit_more_closely(shape):
-    """The volume that the spheres waste falls; a cover that ignores its count would still contain the shape."""
-    rough, fine = sphere_cover(shape, 3), sphere_cover(shape, 48)
-    assert len(fine.radii) > len(rough.radii)
-    assert fine.radii.max() < 0.75 * rough.radii.max()
-
-
-@pytest.mark.parametrize(
-    ("shape", "count", "enough", "spheres", "largest"),
-    [
-        (Sphere(0.3), 10, 0.0, 1, 0.3),
-        (Capsule(0.3, 1e-12), 10, 0.0, 1, 0.3),  # without length it is a ball
-        (Capsule(0.1, 0.5), 48, 0.0, 9, 0.107),
-        (Box((0.1, 0.1, 0.1)), 48, 0.2, 1, 0.2),  # no cell is cut below what is enough
-        (Box((0.1, 0.1, 0.1)), 48, 0.06, 8, 0.06),
-        (Mesh(np.eye(3), np.array([[0, 1, 2]])), 10, 0.0, 1, 1.0),  # one triangle cannot be split
-    ],
-)
-def test_covers_have_as_many_spheres_as_they_need(shape, count, enough, spheres, largest):
-    cover = sphere_cover(shape, count, enough)
-    assert len(cover.radii) == spheres
-    assert cover.radii.max() <= largest
-
-
-def test_long_triangles_stay_covered():
-    points = points_in(box_mesh((2.0, 0.01, 0.5)), np.random.default_rng(2), 2000)
-    assert depth(sphere_cover(box_mesh((2.0, 0.01, 0.5)), 48), points).min() >= -1e-9
-
-
 def in_hull(point: np.ndarray, corners: np.ndarray) -> bool:
     """By linear programming: a convex combination of the corners."""
     equal = np.vstack([corners.T, np.ones(len(corners))])
@@ -91,13 +57,6 @@ def test_fewer_points_have_the_same_hull() -> None:
     corners = hull_corners(points)
     assert len(corners) < 150
     assert all(in_hull(point, corners) for point in points[::10])
-
-
-def test_few_points_and_flat_ones_stay() -> None:
-    few = np.random.default_rng(1).normal(size=(5, 3))
-    assert len(hull_corners(np.repeat(few, 3, axis=0))) == 5
-    flat = np.column_stack([np.random.default_rng(2).normal(size=(300, 2)), np.zeros(300)])
-    assert len(hull_corners(flat)) == 300
 
 
 def notched(depth: float) -> Mesh:
@@ -138,11 +97,6 @@ STRIP = Mesh(
 def areas(mesh: Mesh) -> np.ndarray:
     a, b, c = mesh.vertices[mesh.triangles].transpose(1, 0, 2)
     return np.linalg.norm(np.cross(b - a, c - a), axis=1)
-
-
-def test_a_mesh_without_needles_is_left_alone() -> None:
-    mesh = box_mesh((0.1, 0.2, 0.3))
-    assert widened(mesh) is mesh
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.bounds import ClearanceBound
-from planner.collision.fcl import FclChecker
 from planner.collision.moving_prover import moving_world
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
@@ -58,23 +57,6 @@ def test_never_above_coals_distance(name):
         assert (fine[k][~apart] <= COAL).all()
 
 
-@pytest.mark.parametrize("first", KINDS)
-@pytest.mark.parametrize("second", KINDS)
-def test_every_pair_of_kinds_against_both_libraries(first, second):
-    """One body on the base of an arm, one obstacle: many shapes, sizes and poses."""
-    rng = np.random.default_rng(KINDS.index(first) * 7 + KINDS.index(second))
-    for _ in range(20):
-        shape_a, shape_b = (random_shape(rng, kind, REGIMES[int(rng.integers(3))]) for kind in (first, second))
-        world = world_of(shape_a, random_pose(rng), shape_b, random_pose(rng))
-        coarse, fine = both_bounds(world, np.zeros((1, 2)))
-        truth = CoalWorld(world).distances(np.zeros(2))[0]
-        rotation, position = joint_placements(Chain.of(world.robot), np.zeros((1, 2)))
-        fcl = FclChecker(world).distances(rotation[:, 0], position[:, 0], np.array([0]))[0]
-        for bound in (coarse[0, 0], fine[0, 0]):
-            assert bound <= max(truth, 0.0) + COAL
-            assert bound <= max(fcl, 0.0) + COAL
-
-
 def world_of(shape_a, place_a, shape_b, place_b) -> World:
     robot = replace(load("planar_2r"), bodies=(body(shape_a, place_a),))
     return World.of(robot, scene_of((shape_b, place_b)), frozenset())
@@ -113,20 +95,6 @@ def test_pairs_that_are_not_checked_are_infinitely_far():
     pair = 3 * len(world.obstacles) + 2
     assert np.isposinf(coarse[:, pair]).all()
     assert np.isfinite(np.delete(coarse, pair, axis=1)).all()
-
-
-@pytest.mark.parametrize("scene", ["empty", "paper"])
-def test_a_batch_is_its_rows(scene):
-    """Chunks and batches change nothing."""
-    world = checker_of("panda", scene).world
-    q = random_q(world.robot, 400)
-    whole = coarse_bounds(world, q)
-    np.testing.assert_allclose(whole[137], coarse_bounds(world, q[137:138])[0], atol=1e-12)
-    assert whole.shape == (400, len(world.bodies) * len(world.obstacles) + len(world.self_pairs))
-
-
-def coarse_bounds(world, q):
-    return ClearanceBound(world).coarse(*joint_placements(Chain.of(world.robot), q))
 
 
 def test_what_is_known_of_another_world_moves_as_it_does_there_unless_it_is_said_again() -> None:

@@ -1,7 +1,5 @@
 """Worlds that share parts of their broadphase answer as those that share nothing, after any changes and back again."""
 
-import gc
-import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -69,40 +67,6 @@ def test_after_any_changes_and_back_again_it_answers_as_one_that_shares_nothing(
         assert shared[k].first_contact_along(q[:20], motion) == fresh[k].first_contact_along(q[:20], motion)
         verdicts.add(str(found))
     assert len(verdicts) > 4
-
-
-def test_one_obstacle_more_or_less_makes_no_part_anew_that_is_large() -> None:
-    rng = np.random.default_rng(1)
-    obstacles = crowd(520, rng)
-    first = CoalChecker(world_of(obstacles))
-    own = parts(first)
-    less = CoalChecker(world_of(obstacles[1:]), first)
-    more = CoalChecker(world_of((*obstacles, Obstacle("new", Sphere(0.1), pose([0.6, 0, 0.5])))), first)
-    assert parts(less) == own
-    assert parts(more)[:-1] == own
-    assert len(parts(more)) == len(own) + 1
-
-
-def test_what_nobody_asks_is_not_made_and_holds_no_row_of_worlds() -> None:
-    rng, made = np.random.default_rng(3), weakref.WeakSet()
-    obstacles = crowd(520, rng)
-    last = first = CoalChecker(world_of(obstacles))
-    own = parts(first)
-    for k in range(5):
-        last = CoalChecker(world_of(obstacles[1 + k :]), last)
-        made.add(last._broad)
-        assert last._broad._made is None
-    gc.collect()
-    assert len(made) == 1
-    assert parts(last) == own
-    assert last._broad._known is None
-
-
-def test_small_worlds_are_made_anew() -> None:
-    """A part more costs more at every question than making one anew."""
-    obstacles = crowd(20, np.random.default_rng(2))
-    first = CoalChecker(world_of(obstacles))
-    assert not set(parts(CoalChecker(world_of(obstacles[1:]), first))) & set(parts(first))
 
 
 def test_margins_are_those_that_are_asked_for_on_every_thread() -> None:

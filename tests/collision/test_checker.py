@@ -33,15 +33,6 @@ def test_the_first_contact_is_the_first_row_that_is_not_free(backend: str) -> No
     assert checker.robot is robot
 
 
-@pytest.mark.parametrize("backend", ["fcl", "coal"])
-def test_asking_is_counted(backend: str) -> None:
-    checker = make_checker(load("planar_2r"), BALLS, backend)
-    before = checker.queries
-    is_free(checker, np.zeros(2))
-    assert checker.queries > before
-    assert 0 <= checker.error(0.1) < 1e-3
-
-
 STANDING = replace(load("planar_2r"), bodies=(body(Sphere(0.2)),), disabled_pairs=frozenset())
 PLATE = Mesh(np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.0, 0.5, 0]]), np.array([[0, 1, 2]]))
 

@@ -1,22 +1,18 @@
 """What coal was caught at, and must not do again: verdicts that are wrong, or that depend on earlier questions."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from planner.collision import make_checker, second_checker
+from planner.collision import make_checker
 from planner.collision.checker import contact_of, is_free
-from planner.collision.coal import CoalChecker
-from planner.collision.fcl import FclChecker
 from planner.collision.looks import dense_states
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Mesh
-from planner.trajectory.timing import time_path
+from planner.robot.shapes import Mesh
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, random_q, scene_of
 
@@ -102,50 +98,6 @@ def test_passing_over_what_coal_clears_finds_the_same_first_contact(robot: str, 
     assert free >= 2
 
 
-def test_distances_of_meshes_are_asked_of_trees_that_have_some(capfd: pytest.CaptureFixture[str]) -> None:
-    """Trees of boxes alone, which verdicts are asked of, would look at every triangle, and write a line for each."""
-    checker = make_checker(load("panda"), Scene.load("shelf"), "coal")
-    q = random_q(load("panda"), 1, seed=3)[0]
-    pairs = np.arange(checker.world.checked.size)[checker.world.checked.ravel()]
-    gaps = checker.gaps(q, pairs)
-    assert np.allclose(gaps, CoalWorld(checker.world).distances(q)[pairs], atol=2e-6)
-    assert capfd.readouterr() == ("", "")
-
-
-def test_corners_are_rounded_without_measuring_distances() -> None:
-    """Of a parabola that is not proven nobody asks what it touches: trees for distances are not built for that."""
-    checker = make_checker(load("panda"), Scene.load("shelf"), "coal")
-    assert isinstance(checker, CoalChecker)
-    motion = time_path(random_q(load("panda"), 3, seed=345), checker, time_law="blended")
-    assert motion.proven
-    assert motion.proof is not None
-    assert motion.proof["corners_blended"] == 1
-    assert not checker._trees
-
-
-def test_trees_for_distances_are_built_of_what_is_asked() -> None:
-    checker = make_checker(load("panda"), Scene.load("shelf"), "coal")
-    assert isinstance(checker, CoalChecker)
-    pair = np.flatnonzero(checker.world.checked)[:1]
-    checker.gaps(random_q(load("panda"), 1)[0], pair)
-    assert sorted(checker._trees) == sorted(checker.world.items_of(int(pair[0])))
-
-
-def test_thousands_of_obstacles_are_set_up_in_a_second() -> None:
-    """Their number cubed is what Pinocchio takes for them all together: 10 s for 2000."""
-    rng = np.random.default_rng(0)
-    places = rng.uniform([-1.2, -1.2, -4.0], [1.2, 1.2, 1.0], size=(2000, 3))
-    scene, robot = scene_of(*((Box((0.01, 0.01, 0.01)), pose(place.tolist())) for place in places)), load("planar_2r")
-    begin = time.process_time()
-    checker = make_checker(robot, scene, "coal")
-    assert time.process_time() - begin < 3.0
-    judge = make_checker(robot, scene)
-    q = random_q(robot, 40, seed=3)
-    free = np.array([is_free(judge, row) for row in q])
-    assert [is_free(checker, row) for row in q] == free.tolist()
-    assert 0 < free.sum() < 40
-
-
 @pytest.mark.parametrize("backend", ["fcl", "coal"])
 def test_a_checker_that_shares_shapes_says_what_one_from_nothing_says(backend: str) -> None:
     first = make_checker(load("panda"), Scene.load("shelf"), backend)
@@ -165,30 +117,3 @@ def test_a_checker_that_shares_shapes_says_what_one_from_nothing_says(backend: s
 def moved(world: World, name: str, place: np.ndarray) -> World:
     obstacles = tuple(replace(o, placement=pose(place.tolist())) if o.name == name else o for o in world.obstacles)
     return replace(world, scene=replace(world.scene, obstacles=obstacles))
-
-
-def test_other_worlds_share_nothing() -> None:
-    first = make_checker(load("panda"), Scene.load("shelf"), "coal")
-    assert isinstance(first, CoalChecker)
-    world = first.world
-    fewer = replace(world.scene, obstacles=world.obstacles[1:])
-    others = [
-        World.of(world.robot, fewer, frozenset()),
-        replace(world, margin=0.01),
-        world.keeping(0.01),
-        replace(world, checked=~world.checked),
-        replace(world, self_pairs=world.self_pairs[1:]),
-    ]
-    for other in others:
-        assert CoalChecker(other, first)._broad.phase is not first._broad.phase
-
-
-def test_second_checkers_of_one_arm_share_too() -> None:
-    first = make_checker(load("panda"), Scene.load("shelf"))
-    assert isinstance(first, FclChecker)
-    second = second_checker(first)
-    after = FclChecker(moved(first.world, "divider", np.array([0.1, 0.62, 0.8])), first)
-    assert isinstance(second, CoalChecker)
-    again = second_checker(after)
-    assert isinstance(again, CoalChecker)
-    assert again._broad.phase is second._broad.phase

@@ -6,12 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.errors import StateError
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, contact_of, keeping
 from planner.collision.containment import Inside
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.query.resolve import free_configuration
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -59,12 +57,6 @@ def test_all_pairs_names_every_pair_of_which_one_is_inside_the_other() -> None:
     assert pairs == {(body, obstacle) for body in range(len(checker.world.bodies)) for obstacle in (0, 3)}
     bare = make_checker(load("planar_2r"), Scene("none"))
     assert not len(bare.inside.all_pairs(np.zeros((1, 2))))
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_a_start_inside_is_refused_with_a_sentence(backend: str) -> None:
-    with pytest.raises(StateError, match="lie one wholly inside the other, a closed mesh; move it"):
-        free_configuration(np.zeros(2), planar(backend, box(8.0)), "start")
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -11,11 +11,11 @@ from scipy.sparse.csgraph import dijkstra
 
 from planner.base.progress import QUIET, Progress
 from planner.collision import BACKENDS, make_checker
-from planner.collision.checker import is_free, keeping
+from planner.collision.checker import is_free
 from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.fcl import FclChecker
-from planner.collision.looks import first_seen, recheck, states_along, straight
+from planner.collision.looks import first_seen, straight
 from planner.collision.path_moves import cheapest_chain, first_free
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
@@ -23,9 +23,9 @@ from planner.robot.files.robot_files import read_robot
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, assemble
 from planner.robot.scene import Scene
-from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
+from planner.robot.shapes import Body, Box, Capsule, Mesh, Sphere
 from tests.coal_judge import CoalWorld, coal_geometry, coal_transform
-from tests.random_shapes import FCL_AT_ITS_WORST, box_mesh, random_pose
+from tests.random_shapes import FCL_AT_ITS_WORST, box_mesh
 from tests.robot.test_solids import box as closed_box
 from tests.worlds import UR3, body, checker_of, joint_xml, link_xml, load, random_q, scene_of
 
@@ -36,51 +36,6 @@ def edges_of(robot: Robot, n: int, seed: int, length: float) -> tuple[np.ndarray
     start = rng.uniform(robot.lower, robot.upper, size=(n, robot.dof))
     step = rng.normal(size=(n, robot.dof)) * length / np.sqrt(robot.dof)
     return start, np.clip(start + step, robot.lower, robot.upper) - start
-
-
-def obstacle_world(name: str, seed: int) -> Scene:
-    """Thin walls of 1 to 5 mm and poles within reach, anywhere and anyhow."""
-    rng = np.random.default_rng(seed)
-    reach = {"planar_2r": 0.6}.get(name, 0.9)
-    items = []
-    for k in range(6):
-        thin = float(rng.uniform(0.001, 0.005))
-        wall = (0.5, 0.5, thin)
-        shapes = [Box(wall), Cylinder(0.5 * thin, 0.8), Capsule(0.01, 0.6), box_mesh(wall)]
-        items.append((shapes[k % 4], random_pose(rng, reach)))
-    return scene_of(*items)
-
-
-# robot, seed, edges, free edges looked at by FCL, by coal, looks at a colliding edge
-WORLDS = [
-    ("iiwa14", 1, 80, 10, 5, 150),
-    ("planar_2r", 3, 80, 15, 8, 150),
-    ("ur5", 4, 80, 10, 1, 40),
-    ("kinova", 5, 30, 3, 0, 15),
-]
-
-
-@pytest.mark.parametrize(("name", "seed", "count", "by_fcl", "by_coal", "looks"), WORLDS)
-def test_free_edges_have_no_miss_and_colliding_ones_collide(name, seed, count, by_fcl, by_coal, looks):
-    """Free edges are looked at again by FCL at 0.5 mm, the ones with least clearance by coal at 0.1 mm where near."""
-    robot = load(name)
-    checker = make_checker(robot, obstacle_world(name, seed))
-    start, delta = edges_of(robot, count, seed, 0.5)
-    proofs = EdgeProver(checker).prove(start, delta)
-    free, hit = np.nonzero(proofs.free)[0], np.nonzero(proofs.verdict == Verdict.COLLIDES)[0]
-    assert len(free) > 3
-    assert len(hit) > 3
-    assert (proofs.verdict == Verdict.UNDECIDED).mean() < 0.1
-    for k in free[:by_fcl]:
-        assert recheck(checker, start[k], delta[k], 5e-4) is None
-    judge = CoalWorld(checker.world)
-    for k in free[np.argsort(proofs.clearance[free])][:by_coal]:
-        assert judge.nearest_along(start[k], delta[k], 4e-3, 1e-4) > 0
-    for k in hit:
-        # the pair that stopped it comes as near as the looks are apart
-        motion = float(checker.world.reach.motion(delta[k : k + 1]).max())
-        states = states_along(start[k], delta[k], motion, motion / looks)
-        assert min(judge.distances(q, [int(proofs.pair[k])])[0] for q in states) <= motion / looks + 1e-4
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -105,19 +60,6 @@ def test_no_edge_through_a_wall_is_free(kind, thickness, backend):
 
 def needle(shape, place, joint=2) -> Robot:
     return replace(load("planar_2r"), bodies=(replace(body(shape, place), joint=joint),))
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_a_thin_arm_past_a_thin_pole(seed):
-    """Two cylinders of 2 mm: the true clearance of the sweep decides, from coal at fine steps."""
-    rng = np.random.default_rng(seed)
-    robot = needle(Capsule(0.001, 0.35), pose([0.2, 0, 0], [0, np.pi / 2, 0]))
-    poles = scene_of(*[(Cylinder(0.001, 0.5), random_pose(rng, 0.7)) for _ in range(4)])
-    checker = make_checker(robot, poles)
-    start, delta = edges_of(robot, 40, seed, 1.0)
-    proofs, judge = EdgeProver(checker).prove(start, delta), CoalWorld(checker.world)
-    for k in np.nonzero(proofs.free)[0][:15]:
-        assert judge.nearest_along(start[k], delta[k], 4e-3, 2e-4) > 0
 
 
 # what FCL gets wrong must not get into a proof
@@ -174,21 +116,6 @@ def test_an_edge_into_a_plate_of_two_triangles_is_not_free(backend):
 # margin
 
 
-@pytest.mark.parametrize("margin", [0.002, 0.03])
-def test_the_margin_is_kept_all_along(margin):
-    checker = make_checker(load("iiwa14"), obstacle_world("iiwa14", 7), margin=margin)
-    plain = EdgeProver(make_checker(load("iiwa14"), obstacle_world("iiwa14", 7)))
-    start, delta = edges_of(load("iiwa14"), 120, 7, 0.5)
-    proofs, judge = EdgeProver(checker).prove(start, delta), CoalWorld(checker.world)
-    free = np.nonzero(proofs.free)[0]
-    assert len(free) > 5
-    assert plain.prove(start[free], delta[free]).free.all()
-    for k in free[np.argsort(proofs.clearance[free])][:10]:
-        assert judge.nearest_along(start[k], delta[k], 4e-3, 5e-4) > margin
-    refused = plain.prove(start, delta).free & (proofs.verdict == Verdict.COLLIDES)
-    assert refused.any()
-
-
 def ball_and_wall(gap: float, margin: float = 0.0) -> EdgeProver:
     """A ball of 10 cm at planar_2r's end that sweeps past a ball of 10 cm, ``gap`` away at the nearest."""
     robot = needle(Sphere(0.1), pose([0.4, 0, 0]))
@@ -214,16 +141,6 @@ def test_the_gap_of_a_sweep_decides(gap, margin, verdict):
 # what a proof says about itself
 
 
-def test_clearance_is_a_lower_bound_where_everything_moves():
-    checker = checker_of("iiwa14", "paper")
-    start, delta = edges_of(load("iiwa14"), 80, 9, 0.3)
-    proofs, judge = EdgeProver(checker).prove(start, delta), CoalWorld(checker.world)
-    moving = np.nonzero((checker.world.pair_reach > 0).any(axis=1))[0]
-    for k in np.nonzero(proofs.free)[0][:20]:
-        nearest = min(judge.distances(start[k] + s * delta[k], moving).min() for s in np.linspace(0, 1, 40))
-        assert -1e-12 <= proofs.clearance[k] <= nearest + 1e-6
-
-
 def test_no_wall_that_the_tip_of_a_folding_arm_crosses_is_called_clear():
     """The tip is near the first axis and swings out: what the proof takes from there must hold until it is out."""
     robot, rng, proven = load("planar_2r"), np.random.default_rng(0), 0
@@ -245,26 +162,6 @@ def test_no_wall_that_the_tip_of_a_folding_arm_crosses_is_called_clear():
                 assert proofs.clearance[0] <= beyond + 1e-9
                 proven += 1
     assert proven > 60
-
-
-def test_clearance_counts_pairs_that_stand_still():
-    """The first link stands 1 cm from a wall while only the second joint moves."""
-    robot = load("planar_2r")
-    checker = make_checker(robot, scene_of((Box((0.1, 0.1, 0.1)), pose([0.25, -0.09, 0]))))
-    proofs = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.0, 0.5]]))
-    assert proofs.free[0]
-    assert CoalWorld(checker.world).distances(np.zeros(2)).min() == pytest.approx(0.01, abs=1e-6)
-    assert proofs.clearance[0] <= 0.01 + 1e-6
-
-
-def test_free_space_costs_few_looks(paper_prover):
-    """Most of an edge is far from everything: far fewer looks than a state every 2 cm, as none would be FCL's."""
-    start, delta = edges_of(load("iiwa14"), 100, 10, 0.8)
-    before = paper_prover.checker.queries
-    proofs = paper_prover.prove(start, delta)
-    motion = paper_prover.world.reach.motion(delta).max(axis=1)
-    assert proofs.samples[proofs.free].sum() < 0.5 * (motion[proofs.free] / 0.02).sum()
-    assert paper_prover.checker.queries - before < 20 * len(start)
 
 
 def test_a_batch_is_its_edges_however_they_are_asked(paper_prover):
@@ -306,14 +203,6 @@ def test_an_edge_without_length_is_its_state(name):
         assert (verdict == Verdict.FREE) == is_free(checker, row)
 
 
-def test_an_edge_that_moves_one_link_only_minds_the_others_too():
-    """Joint 2 moves while link 1 stands in an obstacle."""
-    robot = load("planar_2r")
-    checker = make_checker(robot, scene_of((Box((0.1, 0.1, 0.1)), pose([0.25, 0, 0]))))
-    proofs = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.0, 0.5]]))
-    assert proofs.verdict[0] == Verdict.COLLIDES
-
-
 @pytest.mark.parametrize("margin", [0.0, 0.02])
 def test_a_base_in_contact_refuses_every_edge(margin):
     gap = 0.01 if margin else -0.01
@@ -325,34 +214,6 @@ def test_a_base_in_contact_refuses_every_edge(margin):
     q = np.zeros((3, 7))
     assert (prover.prove(q, q + 0.1).verdict == Verdict.COLLIDES).all()
     assert not is_free(checker, q[0])
-
-
-def test_a_base_on_a_table_that_is_not_checked():
-    table = scene_of((Box((1, 1, 0.1)), pose([0, 0, -0.04])))
-    world = make_checker(load("iiwa14"), table).world
-    checked = np.array(world.checked)
-    checked[0, 0] = False
-    prover = EdgeProver(FclChecker(replace(world, checked=checked)))
-    assert prover.static_contact is None
-    assert prover.prove(np.zeros((1, 7)), np.full((1, 7), 0.1)).free[0]
-
-
-def test_a_robot_without_bodies_goes_anywhere():
-    bare = replace(load("planar_2r"), bodies=())
-    for scene in (Scene("none"), obstacle_world("planar_2r", 1)):
-        prover = EdgeProver(FclChecker(World.of(bare, scene, frozenset())))
-        assert prover.prove(np.zeros((2, 2)), np.ones((2, 2))).free.all()
-
-
-def test_links_that_meet_on_the_way():
-    """planar_2r folded onto its own base: only the self pair can stop it."""
-    base = replace(body(Sphere(0.06)), link="link_0")
-    tip = replace(body(Sphere(0.1), pose([0.4, 0, 0])), link="link_2", joint=2)
-    checker = FclChecker(World.of(replace(load("planar_2r"), bodies=(base, tip)), Scene("none"), frozenset()))
-    proofs = EdgeProver(checker).prove(np.array([[0.0, 2.0], [0.0, 2.0]]), np.array([[0.0, 0.9], [0.0, 0.2]]))
-    assert proofs.verdict.tolist() == [Verdict.COLLIDES, Verdict.FREE]
-    contact = checker.world.contact(int(proofs.pair[0]))
-    assert (contact.first, contact.second) == ("link_0", "link_2")
 
 
 def test_continuous_joints_take_the_short_way():
@@ -372,25 +233,6 @@ def test_continuous_joints_take_the_short_way():
         assert prover.prove(b, arm.difference(b, a)).verdict[0] == verdict
 
 
-def test_a_turn_of_any_number_of_rounds_is_looked_at_all_along():
-    prover = EdgeProver(make_checker(load("planar_2r"), scene_of((Box((0.2, 0.002, 0.2)), pose([-0.7, 0, 0])))))
-    assert prover.prove(np.zeros((1, 2)), np.array([[7.0, 0.0]])).verdict[0] == Verdict.COLLIDES
-    assert prover.prove(np.zeros((1, 2)), np.array([[3.0, 0.0]])).verdict[0] == Verdict.FREE
-
-
-def test_curves_are_all_free_where_each_is_proven():
-    checker = checker_of("panda", "shelf")
-    prover, rng = EdgeProver(checker), np.random.default_rng(19)
-    q = random_q(checker.robot, 40, seed=19)
-    curves = np.stack([q, *(0.1 * rng.normal(size=(2, *q.shape)))], axis=1)
-    free = prover.prove_curves(curves).free
-    assert 5 < free.sum() < 38
-    assert prover.all_free(curves[free])
-    for k, each in enumerate(free):
-        assert prover.all_free(curves[k : k + 1]) == each
-    assert not prover.all_free(curves)
-
-
 def test_curves_that_are_cleared_together_are_not_free_where_joints_work_against_each_other():
     """Along one diagonal of a box of configurations a folded arm's tip may stand still; they go along another."""
     robot, rng, some = load("planar_2r"), np.random.default_rng(5), 0
@@ -405,14 +247,6 @@ def test_curves_that_are_cleared_together_are_not_free_where_joints_work_against
             some += 1
             assert not prover.all_free(pieces)
     assert some > 200
-
-
-def test_a_checker_that_keeps_more_clearance_is_made_once():
-    checker = checker_of("panda", "shelf")
-    wider = keeping(checker, 0.01)
-    assert wider is keeping(checker, 0.01)
-    assert wider.world.margin == checker.world.margin + 0.01
-    assert keeping(checker, 0.0) is checker
 
 
 # which of several motions are proven
@@ -476,15 +310,6 @@ def test_the_first_alternative_is_the_first_whose_motions_are_all_proven() -> No
         chosen.append(found)
     assert {-1, 0, 1} <= set(chosen[0].tolist())
     assert (chosen[0] != chosen[1]).any()
-
-
-def test_choices_where_something_fixed_touches() -> None:
-    """Nothing is proven then; the own motions of a path are all that is left of it."""
-    prover = EdgeProver(make_checker(load("panda"), scene_of((Box((0.1, 0.1, 0.1)), np.eye(4)))))
-    assert prover.static_contact is not None
-    points = random_q(load("panda"), 3, seed=0)
-    assert cheapest_chain(prover, points, np.ones((3, 3))).tolist() == [0, 1, 2]
-    assert first_free(prover, points, 0.1 * points, np.ones(3, dtype=int), np.array([3])).tolist() == [-1]
 
 
 def test_what_slides_beyond_its_limits_is_not_proven(urdf_file) -> None:

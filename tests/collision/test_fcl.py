@@ -5,22 +5,20 @@ import signal
 import time
 from dataclasses import replace
 from itertools import combinations_with_replacement
-from typing import Any
 
 import coal
 import numpy as np
 import pytest
 
-from planner.base.errors import OptionError
-from planner.collision import BACKENDS, fcl, make_checker
-from planner.collision.checker import contact_of, is_free
+from planner.collision import make_checker
+from planner.collision.checker import contact_of
 from planner.collision.coal import CoalChecker
 from planner.collision.fcl import Boxes, FclChecker
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.robot.shapes import Box, Cylinder, Mesh, Shape, Sphere
 from tests.coal_judge import CoalWorld, coal_distance, coal_geometry, coal_push, coal_transform
 from tests.random_shapes import FCL_AT_ITS_WORST, KINDS, PRIMITIVES, box_mesh, random_pose, random_shape
 from tests.worlds import body, checker_of, load, random_q, scene_of
@@ -86,114 +84,6 @@ def assert_verdicts_agree(checker, states):
     assert 0.05 < np.mean(verdicts) < 0.98  # or the comparison says nothing
 
 
-@pytest.mark.parametrize("name", ["iiwa14", "panda", "kinova"])
-def test_distances_agree_with_coal(name):
-    """Where the pair's bodies are apart; FCL's excess is bounded by what the checker says about itself."""
-    things = (Box((0.5, 0.5, 0.5)), pose([0.7, 0, 0.3])), (Sphere(0.2), pose([0, 1, 1]))
-    checker = make_checker(load(name), scene_of(*things))
-    judge = CoalWorld(checker.world)
-    pairs = np.arange(judge.count)[:: 1 if name == "iiwa14" else 3]
-    for q in random_q(load(name), 3 if name == "kinova" else 10, seed=30):
-        found = checker.gaps(q, pairs)
-        truth = judge.distances(q, pairs) - checker.world.rounding[pairs]
-        for ours, theirs in zip(found, truth, strict=True):
-            if theirs > BAND:
-                assert theirs - BAND <= ours <= theirs + checker.error(ours)
-            elif theirs < -BAND:
-                assert ours <= 0
-
-
-def test_asking_again_gives_the_same_whatever_was_asked_between():
-    """The checker moves its shapes: nothing of an earlier question may be left."""
-    checker = make_checker(load("iiwa14"), Scene.load("paper"))
-    states = random_q(load("iiwa14"), 60, seed=25)
-    before = [is_free(checker, q) for q in states]
-    rotation, position = joint_placements(checker.chain, states[5:6])
-    distances = checker.distances(rotation[:, 0], position[:, 0], np.arange(20))
-    checker.first_contact(states[::-1])
-    assert [is_free(checker, q) for q in states] == before
-    np.testing.assert_array_equal(checker.distances(rotation[:, 0], position[:, 0], np.arange(20)), distances)
-
-
-ONE_PAIR = [
-    (Box((0.1, 0.1, 0.1)), Sphere(0.05)),
-    (Capsule(0.05, 0.3), Cylinder(0.05, 0.3)),
-    (box_mesh((0.1, 0.2, 0.3)), Box((0.1, 0.1, 0.1))),
-    (box_mesh((0.1, 0.2, 0.3)), box_mesh((0.3, 0.2, 0.1))),
-    (Sphere(0.1), box_mesh((0.3, 0.2, 0.1))),
-]
-
-
-@pytest.mark.parametrize("shapes", ONE_PAIR, ids=lambda pair: "-".join(type(s).__name__ for s in pair))
-@pytest.mark.parametrize("margin", [0.0, 0.01])
-def test_names_the_only_pair_that_touches(shapes, margin):
-    """Body 1 of three against obstacle 2 of four: the numbering of the pairs is not mixed up."""
-    first, second = shapes
-    far = [pose([5.0 + k, 0, 0]) for k in range(3)]
-    ball = Sphere(0.01)
-    robot = replace(
-        load("planar_2r"),
-        bodies=tuple(
-            replace(body(shape, place), link=f"link{k}", joint=k % 2 + 1)
-            for k, (shape, place) in enumerate([(ball, pose([0, 0, 9])), (first, np.eye(4)), (ball, pose([0, 9, 0]))])
-        ),
-    )
-    scene = scene_of((ball, far[0]), (ball, far[1]), (second, pose([0, 0, 0.6])), (ball, far[2]))
-    checker = FclChecker(World.of(robot, scene, frozenset(), margin))
-    assert contact_of(checker, np.zeros(2)) is None
-    near = scene_of((ball, far[0]), (ball, far[1]), (second, pose([0.45, 0, 0.02])), (ball, far[2]))
-    contact = contact_of(FclChecker(World.of(robot, near, frozenset(), margin)), np.zeros(2))
-    assert contact is not None
-    assert (contact.first, contact.second) == ("link1", "thing2")
-    assert str(contact) == "'link1' and 'thing2'"
-
-
-def test_pairs_that_are_not_checked_may_touch():
-    checker = checker_of("iiwa14", "paper")
-    rng, world = np.random.default_rng(27), checker.world
-    states = load("iiwa14").home + rng.normal(size=(300, 7)) * 0.8
-    judge = CoalWorld(world)
-    seconds = [{world.contact(pair).second for pair in touching_pairs(judge, q, 0.0)} for q in states]
-    alone = [next(iter(names)) for names in seconds if len(names) == 1]
-    name = next(o.name for o in world.obstacles if alone.count(o.name) > 3)
-    below = [q for q, names in zip(states, seconds, strict=True) if names == {name}]
-    checked = np.array(world.checked)
-    checked[:, [o.name for o in world.obstacles].index(name)] = False
-    blind = FclChecker(replace(world, checked=checked))
-    assert not any(is_free(checker, q) for q in below)
-    assert all(is_free(blind, q) for q in below)
-    free = [q for q in states if is_free(checker, q)]
-    assert all(is_free(blind, q) for q in free)
-    some = FclChecker(replace(world, checked=np.zeros_like(checked)))
-    assert all(is_free(some, q) == is_free(checker_of("iiwa14", "empty"), q) for q in states[:60])
-
-
-@pytest.mark.parametrize(("gap", "free"), [(0.0101, True), (0.0099, False), (-0.001, False)])
-def test_margin_is_kept_to_a_hair(gap, free):
-    """A ball of 10 cm on the end of planar_2r next to a wall."""
-    robot = replace(load("planar_2r"), bodies=(replace(body(Sphere(0.1), pose([0.4, 0, 0])), joint=2),))
-    wall = scene_of((Box((0.2, 2, 2)), pose([0.9 + 0.1 + gap + 0.1, 0, 0])))
-    assert is_free(make_checker(robot, wall, margin=0.01), np.zeros(2)) is free
-    assert is_free(make_checker(robot, wall), np.zeros(2)) is (gap > 0)
-
-
-def test_no_states_and_no_obstacles():
-    assert checker_of("iiwa14", "paper").first_contact(np.zeros((0, 7))) is None
-    bare = FclChecker(World.of(replace(load("iiwa14"), bodies=()), Scene("none"), frozenset()))
-    assert bare.first_contact(np.zeros((3, 7))) is None
-
-
-def test_make_checker_refuses():
-    robot, scene = load("planar_2r"), Scene("none")
-    with pytest.raises(OptionError, match=r"collision backend 'bullet' not found; backends are .*fcl"):
-        make_checker(robot, scene, backend="bullet")
-    for margin in (-0.1, np.nan, np.inf):
-        with pytest.raises(OptionError, match="margin must be"):
-            make_checker(robot, scene, margin=margin)
-    assert BACKENDS[0] == "fcl"
-    assert make_checker(robot, scene).name == "fcl"
-
-
 # how much FCL reports too much
 
 PAIRS = list(combinations_with_replacement(KINDS, 2))
@@ -241,14 +131,6 @@ def test_the_error_is_bounded(first, second):
         assert (found[apart] <= truth[apart] + allowed[apart]).all()
 
 
-@pytest.mark.parametrize("case", FCL_AT_ITS_WORST, ids=lambda case: "-".join(type(s).__name__ for s in case[:2]))
-def test_the_error_is_bounded_where_fcl_is_worst(case):
-    first, second, place = case
-    truth = coal_distance(coal_geometry(first), np.eye(4), coal_geometry(second), place)
-    checker, found = reported(as_world(first, [(second, place)]))
-    assert found[0] <= truth + checker.error(found[0])
-
-
 # a disc and a post, both upright and 94 mm apart; FCL says 247 mm
 UPRIGHT = Cylinder(0.2691, 0.0277), Cylinder(0.00616, 1.6071), pose([0.1374, 0.3423, 0.827])
 
@@ -285,15 +167,6 @@ def test_contact_itself_is_told_to_a_tenth_of_a_millimetre(first, second):
             verdicts.append(FclChecker(world).first_contact(np.zeros((1, 2))) is not None)
             assert verdicts[-1] == (truth < 0)
     assert 0.2 < np.mean(verdicts) < 0.8
-
-
-@pytest.mark.parametrize(("first", "second"), [pair for pair in PAIRS if "mesh" not in pair])
-def test_the_distance_is_never_much_too_small(first, second):
-    """That would be safe, but edges would be refused for nothing."""
-    for world, truth in sample(first, second, 10, seed=5):
-        _, found = reported(world)
-        apart = truth > 1e-4
-        assert (found[apart] >= truth[apart] - 1e-4).all()
 
 
 def test_a_ball_through_a_triangle_touches():
@@ -358,20 +231,6 @@ def among_things(name: str, seed: int, regime: str = "normal") -> World:
     return make_checker(load(name), scene_of(*things)).world
 
 
-@pytest.mark.parametrize(("name", "regime"), [("iiwa14", "normal"), ("panda", "thin"), ("ur5", "large")])
-def test_no_pair_is_left_out_that_is_near(name: str, regime: str) -> None:
-    """With a reach that is hardly that of the pair, for every fifth pair; and half of all pairs are left out."""
-    world, count = among_things(name, 3, regime), 0
-    judge, q = CoalWorld(world), random_q(load(name), 6, seed=4)
-    for each in q:
-        distances = judge.distances(each)
-        for reach in [0.0, 0.1, *(distances[::5][distances[::5] > 0] + 1e-6)]:
-            found = {pair for _, pair in near(world, each[None], reach)}
-            assert found >= set(np.flatnonzero(distances <= reach).tolist())
-        count += len(near(world, each[None], 0.0))
-    assert 0 < count < 0.5 * len(q) * judge.count
-
-
 @pytest.mark.parametrize("far", [0.0, 1000.0], ids=["here", "a kilometre away"])
 @pytest.mark.parametrize(("first", "second"), list(itertools.combinations_with_replacement(KINDS, 2)))
 def test_no_pair_of_shapes_is_left_out_that_is_near(first: str, second: str, far: float) -> None:
@@ -398,28 +257,6 @@ def test_meshes_without_thickness_have_boxes(thinned: float) -> None:
         assert (0, pair) not in near(world, np.zeros((1, 2)), 0.0998 - thinned)
 
 
-def test_boxes_that_are_turned_are_told_apart_along_their_own_axes() -> None:
-    """Two plates side by side, aslant: their boxes along the world's axes overlap."""
-    turn = np.eye(4)
-    turn[:2, :2] = np.array([[1.0, -1.0], [1.0, 1.0]]) / np.sqrt(2.0)
-    shape = random_shape(np.random.default_rng(0), "box")
-    plate = replace(shape, size=(1.0, 0.02, 1.0))
-    beside = turn.copy()
-    beside[:3, 3] = turn[:3, 1] * 0.05
-    robot = replace(load("planar_2r"), bodies=(body(plate, turn),))
-    world = World.of(robot, scene_of((plate, beside)), frozenset())
-    assert near(world, np.zeros((1, 2)), 0.0298) == []
-    assert near(world, np.zeros((1, 2)), 0.03) == [(0, 0)]
-
-
-def test_many_configurations_are_answered_as_each_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    world, q = among_things("panda", 6), random_q(load("panda"), 30, seed=7)
-    one_by_one = [(k, pair) for k in range(len(q)) for _, pair in near(world, q[k : k + 1], 0.02)]
-    assert near(world, q, 0.02) == one_by_one == sorted(one_by_one)
-    monkeypatch.setattr(fcl, "_AT_ONCE", 1000)
-    assert near(world, q, 0.02) == one_by_one
-
-
 def test_pairs_that_are_not_checked_are_not_asked_about() -> None:
     world = among_things("iiwa14", 8)
     q, some = random_q(load("iiwa14"), 20, seed=9), np.arange(world.checked.size) % 3 > 0
@@ -442,28 +279,3 @@ def test_verdicts_are_those_of_all_pairs(name: str, scene: str, margin: float) -
         if found is not None and not margin:
             assert found[1] == checker.world.contact(int(pairs[touching][0]))
     assert 0.1 < np.mean(verdicts) < 0.98
-
-
-@pytest.mark.parametrize("margin", [0.0, 0.02])
-def test_no_more_is_looked_at_than_a_few_times_what_the_first_contact_needs(
-    margin: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """All of a thousand were looked at where the first touches: up to two hundred times as much work as was needed."""
-    checker = checker_of("ur5", "shelf", margin)
-    q, asked, honest = random_q(load("ur5"), 1000, seed=1), [], fcl._overlapping
-    q = q[next(k for k in range(len(q)) if checker.first_touch(q[k]) is not None) :]
-
-    def close(*placed: np.ndarray) -> np.ndarray:
-        asked.append(len(placed[2]))
-        return type(checker.bound).close(checker.bound, *placed)
-
-    def overlapping(*pairs: Any) -> tuple[np.ndarray, np.ndarray]:
-        asked.append(max(pairs[0].turns.shape[1], pairs[2].turns.shape[1]))
-        return honest(*pairs)
-
-    monkeypatch.setattr(checker.bound, "close", close)
-    monkeypatch.setattr(fcl, "_overlapping", overlapping)
-    found = checker.first_touch(q)
-    assert found is not None
-    assert found[0] == 0
-    assert max(asked) < 100

@@ -9,8 +9,7 @@ from scipy.optimize import minimize
 from planner.base.polynomials import evaluate
 from planner.collision import BACKENDS, make_checker, second_checker
 from planner.collision.checker import CollisionChecker, is_free
-from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.collision.looks import Clearance, first_seen, looks_along, recheck, states_along, straight
+from planner.collision.looks import Clearance, first_seen, looks_along, recheck, straight
 from planner.kinematics.forward import joint_placements
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
@@ -111,28 +110,6 @@ def test_looks_are_not_many_more_than_needed(checker) -> None:
     assert np.mean(moved.max(axis=1)) > 0.5 * 0.01
 
 
-@pytest.mark.parametrize("checker", ["panda", "branched"], indirect=True)
-@pytest.mark.parametrize("degree", [1, 3])
-def test_no_curve_that_an_optimiser_finds_moves_a_point_farther(checker, degree: int) -> None:
-    """By the way of each body's fastest points between the first two looks, in short steps."""
-    robot, step = checker.robot, 0.3
-    centre = 0.5 * (robot.lower + robot.upper).clip(-3, 3)
-    within = (0.5 * (robot.upper - robot.lower)).clip(0, 1) / (degree + 1)  # limits, in which reaches hold
-
-    def excess(given: np.ndarray) -> float:
-        piece = within * np.tanh(given).reshape(1, degree + 1, robot.dof)
-        piece[:, 0] += centre
-        looks = looks_along(checker, piece, step)
-        fine = np.linspace(looks.s[0], looks.s[1], 5)
-        moved = moved_by(checker, evaluate(np.repeat(piece, 5, axis=0), fine))
-        return -float(moved.sum(axis=0).max()) / step
-
-    rng = np.random.default_rng(degree)
-    for _ in range(2):
-        found = minimize(excess, rng.normal(size=(degree + 1) * robot.dof), method="Powell", options={"maxfev": 100})
-        assert -found.fun <= 1 + 1e-6
-
-
 @pytest.mark.parametrize("checker", ["panda", "planar_2r", "branched"], indirect=True)
 @pytest.mark.parametrize("degree", [1, 3])
 def test_no_point_is_faster_anywhere_on_a_long_part(checker, degree: int) -> None:
@@ -186,43 +163,6 @@ def test_what_stands_still_in_the_middle_is_not_taken_to_stand_still(power: int,
     assert np.abs(curve.deriv()(np.linspace(0.0, 1.0, 101))).max() <= moved[0]
 
 
-def test_a_motion_without_length_is_looked_at_in_both_ends() -> None:
-    checker = checker_of("panda", "shelf")
-    q = 0.5 * (checker.robot.lower + checker.robot.upper)
-    looks = looks_along(checker, straight(q[None], 0 * q[None]), 1e-3)
-    np.testing.assert_array_equal(looks.s, [0.0, 1.0])
-    assert (looks.apart == 0.0).all()
-
-
-def test_states_along_keep_the_step() -> None:
-    world = checker_of("iiwa14", "paper").world
-    start, delta = edges_of(load("iiwa14"), 1, 15, 1.0)
-    motion = float(world.reach.motion(delta).max())
-    states = states_along(start[0], delta[0], motion, 1e-3)
-    np.testing.assert_allclose(states[[0, -1]], [start[0], start[0] + delta[0]])
-    assert world.reach.motion(np.diff(states, axis=0)).max() <= 1e-3 + 1e-12
-    assert len(states_along(start[0], 0 * delta[0], 0.0, 1e-3)) == 2
-
-
-def test_a_path_is_looked_at_once_where_its_motions_meet() -> None:
-    paper = checker_of("iiwa14", "paper")
-    start, delta = edges_of(load("iiwa14"), 1, 16, 0.5)
-    start, delta = start + np.linspace(0, 1, 9)[:-1, None] * delta, np.repeat(delta / 8, 8, axis=0)
-    before = paper.queries
-    assert first_seen(paper, straight(start, delta), 0.1) is None
-    assert paper.queries - before == len(looks_along(paper, straight(start, delta), 0.1).s)
-
-
-def test_recheck_agrees_with_proofs() -> None:
-    paper = checker_of("iiwa14", "paper")
-    start, delta = edges_of(load("iiwa14"), 40, 16, 0.5)
-    proofs = EdgeProver(paper).prove(start, delta)
-    for k, verdict in enumerate(proofs.verdict):
-        seen = recheck(paper, start[k], delta[k], 2e-3) is not None
-        assert verdict != Verdict.FREE or not seen
-        assert verdict != Verdict.COLLIDES or seen or proofs.clearance[k] < 2e-3
-
-
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_motions_that_do_not_meet_touch_where_they_do_one_by_one(backend: str) -> None:
     checker = make_checker(load("panda"), Scene.load("shelf"), backend)
@@ -265,15 +205,3 @@ def test_below_is_where_clearances_are_exact(below: float) -> None:
     assert (found[~near] >= below).all()
     assert (found <= exact).all()
     assert clearance(q[:0]).shape == (0,)
-
-
-@pytest.mark.parametrize("backend", ["fcl", "coal"])
-def test_distances_of_many_configurations_are_those_of_each(backend: str) -> None:
-    checker = make_checker(load("ur5"), Scene.load("table"), backend=backend)
-    rotation, position = joint_placements(checker.chain, random_q(load("ur5"), 12))
-    rng, pairs = np.random.default_rng(0), np.flatnonzero(checker.world.moving)
-    rows, asked = rng.integers(0, 12, 40), rng.choice(pairs, 40)
-    each = [
-        checker.distances(rotation[:, r], position[:, r], np.array([p]))[0] for r, p in zip(rows, asked, strict=True)
-    ]
-    np.testing.assert_array_equal(checker.distances_in(rotation, position, rows, asked), each)

@@ -189,22 +189,6 @@ def test_no_bar_that_turns_to_and_fro_comes_nearer_than_was_proven(urdf_file: Ca
     assert proven > 15, "what keeps clear is proven"
 
 
-def test_a_proof_takes_no_longer_for_many_poses_than_for_few() -> None:
-    checker = make_checker(load("planar_2r"), Scene("none"))
-    samples = []
-    for count in (2, 60, 6000):
-        t = np.linspace(0.0, 600.0, count)
-        there = 1.4 + 0.2 * np.sin(np.arange(count))
-        mover = MovingObstacle("mover", Box((0.1, 0.1, 0.1)), KnownMotion(t, [pose([x, 0, 0]) for x in there]))
-        prover = TimedProver(checker, [mover])
-        bounds, native = prover._bounds, prover._bound.native
-        still, span = np.array([[[0.5, 1.0], [0.0, 0.0]]]), np.array([[0.0, 600.0, 0.0]])
-        verdict, _, taken, *_ = native.prove(bounds, still, 1e-4, span)
-        assert verdict.tolist() == [0]
-        samples.append(int(taken[0]))
-    assert max(samples) <= 64
-
-
 def test_coal_in_time_agrees_with_fcl_at_single_moments() -> None:
     rng, checker = np.random.default_rng(4), make_checker(load("planar_2r"), Scene("none"), "fcl")
     obstacle, verdicts = replace(moving(rng, "box"), shape=Box((0.5, 0.4, 0.2))), []

@@ -9,18 +9,12 @@ from planner.collision import make_checker
 from planner.collision.coal import CoalChecker
 from planner.collision.fcl import FclChecker
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs, generate_disabled_pairs, worked_out
-from planner.collision.world import World
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from tests.coal_judge import CoalWorld
 from tests.worlds import ROBOTS, checker_of, joint_xml, link_xml, load, random_q
 
 GENERATED = [name for name in ROBOTS if load(name).disabled_pairs is None]
-
-
-def test_neighbours_of_iiwa14():
-    expected = {frozenset((f"iiwa14_link_{k}", f"iiwa14_link_{k + 1}")) for k in range(7)}
-    assert adjacent_pairs(load("iiwa14")) == expected
 
 
 @pytest.mark.parametrize("name", GENERATED)
@@ -82,28 +76,6 @@ def test_a_pedestal_and_links_that_are_held_can_be_hit(urdf_file):
         assert hits.any()
         checker = make_checker(robot, Scene("none"))
         assert [checker.first_contact(row[None]) is not None for row in q] == hits.tolist()
-
-
-def test_nothing_to_check_with_one_body(urdf_file):
-    links = link_xml("a", '<sphere radius="0.1"/>') + link_xml("b") + link_xml("c")
-    robot = Robot.load(urdf_file(links + joint_xml("j", "a", "b") + joint_xml("k", "b", "c")))
-    assert generate_disabled_pairs(robot, FclChecker) == frozenset()
-    assert len(make_checker(robot, Scene("none")).world.self_pairs) == 0
-
-
-def test_bodies_of_one_joint_are_never_a_pair():
-    robot = replace(load("panda"), disabled_pairs=frozenset())
-    world = World.of(robot, Scene("none"), frozenset())
-    assert all(robot.bodies[i].joint != robot.bodies[k].joint for i, k in world.self_pairs)
-    assert (world.self_pairs[:, 0] < world.self_pairs[:, 1]).all()
-
-
-def test_a_robot_is_asked_about_once() -> None:
-    robot = replace(load("ur10"), disabled_pairs=None, upper=load("ur10").upper - 0.0123)  # which nobody else has
-    first, made = worked_out(robot, FclChecker)
-    again, none = worked_out(robot, FclChecker)
-    assert first == again
-    assert (made is not None, none) == (True, None)
 
 
 def test_whatever_the_backend_the_pairs_are_the_same_and_no_shapes_are_made_for_them(

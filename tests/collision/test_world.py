@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from planner.collision.world import Contact, World
+from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.problem.conditions import PlaneConstraint
 from planner.robot.poses import pose
@@ -31,15 +31,6 @@ def test_every_pair_has_a_number_and_its_members() -> None:
         assert world.bodies[first].joint != world.bodies[second].joint
     assert str(world.contact(1)) == f"'{world.bodies[0].link}' and 'b'"
     assert world.checked.tolist()[0] == [True, False]
-
-
-def test_disabled_links_are_no_pair() -> None:
-    every = World.of(ROBOT, SCENE, frozenset())
-    i, k = every.self_pairs[0]
-    off = frozenset([frozenset((every.bodies[i].link, every.bodies[k].link))])
-    left = {tuple(pair) for pair in World.of(ROBOT, SCENE, off).self_pairs.tolist()}
-    assert (int(i), int(k)) not in left
-    assert left < {tuple(pair) for pair in every.self_pairs.tolist()}
 
 
 def test_another_scene_and_what_is_carried_leave_the_rest_of_a_world_as_it_is() -> None:
@@ -82,9 +73,3 @@ def test_no_motion_changes_a_distance_by_more_than_the_reach_says() -> None:
                 other = [before[second], after[second]]
             change = np.linalg.norm(after[first] - other[1]) - np.linalg.norm(before[first] - other[0])
             assert abs(change) <= most[pair] + 1e-12
-
-
-def test_a_contact_says_what_the_two_do() -> None:
-    assert Contact("a", "b").how(0.0) == "touch"
-    assert Contact("a", "b").how(0.005) == "are closer than the margin of 0.005 m"
-    assert "inside the other" in Contact("a", "b", enclosed=True).how(0.005)

@@ -176,13 +176,6 @@ def test_a_motion_that_begins_on_the_edge_is_proven(panda):
     assert constraints.proven(np.stack([q, deeper - q])[None])[0]
 
 
-def test_nothing_to_keep_costs_nothing_and_holds_always(panda):
-    constraints = PathConstraints(panda)
-    assert not constraints
-    assert constraints.holds(np.full((3, panda.dof), np.nan)).all()
-    assert constraints.proven(np.zeros((2, 2, panda.dof))).all()
-
-
 def test_a_turn_is_about_the_orientation_at_the_start(panda):
     (turn,) = bound_to(parse_constraints("turn:0.1"), panda, panda.home)
     assert beyond(panda, turn, panda.home) == pytest.approx(-0.1, abs=1e-7)

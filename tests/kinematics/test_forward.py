@@ -50,11 +50,6 @@ def test_batch_is_pinocchio_for_sliding_and_skew_joints_on_a_turned_base(odd_rob
     assert_as_pinocchio(odd_robot, random_q(odd_robot, 40))
 
 
-def test_an_arm_with_one_joint(urdf_file):
-    robot = Robot.load(urdf_file(link_xml("a") + link_xml("b") + joint_xml("j", "a", "b", axis="0 1 0")))
-    assert_as_pinocchio(robot, random_q(robot, 5))
-
-
 def denavit_hartenberg(q: np.ndarray) -> np.ndarray:
     """KUKA's table: d = 0.36, 0, 0.42, 0, 0.40, 0, 0.126, a = 0, alpha = -90, 90, 90, -90, -90, 90, 0 degrees."""
     total = np.eye(4)

@@ -3,16 +3,12 @@
 import numpy as np
 import pytest
 
-from planner.base.arrays import ArrayError
 from planner.base.polynomials import evaluate
 from planner.constraints.floor import ManipulabilityBound, prove_floor
 from planner.constraints.tool_bound import column_rates
-from planner.kinematics.forward import tool_pose
 from planner.kinematics.manipulability import (
-    ROWS,
     jacobians,
     manipulability,
-    node_manipulability,
 )
 from planner.robot.robot import Robot
 from tests.linkages import palletizer, random_linkage
@@ -23,33 +19,6 @@ def test_planar_2r_is_its_closed_form():
     robot = load("planar_2r")
     q = random_q(robot, 500)
     np.testing.assert_allclose(manipulability(robot, q), 0.5 * 0.4 * np.abs(np.sin(q[:, 1])), atol=1e-14)
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_jacobian_is_the_derivative_of_the_tool(name):
-    robot, h = load(name), 1e-6
-    for q in random_q(robot, 5, seed=1):
-        columns = []
-        for k in range(robot.dof):
-            step = np.zeros(robot.dof)
-            step[k] = h
-            ahead, behind = tool_pose(robot, q + step), tool_pose(robot, q - step)
-            turn = ahead.rotation @ behind.rotation.T
-            angular = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
-            columns.append(np.concatenate([ahead.translation - behind.translation, angular]) / (2 * h))
-        np.testing.assert_allclose(
-            jacobians(robot, q[None])[0], np.array(columns).T[slice(*ROWS[robot.jacobian_rows])], atol=1e-8
-        )
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_square_is_the_determinant(name):
-    robot = load(name)
-    q = random_q(robot, 50)
-    w = manipulability(robot, q)
-    determinant = [np.linalg.det(j @ j.T) for j in jacobians(robot, q)]
-    np.testing.assert_allclose(w**2, determinant, rtol=1e-6, atol=1e-14)
-    assert (w >= 0).all()
 
 
 def singular(name) -> np.ndarray:
@@ -73,29 +42,6 @@ def test_singular_configurations_are_zero_and_finite(name):
     assert np.isfinite(w).all()
     assert (w >= 0).all()
     assert (w < 1e-10).all()
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_turning_the_first_joint_changes_nothing(name):
-    robot = load(name)
-    q = random_q(robot, 10)
-    turned = q.copy()
-    turned[:, 0] = 0.1
-    np.testing.assert_allclose(manipulability(robot, turned), manipulability(robot, q), rtol=1e-9, atol=1e-15)
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_pinocchio_and_our_code_give_the_same_w(name):
-    """Of nodes Pinocchio computes it, between them the compiled library; both are products of singular values."""
-    robot = load(name)
-    q = random_q(robot, 300, seed=4)
-    ours, theirs = manipulability(robot, q), node_manipulability(robot, q)
-    np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-14)
-    values = np.linalg.svd(jacobians(robot, q), compute_uv=False)
-    np.testing.assert_allclose(theirs, values.prod(axis=1), rtol=1e-9, atol=1e-14)
-    near = singular(name)
-    if len(near):
-        np.testing.assert_allclose(node_manipulability(robot, near), manipulability(robot, near), atol=1e-12)
 
 
 def sliding(urdf_file) -> Robot:
@@ -173,16 +119,3 @@ def test_floors_hold_or_break_as_dense_samples_say(name: str) -> None:
     assert (under.lowest >= 0.9 * lowest).all()
     assert over.broken.all()
     assert not over.holds.any()
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_what_is_no_number_is_refused(bad: float) -> None:
-    robot = load("iiwa14")
-    pieces = np.zeros((2, 2, 7))
-    pieces[:, 0] = [0.3, 0.9, -0.4, -1.2, 0.5, 0.8, 0.1]
-    pieces[1, 1, 3] = bad
-    assert prove_floor(robot, pieces[:1], 0.01).holds.all()
-    with pytest.raises(ArrayError, match="every number has to be finite"):
-        prove_floor(robot, pieces, 0.01)
-    with pytest.raises(ArrayError, match="every number has to be finite"):
-        prove_floor(robot, pieces[:1], bad)

@@ -82,15 +82,6 @@ def test_reach_is_no_multiple_of_what_a_point_moves(name):
     assert np.median(best[carried] / reach[carried]) > 0.5
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_only_what_a_joint_carries_moves_with_it(name):
-    robot = load(name)
-    reach = Reach.of(robot).bodies
-    for row, item in zip(reach, robot.bodies, strict=True):
-        carrying = {int(k) for k in robot.model.supports[item.joint]} - {0}
-        assert {k + 1 for k in np.nonzero(row)[0]} == carrying
-
-
 @pytest.mark.parametrize("name", ["iiwa14", "panda", "z1"])
 def test_relative_motion_of_two_bodies(name):
     """Seen from one body, no point of the other moves further than the relative reach says."""

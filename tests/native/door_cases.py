@@ -309,24 +309,6 @@ def of_walks(rng: Rng, size: Size) -> list[Any]:
     return found
 
 
-def of_travels(rng: Rng, size: Size) -> list[Any]:
-    """What goes farther than its travel is undecided, all else is as without one."""
-    _, world = a_world(rng, size)
-    few = replace(size, rows=min(size.rows, 20))
-    curves = np.stack([states(rng, few) * 0.1**k for k in range(3)], axis=1)
-    before = world.prove(bounds_of(world), curves, 1e-3)
-    farthest = np.abs(curves[:, 0]).max(axis=1, initial=0.0)
-    least = 0.9 * float(np.median(farthest)) if few.rows else 1.0
-    world.set_travel(np.full(few.joints, 0.5 * least))
-    within = np.abs(curves).sum(axis=1).max(axis=1, initial=0.0) < 0.5 * least
-    verdict = world.prove(bounds_of(world), curves, 1e-3)[0]
-    assert (verdict[farthest > least] == 2).all()
-    assert (verdict[within] == before[0][within]).all()
-    world.set_travel(np.full(few.joints, np.inf))
-    assert np.array_equal(world.prove(bounds_of(world), curves, 1e-3)[0], before[0])
-    return [verdict, *before]
-
-
 def of_proofs(rng: Rng, size: Size) -> list[Any]:
     _, world = a_world(rng, size)
     found, few = [], replace(size, rows=min(size.rows, 40))
@@ -470,33 +452,6 @@ def of_gates(rng: Rng, size: Size) -> list[Any]:
             assert (judged.reason, judged.piece) == ((2, count) if count < len(pieces) else (0, 0))
         found += [judged.proven, judged.reason, judged.piece, pieces, knots]
     return found
-
-
-def of_curves_of_chunks(rng: Rng, size: Size) -> list[Any]:
-    """Each piece with its stops behind it, one degree for all; stops that take no time are none."""
-    n, dof = size.rows, size.joints
-    times, pieces = np.cumsum(rng.uniform(0.1, 1.0, n + 1)), rng.normal(size=(n, 4, dof))
-    stops, seconds = (
-        rng.normal(size=(n, 2, 5, dof)),
-        rng.uniform(0.1, 1.0, (n, 2)) * np.stack([rng.random(n) < 0.5, np.ones(n)], axis=1),
-    )
-    approach = rng.normal(size=(2, dof))
-    curves, spans, what = chunk_curves(pieces, times, (stops, seconds), approach)
-    np.testing.assert_array_equal(curves[0, :2], approach)
-    np.testing.assert_array_equal(what[0], [0, 0])
-    assert not curves[0, 2:].any()
-    assert curves.shape[1] == 5
-    for k in range(n):
-        own = np.flatnonzero((what[:, 0] == k) & (what[:, 1] > 0))
-        used = np.flatnonzero(seconds[k] > 0)
-        np.testing.assert_array_equal(curves[own], [np.vstack([pieces[k], np.zeros(dof)]), *stops[k, used]])
-        np.testing.assert_array_equal(what[own, 1], [1, *(2 * np.ones(len(used)))])
-        begins = times[k + 1] + np.array([0.0, seconds[k, 0]])
-        np.testing.assert_allclose(spans[own, 0], [times[k], *begins[used]])
-        np.testing.assert_allclose(spans[own, 1], [times[k + 1] - times[k], *seconds[k, used]])
-    alone = chunk_curves(pieces, times, None, None)
-    np.testing.assert_array_equal(alone[0], pieces)
-    return [curves, spans, what, *alone]
 
 
 def assert_one_after_the_other(pieces: Any, seconds: Any) -> None:
@@ -682,7 +637,7 @@ CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
         of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_tree_paths, of_walks,
-        of_proofs, of_travels, of_proofs_in_time, of_chunks, of_stops, of_gates, of_curves_of_chunks, of_choices,
+        of_proofs, of_proofs_in_time, of_chunks, of_stops, of_gates, of_choices,
         of_motion_costs, of_refinement, of_curves,
     )
 }  # fmt: skip

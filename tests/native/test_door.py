@@ -154,50 +154,7 @@ def test_no_number_is_never_free(bad: float) -> None:
     assert not WORLD.look(BOUNDS, 0.1)(Q[0], state[0])
 
 
-def test_a_chain_with_a_price_that_is_no_number_is_not_taken() -> None:
-    points, price = np.zeros((3, 3)), np.ones((3, 3))
-    bounds = ALONE.bounds(np.zeros((0, 3)), np.ones((1, 3)), np.zeros(0, dtype=bool))
-    assert ALONE.cheapest_chain(bounds, points, price, 1e-3)[0].tolist() == [0, 2]
-    assert ALONE.cheapest_chain(bounds, points, np.nan * price, 1e-3)[0].tolist() == [0, 1, 2]
-
-
 def test_a_motion_that_takes_too_many_samples_to_hold_is_undecided() -> None:
     curves = np.stack([np.zeros((1, 3)), np.full((1, 3), 1e5)], axis=1)
     verdict, _, samples, *_ = WORLD.prove(BOUNDS, curves, 1e-3)
     assert (verdict.tolist(), samples.tolist()) == ([2], [0])
-
-
-def test_seeds_and_prices_in_another_order_are_read_as_they_stand() -> None:
-    """Copies of arrays in Fortran's order keep it, unless they are told not to."""
-    rng = np.random.default_rng(2)
-    seeds, price, points = rng.uniform(-1, 1, (5, 3)), rng.uniform(0, 1, (6, 6)), np.zeros((6, 3))
-    for one, same in zip(
-        CHAIN.inverse(seeds, 3, np.eye(4), np.eye(4)[None], False, FREE, 0),
-        CHAIN.inverse(np.asfortranarray(seeds), 3, np.eye(4), np.eye(4)[None], False, FREE, 0),
-        strict=True,
-    ):
-        np.testing.assert_array_equal(one, same)
-    first = WORLD.cheapest_chain(BOUNDS, points, price, 1e-3)[0]
-    np.testing.assert_array_equal(first, WORLD.cheapest_chain(BOUNDS, points, np.asfortranarray(price), 1e-3)[0])
-
-
-def test_what_is_taken_from_another_world_moves_as_it_did_there() -> None:
-    """A ball comes to where the arm's only body is: the motion is refused at that time, and free before it."""
-    chain = a_chain(np.random.default_rng(0), 2)
-
-    def finished(world: NativeWorld) -> NativeWorld:
-        world.set_pairs(np.array([[0, 1]]), np.ones(1, dtype=bool))
-        return world
-
-    there, here = NativeWorld(chain, 0.0), NativeWorld(chain, 0.0)
-    there.add_spheres(there.add_hull(1, np.zeros((1, 3)), 0.1), np.zeros((1, 3)), np.full(1, 0.1))
-    there.add_target(there.add_hull(-1, np.zeros((1, 3)), 0.1), np.eye(3), np.zeros(3), np.zeros(3), 0.1, False)
-    poses = np.array([np.eye(3)] * 2), np.array([[5.0, 0, 0], [0.0, 0, 0]])
-    there.set_motion(1, np.array([0.0, 5.0]), *poses, np.zeros((1, 3)), np.zeros(1), np.ones(1), 0.1)
-    for item in range(2):
-        here.take(there, item)
-    spans = np.array([[0.0, 0.1, 0.0], [4.9, 0.1, 0.0]])
-    for world in (finished(there), finished(here)):
-        bounds = world.bounds(np.ones((1, 2)), np.ones((1, 2)), np.zeros(1, dtype=bool))
-        verdict = world.prove(bounds, np.zeros((2, 2, 2)), 1e-3, spans)[0]
-        assert verdict.tolist() == [0, 2]

@@ -75,12 +75,6 @@ def test_zero_stays_and_nothing_grows_or_turns(below, above):
             assert (moved <= s).all()
 
 
-def test_the_linear_flow_decays():
-    s = np.array([-2.0, 0.0, 1e-320, 3.0])
-    for order in (STRANG, BRAKE_THEN_SINK, SINK_THEN_BRAKE):
-        assert np.allclose(NativeFlow(0.0, 0.0, 0.0, 0.0).moved(order, s, 0.7), s * math.exp(-0.7), rtol=1e-15, atol=0)
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_hops_are_scipys(seed):
     rng = np.random.default_rng(seed)
@@ -148,11 +142,3 @@ def test_the_same_bits_on_any_number_of_threads():
         share = flow.advance(None, m, y, xhat, 0.1, 1.0, following)
         answers.append((m.tobytes(), share, following.tobytes(), flow.moved(STRANG, y, 0.1).tobytes()))
     assert answers[0] == answers[1] == answers[2]
-
-
-def test_a_number_moves_alike_wherever_it_stands_in_an_array():
-    """Several are worked on at a time, the last of an array one by one."""
-    s = np.random.default_rng(4).uniform(0, 3, 37)
-    flow = NativeFlow(1.0, 1.0, 2 / 5, 2 / 7)
-    whole = flow.moved(STRANG, s, 0.1)
-    assert whole.tolist() == [float(flow.moved(STRANG, s[k : k + 1], 0.1)[0]) for k in range(s.size)]

@@ -9,13 +9,12 @@ import pytest
 from benchmarks.attack.cases import Case
 from benchmarks.attack.claims import world_of
 from benchmarks.attack.true_distance import true_distance
-from planner.collision.bounds import ClearanceBound
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
-from planner.native.compiled import NativeBoxes, NativeChain, NativeWorld, manipulability_costs
+from planner.native.compiled import NativeChain, NativeWorld
 from planner.robot.poses import pose
 from planner.robot.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
-from tests.random_shapes import KINDS, blob, box_mesh, random_pose, random_shape
+from tests.random_shapes import KINDS, box_mesh, random_pose, random_shape
 from tests.worlds import checker_of, load, random_q
 
 REGIMES = ("normal", "thin", "large")
@@ -44,18 +43,6 @@ def test_a_close_bound_holds_and_is_close(first: str, second: str, linked: bool)
     assert apart > 3
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_bumpy_mesh_beside_anything(kind: str) -> None:
-    rng, near = np.random.default_rng(3), 0
-    for _ in range(25):
-        placed = (random_shape(rng, kind), random_pose(rng, 0.6)), (blob(rng, float(rng.uniform(0.2, 1))), np.eye(4))
-        true, gap = true_distance(*placed), close(*placed)
-        assert gap <= true.high + 1e-12
-        assert gap >= 0.3 * true.low - 2e-6  # a dent is no deeper than that beside it
-        near += true.low > 0.0
-    assert near > 5
-
-
 def test_a_ball_in_a_dent_is_told_by_the_triangles() -> None:
     """Between two plates the hulls overlap; inside an open box too: meshes that are not convex are surfaces."""
     plates = Mesh(
@@ -72,21 +59,6 @@ def test_what_touches_has_no_gap() -> None:
     for shape in (Cylinder(0.05, 0.2), Capsule(0.05, 0.1), box_mesh((0.2, 0.1, 0.1))):
         assert close((shape, pose([0.02, 0, 0])), (wall, np.eye(4))) == 0.0
         assert close((shape, pose([0.02, 0.01, 0], rpy=[0.1, 0.2, 0.3])), (shape, np.eye(4))) == 0.0
-
-
-def test_triangles_without_area() -> None:
-    needle = Mesh(np.array([[0.0, 0, 0], [1.0, 0, 0], [0.5, 0, 0]]), np.array([[0, 1, 2], [0, 0, 0]]))
-    assert close((Sphere(0.1), pose([0.3, 0.4, 0])), (needle, np.eye(4))) == pytest.approx(0.3)
-
-
-def test_costs_of_w_take_the_math_modules_logarithm() -> None:
-    w, low, high, zeta = 10.0 ** np.random.default_rng(0).uniform(-9, 1, (4, 500)), 1e-6, 0.5, 0.01
-    share = (np.vectorize(math.log)(high) - np.vectorize(math.log)(np.clip(w, low, high))) / (
-        math.log(high) - math.log(low)
-    )
-    assert np.array_equal(
-        manipulability_costs(w.ravel(), low, high, zeta, 1).reshape(w.shape), zeta + (1.0 - zeta) * share
-    )
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5", "planar_2r"])
@@ -130,11 +102,6 @@ def test_sines_are_those_of_the_math_module() -> None:
     assert (np.abs(sines - np.sin(angles))[small] <= 4e-16 * np.abs(np.sin(angles))[small]).all()
 
 
-def test_no_number_has_no_sine() -> None:
-    found, _ = chain_of_sines(5).placements(np.array([[0.1, np.nan, np.inf, -np.inf, 0.2]]))
-    assert np.isnan(found[1:, 0, 1, 0]).tolist() == [False, True, True, True, False]
-
-
 @pytest.mark.parametrize("name", ["panda", "ur5", "planar_2r"])
 def test_four_configurations_have_the_bits_of_one(name: str) -> None:
     """Frames are placed one configuration at a time, a carried point at four."""
@@ -147,26 +114,6 @@ def test_four_configurations_have_the_bits_of_one(name: str) -> None:
     assert np.abs(found - expected).max() < 1e-15
     assert np.array_equal(found, np.concatenate([chain.native.points(row[None], joint, point) for row in q]))
     assert np.array_equal(chain.native.points(q, joint, np.zeros(3)), shift[joint])
-
-
-def test_points_are_found_in_boxes_however_many_there_are() -> None:
-    """Against frames turned and points compared in NumPy; more of them than there is room for at first."""
-    rng, robot, count = np.random.default_rng(0), load("planar_2r"), 30
-    chain, q = Chain.of(robot).native, random_q(robot, 9)
-    inner, outer = rng.integers(0, 3, (2, count))
-    points, shifts = rng.uniform(-1, 1, (2, count, 3))
-    turns = np.array([random_pose(rng)[:3, :3] for _ in range(count)])
-    low, high = np.full((count, 3), -1.6), np.full((count, 3), [1.2, 1.4, 1.6])
-    rows, local = NativeBoxes(chain, inner, points, outer, turns, shifts, low, high).hits(q)
-    rotation, position = chain.placements(q)
-    world = np.einsum("knij,kj->nki", rotation[inner], points) + position[inner].swapaxes(0, 1)
-    carried = np.einsum("knji,nkj->nki", rotation[outer], world - position[outer].swapaxes(0, 1)) - shifts
-    own = np.einsum("kji,nkj->nki", turns, carried)
-    within = ((own > low) & (own < high)).all(axis=2)
-    assert 4 * len(q) < within.sum() < 25 * len(q)
-    np.testing.assert_array_equal(rows, np.argwhere(within))
-    np.testing.assert_allclose(local, own[within], rtol=0, atol=1e-14)
-    assert len(NativeBoxes(chain, inner, points, outer, turns, shifts, high, high).hits(q)[0]) == 0
 
 
 def test_a_motion_looks_free_where_its_states_do() -> None:
@@ -211,13 +158,3 @@ def test_what_no_joint_moves_does_not_clear_a_motion() -> None:
     look = world.look(world.bounds(reach, np.array([[1.0], [0.0]]), np.zeros(len(pairs), dtype=bool)), 0.01)
     assert look(np.zeros(1), np.array([0.25]))
     assert not look(np.zeros(1), np.array([1.0])), "the post stands between its start and its middle"
-
-
-def test_points_outlive_the_arrays_they_came_from() -> None:
-    """The library keeps copies: a world can be asked after everything that it was made of is gone."""
-    world = checker_of("ur5", "table").world
-    bound, robot = ClearanceBound(world), world.robot
-    placed = joint_placements(Chain.of(robot), random_q(robot, 5, seed=2))
-    before = bound.coarse(*placed)
-    del world
-    np.testing.assert_array_equal(bound.coarse(*placed), before)

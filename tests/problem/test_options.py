@@ -80,12 +80,6 @@ def test_the_front_is_one(name: str) -> None:
     assert positional == (["robot", "scene"] if name in ("plan", "sweep", "Session", "Gate") else [next(iter(given))])
 
 
-def test_a_request_that_is_given_by_position_is_refused_with_the_remedy() -> None:
-    for call in (planner.plan, planner.sweep):
-        with pytest.raises(TypeError, match=r"got a PlanRequest: give it as request=\."):
-            call(PlanRequest())
-
-
 def test_robot_scene_and_options_replace_those_of_a_request() -> None:
     plain = PlanRequest.from_options(robot="panda", scene="shelf", seed=3)
     assert request_of(plain, None, {}) == plain

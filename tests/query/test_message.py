@@ -115,21 +115,6 @@ def test_a_request_attaches_what_the_arm_carries(tmp_path: Path) -> None:
     assert "start is in collision: 'rod'" in refusal_of(lambda: asked(tmp_path, long))
 
 
-def test_what_is_attached_is_placed_in_the_frame_of_its_header(tmp_path: Path) -> None:
-    request = changed(REQUEST, "start_state.attached_collision_objects", ATTACHED)
-    request = changed(request, "start_state.attached_collision_objects.0.object.pose", {"position": [0, 0, -0.08]})
-    here = "start_state.attached_collision_objects.0.object.header"
-    (own,) = asked(tmp_path, request).robot.carried
-    (other,) = asked(tmp_path, changed(request, here, {"frame_id": "panda_hand_tcp"})).robot.carried
-    robot = Robot.load("panda")
-    hand, tip = (
-        robot.model.frames[robot.model.getFrameId(name)].placement for name in ("panda_hand", "panda_hand_tcp")
-    )
-    np.testing.assert_allclose(other.placement, (tip * hand.inverse()).homogeneous @ own.placement, atol=1e-12)
-    text = refusal_of(lambda: asked(tmp_path, changed(request, here, {"frame_id": "panda_link3"})))
-    assert "'rod' is attached to link 'panda_hand' and placed in frame 'panda_link3'" in text
-
-
 def test_attached_by_scene_and_request(tmp_path: Path) -> None:
     """The request's replaces the scene's of the same name; what else the scene attaches is kept, and said to be."""
     other = [{**ATTACHED[0], "object": {**ROD, "id": "other"}}]

@@ -3,11 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-from planner.base.errors import OptionError
 from planner.kinematics.forward import tool_positions
-from planner.problem.request import PlanRequest, WorldRequest
+from planner.problem.request import WorldRequest
 from planner.query.query import open_world
 from planner.robot.poses import pose
 
@@ -29,9 +27,3 @@ def test_base_goes_before_the_scene(tmp_path: Path) -> None:
     said = open_world(WorldRequest("ur5", str(scene))).robot.base
     told = open_world(WorldRequest("ur5", str(scene), base=(0, 0, 2))).robot.base
     assert (said[2, 3], told[2, 3]) == (1.0, 2.0)
-
-
-@pytest.mark.parametrize("text", ["", "1,2", "a,b,c", "nan,0,0", "1e9,0,0", "0,0,0,0,0,90"])
-def test_a_base_that_is_no_placement_is_refused(text: str) -> None:
-    with pytest.raises(OptionError, match="base"):
-        PlanRequest.from_options(base=text)

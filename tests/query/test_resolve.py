@@ -62,17 +62,6 @@ def test_near_the_start_there_is_a_goal_and_so_is_the_best(name):
         np.testing.assert_array_equal(found, resolve(target, checker, {}, "goal", 8, start[None]))
 
 
-def test_a_pose_keeps_its_orientation():
-    robot, checker = load("iiwa14"), checker_of("iiwa14", "empty")
-    tool = tool_pose(robot, np.array([0.3, 0.6, 0, -1.2, 0.2, 0.5, 0]))
-    q = tool.rotation
-    from pinocchio import Quaternion
-
-    x, y, z, w = Quaternion(q).coeffs()
-    found = resolve(Pose(tuple(tool.translation), (2 * x, 2 * y, 2 * z, 2 * w)), checker, {}, "start")
-    np.testing.assert_allclose(tool_pose(robot, found[0]).homogeneous, tool.homogeneous, atol=1e-5)
-
-
 def test_a_start_in_another_turn_is_told_where_the_plan_begins(caplog):
     checker = checker_of("kinova")
     home = checker.robot.home

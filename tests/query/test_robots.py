@@ -95,18 +95,3 @@ def w_of(robot: Robot, q: np.ndarray) -> float:
         robot.model, data, q, robot.model.getFrameId(robot.tool), pin.LOCAL_WORLD_ALIGNED
     )
     return float(np.linalg.svd(jacobian[:3], compute_uv=False).prod())
-
-
-def test_a_home_that_a_file_gives_or_that_will_do_stays(tmp_path: Path, urdf_file: Callable[..., str]) -> None:
-    folder = robots_folder() / "examples"
-    arm, srdf = str(folder / "arm.urdf"), str(folder / "arm.srdf")
-    given = open_world(WorldRequest(arm, "empty", tool="tip", srdf=srdf)).robot
-    assert given.home.tolist() == [0.5, 0.0, 0.8]
-    (tmp_path / "robot.yaml").write_text(f"urdf: {{file: {arm}}}\ntool: tip\nhome: [0, 0, 0]\n")
-    assert (open_world(WorldRequest(str(tmp_path / "robot.yaml"), "empty")).robot.home == 0).all()
-    ball = '<sphere radius="0.01"/>'
-    bent = link_xml("a", ball) + link_xml("b", ball) + link_xml("c", ball) + link_xml("t")
-    bent += joint_xml("j", "a", "b", xyz="0.2 0 0") + joint_xml("k", "b", "c", axis="0 1 0", xyz="0.2 0 0")
-    bent += joint_xml("s", "c", "t", "prismatic", "1 0 0", xyz="0.1 0.1 0.3")
-    robot = open_world(WorldRequest(urdf_file(bent), "empty")).robot
-    assert ((robot.home == 0).all(), robot.notes) == (True, ())

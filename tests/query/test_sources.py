@@ -71,14 +71,6 @@ def test_every_file_that_is_read_counts(name: str, request_of_files: SweepReques
     assert sources_hash(request_of_files) != before
 
 
-def test_another_srdf_counts_in_place_of_the_robots_own(request_of_files: SweepRequest, tmp_path: Path) -> None:
-    given = request_of_files.with_options(srdf=tmp_path / "other.srdf")
-    before = sources_hash(given)
-    assert before != sources_hash(request_of_files)
-    (tmp_path / "robot/arm.srdf").write_text("")
-    assert sources_hash(given) == before
-
-
 def test_robots_and_scenes_of_the_package_count_too_and_what_is_not_there_is_told_by_the_plan() -> None:
     found = {
         sources_hash(SweepRequest.from_options(robot=robot, scene=scene))

@@ -9,7 +9,7 @@ import yaml
 from planner.collision import make_checker
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
-from planner.robot.robot_in_scene import in_world, placement_of
+from planner.robot.robot_in_scene import in_world
 from planner.robot.scene import Scene
 from tests.refusals import refusal_of
 from tests.robot.files.moveit.samples import SCENE, changed
@@ -79,11 +79,3 @@ def test_a_fixed_frame_that_is_a_link_stands_where_the_link_does(link: str, tmp_
     if link == "panda_link0":
         table = in_world(scene, Robot.load("panda", base=pose((0, 0, 0.9)))).obstacles[0]
         np.testing.assert_allclose(table.placement, pose((0.55, 0, 1.0)), atol=1e-12)
-
-
-def test_the_srdf_says_what_the_scenes_frame_is_called(tmp_path: Path) -> None:
-    joint = '<virtual_joint name="v" type="planar" parent_frame="hall" child_link="panda_link0"/>'
-    (tmp_path / "own.srdf").write_text(f'<robot name="panda">{joint}</robot>')
-    robot = Robot.load("panda", srdf=tmp_path / "own.srdf", base=BASE)
-    np.testing.assert_array_equal(placement_of("hall", robot, Scene("x"), "it"), np.eye(4))
-    assert "a virtual_joint moves the base" in robot.notes[0].text

@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 
 import planner
-from planner import Objective, PlannerError
-from planner.base.errors import ArrayError, RobotError
+from planner import Objective
+from planner.base.errors import RobotError
 from planner.cost.motion_cost import MotionCost
 from planner.cost.scale import CostScale
 from planner.kinematics.arm import frame_id
@@ -124,69 +124,6 @@ def test_edges_are_charged_for_the_integral_of_a_measure(measure: object) -> Non
     omega = scale.zeta + (1 - scale.zeta) * np.clip((1.0 - np.clip(w, 0.05, 1.0)) / 0.95, 0.0, 1.0)
     mean = (omega[:, :-1] + omega[:, 1:]).mean(axis=1) / 2
     np.testing.assert_allclose(cost(a, b), 0.7 * mean * length + 0.3 * length, rtol=2e-3)
-
-
-def test_a_function_that_returns_w_gives_the_plan_of_w() -> None:
-    robot = load("panda")
-    own = {"scene": "shelf", "nodes": 120, "timing": None}
-
-    def measure(q: np.ndarray) -> np.ndarray:
-        return robot.manipulability(q)
-
-    plain, found = (
-        planner.plan(robot=robot, objective=Objective(beta=0.2, manipulability=each), **own)
-        for each in ("yoshikawa", measure)
-    )
-    grown = slice(len(plain.roadmap.nodes) // 3)  # refinement may differ where w is rounded in another way
-    np.testing.assert_allclose(found.roadmap.manipulability[grown], plain.roadmap.manipulability[grown], rtol=1e-9)
-    assert found.cost is not None
-    assert plain.cost is not None
-    np.testing.assert_allclose(found.cost.total, plain.cost.total, rtol=0.05)
-    assert found.record.manipulability is not None
-    assert "no floor is proven" in found.record.manipulability.text
-
-
-def test_each_measure_raises_itself_along_the_path() -> None:
-    plans = {
-        measure: planner.plan(
-            robot="panda", scene="shelf", nodes=100, timing=None, objective=Objective(beta=0.0, manipulability=measure)
-        )
-        for measure in ("yoshikawa", "min-singular-value")
-    }
-    robot = replace(load("panda"), measure="min-singular-value")
-    mean = {measure: robot.manipulability(found.path).mean() for measure, found in plans.items()}
-    assert mean["min-singular-value"] >= 0.98 * mean["yoshikawa"]
-    assert all(found.solved for found in plans.values())
-
-
-@pytest.mark.parametrize(
-    ("call", "error", "text"),
-    [
-        (lambda robot: robot.fk(np.zeros(3)), ArrayError, "shape (..., 7)"),
-        (lambda robot: robot.fk(robot.home, "hand2"), RobotError, "frame 'hand2' not found"),
-        (lambda robot: robot.ik(np.eye(3)), ArrayError, "pose"),
-        (
-            lambda robot: planner.plan(robot=robot, manipulability="size"),
-            PlannerError,
-            "yoshikawa",
-        ),
-        (
-            lambda robot: planner.plan(robot=robot, objective=Objective(manipulability="joint-limits", floor=0.1)),
-            PlannerError,
-            "proven for Yoshikawa's w only",
-        ),
-        (
-            lambda robot: planner.plan(
-                robot=robot, scene="shelf", nodes=20, objective=Objective(manipulability=lambda q: -np.ones(len(q)))
-            ),
-            PlannerError,
-            "must not be negative",
-        ),
-    ],
-)
-def test_a_sentence_for_wrong_input(call, error: type[Exception], text: str) -> None:
-    with pytest.raises(error, match=text.replace("(", r"\(").replace(")", r"\)")):
-        call(load("panda"))
 
 
 def test_rows_that_are_always_singular_are_not_taken() -> None:

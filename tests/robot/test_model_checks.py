@@ -5,7 +5,6 @@ from collections.abc import Callable
 import pytest
 
 from planner.base.errors import RobotError
-from planner.base.resources import published_scene_names, scene_names
 from planner.problem.request import RoadmapRequest, WorldRequest
 from planner.query.query import make_query, open_world
 from planner.robot.poses import pose
@@ -26,11 +25,6 @@ def grave(robot: Robot, scene: Scene) -> list[str]:
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name != "z1"])
 def test_built_in_robots_raise_no_doubt(name: str) -> None:
     assert grave(load(name), Scene.load("paper")) == []
-
-
-def test_links_that_are_seen_and_cannot_be_touched() -> None:
-    (text,) = grave(load("z1"), Scene.load("empty"))
-    assert "no collision geometry on link01, link05" in text
 
 
 def test_a_robot_that_nothing_can_touch_is_refused(urdf_file: Callable[..., str]) -> None:
@@ -57,9 +51,3 @@ def test_meshes_of_a_scene(mesh: Mesh, parts: list[str]) -> None:
     for text, part in zip(found, parts, strict=True):
         assert part in text
         assert "thing0" in text
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_no_built_in_scene_is_doubted(name: str) -> None:
-    for scene in (*scene_names(), *published_scene_names()):
-        assert not [note for note in notes(load(name), Scene.load(scene)) if "millimetres" in note.text]

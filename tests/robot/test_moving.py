@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from planner.base.errors import PlannerError, SceneError
+from planner.base.errors import SceneError
 from planner.problem.request import RoadmapRequest
 from planner.query.query import make_query
 from planner.robot.moving import KnownMotion, MovingObstacle
@@ -47,28 +47,6 @@ def test_no_point_is_quicker_than_the_speed_says(kind: str) -> None:
         assert 0.3 * speed < quickest <= speed * (1 + 1e-9)
 
 
-BAD = {
-    "no beginning": ([0.5, 1.0], [pose(), pose()], "begin at 0"),
-    "no increase": ([0.0, 0.0], [pose(), pose()], "increase"),
-    "no time in between": (
-        [0.0, 1e-300],
-        [pose(), pose([1, 0, 0])],
-        "at least 1e-06 s each, got 0, 1e-300",
-    ),
-    "a jump": ([0.0, 1.0, 1.0 + 1e-9], [pose(), pose(), pose([1, 0, 0])], "at least 1e-06 s each"),
-    "a reflection": ([0.0], [np.diag([1.0, 1, -1, 1])], "rigid"),
-    "a NaN": ([0.0, np.nan], [pose(), pose()], "times"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_a_motion_that_is_none(name: str) -> None:
-    times, poses, words = BAD[name]
-    with pytest.raises(SceneError, match=words) as caught:
-        KnownMotion(times, poses)
-    assert "\n" not in str(caught.value)
-
-
 def test_what_vanishes_within_a_microsecond_is_a_motion() -> None:
     motion = KnownMotion([0.0, 5.0, 5.0 + 2e-6], [pose(), pose(), pose([0, 0, 9])])
     np.testing.assert_allclose(motion.at(np.array([5.0, 6.0]))[:, 2, 3], [0, 9])
@@ -101,25 +79,3 @@ def test_a_scene_file_says_what_moves(tmp_path: Path) -> None:
     assert still.identity == scene.identity  # roadmaps are of the world that stands still
     with pytest.raises(SceneError, match="timing=None"):
         make_query(RoadmapRequest.from_options(robot="planar_2r", scene=str(path), start="q:0,0", goal="q:1,0").what)
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ("motion: [{t: 1, position: [0, 0, 0]}]", "begin at 0"),
-        ("motion: [{t: 0}, {t: 2}, {t: 2}]", "increase"),
-        ("motion: [{t: 0}, {t: 1.0e-300}]", "at least 1e-06 s each"),
-        ("motion: [{t: false}, {t: true}]", "valid number"),
-        ("motion: [{t: 0, position: [yes, 0, 0]}]", "valid number"),
-        ("motion: []", "must begin at 0"),
-        ("position: [0, 0, 0], motion: [{t: 0}]", "not both"),
-        ("speed_limit: 0.1, motion: [{t: 0}]", "not both"),
-        ("speed_limit: -1", "speed_limit"),
-    ],
-)
-def test_a_scene_file_that_says_it_wrongly(tmp_path: Path, more: str, words: str) -> None:
-    path = tmp_path / "moving.yaml"
-    path.write_text(f"obstacles: [{{name: x, type: sphere, radius: 0.1, {more}}}]")
-    with pytest.raises(PlannerError, match=words) as caught:
-        Scene.load(str(path))
-    assert "\n" not in str(caught.value)

@@ -24,11 +24,6 @@ def test_rotations_are_scipys(seed: int) -> None:
     np.testing.assert_allclose(se3(found).homogeneous, found, atol=1e-12)
 
 
-def test_a_quaternion_of_zero_has_no_direction() -> None:
-    with pytest.raises(ValueError, match="zero length"):
-        pose(quaternion=[0.0, 0.0, 0.0, 0.0])
-
-
 def test_a_matrix_is_a_pose() -> None:
     placement = pin.SE3(Rotation.from_rotvec([0.3, -0.2, 0.9]).as_matrix(), np.array([1.0, 2.0, 3.0]))
     for given in (placement, placement.homogeneous, pose(placement)):

@@ -11,7 +11,6 @@ from planner.kinematics.forward import tool_pose
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from tests.random_shapes import QUICK
-from tests.refusals import refusal_of
 from tests.worlds import ROBOTS, joint_xml, link_xml, load
 
 
@@ -105,35 +104,12 @@ def test_identity_knows(what):
 # refusals
 
 
-@pytest.mark.parametrize(
-    ("options", "part"),
-    [
-        ({"tool": "tool9"}, "frame 'tool9' not found; frames are"),
-        ({"tool": "iiwa14_link_0"}, "no movable joint lies between the base and frame 'iiwa14_link_0'"),
-        ({"fixed_joints": {"finger": 0.0}}, "joint 'finger' not found; joints are iiwa14_joint_1"),
-    ],
-)
-def test_refused(options, part):
-    assert part in refusal_of(lambda: Robot.load("iiwa14", **options))
-    assert "robots are" in refusal_of(lambda: Robot.load("kuka"))
-
-
 def test_a_fixed_joint_is_not_planned_but_held():
     whole, robot = load("iiwa14"), Robot.load("iiwa14", fixed_joints={"iiwa14_joint_3": 0.4})
     assert robot.joints == tuple(joint for joint in whole.joints if joint != "iiwa14_joint_3")
     q = np.linspace(-0.5, 0.5, 6)
     assert tool_pose(robot, q).isApprox(tool_pose(whole, np.insert(q, 2, 0.4)))
     np.testing.assert_array_equal(robot.home, np.delete(whole.home, 2))
-
-
-def test_half_a_turn_there_is_half_a_turn_back():
-    robot = load("kinova")
-    a, b = robot.home.copy(), robot.home.copy()
-    k = int(np.nonzero(robot.continuous)[0][0])
-    a[k], b[k] = -np.pi, 0.0
-    there, back = robot.difference(a, b), robot.difference(b, a)
-    assert abs(there[k]) == pytest.approx(np.pi)
-    np.testing.assert_array_equal(there, -back)
 
 
 @pytest.mark.parametrize("bits", range(-6, 7))
@@ -153,12 +129,6 @@ def test_half_a_turn_but_for_rounding_keeps_its_way_round(bits):
         np.testing.assert_array_equal(robot.unwound(path), path)
         ends = np.array([path[0], path[0] + turn])
         np.testing.assert_array_equal(robot.unwound(ends), ends)
-
-
-def test_normalise_stays_below_half_a_turn():
-    robot = load("kinova")
-    plain = robot.normalise(np.full(6, np.nextafter(-np.pi, -4.0)))
-    assert (plain[robot.continuous] == -np.pi).all()
 
 
 def test_only_motions_below_half_a_turn_are_told_by_their_ends():

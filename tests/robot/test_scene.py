@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 import trimesh
 
-from planner.base.errors import FileError, SceneError
+from planner.base.errors import SceneError
 from planner.problem.targets import Named, parse_target
 from planner.robot.files.urdf import frame_id
 from planner.robot.poses import pose
@@ -74,25 +74,6 @@ def test_every_kind_of_obstacle(scene, tmp_path):
     np.testing.assert_array_equal(obstacles[1].placement, np.eye(4))
 
 
-def test_set_up_of_a_robot(scene):
-    made = scene(
-        """
-        robots:
-          iiwa14: {base: {position: [0, 0, 0.5], rpy: [0, 0, 1.0]}, tool: iiwa14_link_7, fixed_joints: {j: 0.5}}
-        states: {iiwa14: {start: "q:0"}}
-        """
-    )
-    placement = made.placement("iiwa14")
-    np.testing.assert_allclose(placement.base.matrix(), pose([0, 0, 0.5], rpy=[0, 0, 1.0]))
-    assert placement.tool == "iiwa14_link_7"
-    assert placement.fixed_joints == {"j": 0.5}
-    other = made.placement("panda")
-    assert (other.tool, other.fixed_joints) == (None, {})
-    np.testing.assert_array_equal(other.base.matrix(), np.eye(4))
-    assert made.states_of("iiwa14") == {"start": "q:0"}
-    assert made.states_of("panda") == {}
-
-
 # identity
 
 ONE = "obstacles: [{name: a, type: box, size: [1, 2, 3]}, {name: b, type: sphere, radius: 1, position: [1, 0, 0]}]"
@@ -122,40 +103,6 @@ def test_identity_minds_shapes_and_places(scene, text):
 
 
 # refusals
-
-
-def item(body: str) -> str:
-    return f"obstacles: [{{name: a, {body}}}]"
-
-
-REFUSED = {
-    "unknown key": (item("type: sphere, radius: 1, colour: red"), ["unknown key 'obstacles.0.sphere.colour'"]),
-    "missing type": (item("radius: 1"), ["obstacles.0", "type"]),
-    "unknown type": (item("type: cone, radius: 1"), ["type 'cone'", "'box', 'sphere', 'cylinder', 'capsule', 'mesh'"]),
-    "zero-size box": (item("type: box, size: [1, 0, 1]"), ["size.1", "greater than or equal to 0.000001", "(got 0)"]),
-    "NaN": (item("type: sphere, radius: .nan"), ["radius", "(got nan)"]),
-    "two rotations": (
-        item("type: sphere, radius: 1, rpy: [0, 0, 0], quaternion: [0, 0, 0, 1]"),
-        ["give rpy or quaternion, not both"],
-    ),
-    "name twice": (
-        "obstacles: [{name: a, type: sphere, radius: 1}, {name: a, type: sphere, radius: 2}]",
-        ["'a' is used twice", "names must differ"],
-    ),
-    "a list": ("- 1\n- 2", ["holds no mapping of keys to values", "obstacles"]),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_refused(scene, case):
-    text, parts = REFUSED[case]
-    with pytest.raises(SceneError) as caught:
-        scene(text)
-    message = str(caught.value)
-    assert [part for part in ["scene file", "made.yaml", *parts] if part not in message] == []
-    assert "\n" not in message
-    assert message.endswith(".")
-    assert caught.value.exit_code == 3
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -212,26 +159,6 @@ def test_dicts_are_what_a_file_says(scene, tmp_path, monkeypatch):
         Scene("x", (*read.obstacles, DICTS[1]))
 
 
-@pytest.mark.parametrize(
-    ("wrong", "error", "words"),
-    [
-        ([{"type": "box"}], SceneError, "'obstacles.0.box.size' is missing"),
-        ([{"type": "sphere", "radius": 0.1, "positon": [0, 0, 1]}], SceneError, "did you mean 'position'"),
-        ([{"type": "mesh", "file": "nowhere.stl"}], FileError, "nowhere.stl not found"),
-        ([5], TypeError, "obstacles must be planner.Obstacle, MovingObstacle or dicts, got int"),
-    ],
-)
-def test_wrong_dicts_are_refused(wrong, error, words):
-    with pytest.raises(error, match=words):
-        Scene(obstacles=wrong)
-
-
-def test_none_is_the_empty_scene():
-    assert Scene.load(None).name == "empty"
-    made = Scene.load("paper")
-    assert Scene.load(made) is made
-
-
 @pytest.mark.parametrize("process", [True, False])
 def test_a_trimesh_is_what_its_file_is(process, scene, tmp_path):
     """Whether trimesh has joined the vertices or not."""
@@ -245,13 +172,3 @@ def test_a_trimesh_is_what_its_file_is(process, scene, tmp_path):
     np.testing.assert_array_equal(made.shape.triangles, read.shape.triangles)
     np.testing.assert_array_equal(made.placement, place.homogeneous)
     assert is_watertight(made.shape)
-
-
-def test_primitives_of_trimesh_are_meshes():
-    box: Any = trimesh.primitives.Box((0.1, 0.2, 0.3))
-    mesh = Obstacle("box", box, np.eye(4)).shape
-    assert isinstance(mesh, Mesh)
-    assert is_watertight(mesh)
-    np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), [0.1, 0.2, 0.3])
-    with pytest.raises(TypeError, match=r"a trimesh.Trimesh, got Scene"):
-        Obstacle("scene", box.scene(), np.eye(4))

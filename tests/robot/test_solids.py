@@ -61,17 +61,6 @@ def test_a_hollow_body_is_hollow() -> None:
     assert inside(room, (0, 0, 0), (1.2, 0, 0), (2, 0, 0)) == [False, True, False]
 
 
-def test_an_open_mesh_encloses_nothing() -> None:
-    lidless = Mesh(CUBE.vertices, CUBE.triangles[:-1])
-    assert not is_watertight(lidless)
-    assert solid_of(lidless) is None
-
-
-def test_triangles_that_face_any_way_are_not_consistent() -> None:
-    mixed = Mesh(CUBE.vertices, np.array([CUBE.triangles[0][::-1], *CUBE.triangles[1:]]))
-    assert not is_watertight(mixed)
-
-
 def test_of_a_mesh_in_pieces_the_closed_ones_count() -> None:
     plate = Mesh(np.array([[5.0, 0, 0], [6, 0, 0], [5, 1, 0]]), np.array([[0, 1, 2]]))
     partly = together(box(1.0), plate)

@@ -3,7 +3,6 @@
 import itertools
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +17,7 @@ from planner.planning.plan import plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.storage import save_roadmap
-from planner.search.manipulability_floor import first_violation, highest_floor, layered_network, rounded_down
+from planner.search.manipulability_floor import first_violation, highest_floor, layered_network
 from planner.search.network import build_network, edge_rows
 from planner.trajectory.measure import dense_path
 from tests.random_shapes import QUICK
@@ -137,12 +135,6 @@ def test_breach_names_the_segment() -> None:
     assert first_violation(robot, away[:2], 0.9 * top[3]) is None  # the last stretch to a goal that lies below
 
 
-@pytest.mark.parametrize(("w", "down"), [(0.0, 0.0), (0.0999, 0.099), (12.7, 12.0), (3e-5, 3e-5), (9.96e-5, 9.9e-5)])
-def test_rounding_never_goes_up(w, down):
-    assert rounded_down(w) == pytest.approx(down, rel=1e-12)
-    assert rounded_down(w) <= w
-
-
 def test_w_of_zero_between_two_samples_is_seen() -> None:
     """The elbow of a planar arm goes straight: w = 0 there, above the floor at the nearest samples on either side."""
     robot = load("planar_2r")
@@ -185,23 +177,3 @@ def test_the_highest_floor_is_that_of_the_widest_path_by_floyd_and_warshall(seed
         assert floor == 0.0
     else:
         assert 0.85 * widest - 0.01 <= floor <= widest + 0.01
-
-
-def test_below_what_was_asked_a_plan_keeps_to_the_highest_floor(tmp_path: Path) -> None:
-    """Paths may begin and end below it; where the ends lie above, it is the widest path's."""
-    found = small_plan()
-    robot, roadmap, network = found.robot, found.roadmap, build_network(found.roadmap, found.request.quality.objective)
-    ends = float(roadmap.manipulability[[*roadmap.starts, *roadmap.goals]].min())
-    top = float(roadmap.edge_manipulability.max())
-    widest, below_ends, near, far = (
-        highest_floor(robot, roadmap, network, asked) for asked in (None, ends, top, 1000.0 * top)
-    )
-    assert 0.85 * min(widest, ends) < below_ends < ends
-    assert far == near >= widest  # what is found does not hang on how far above all w the floor was
-    save_roadmap(roadmap, tmp_path / "kept.npz")
-    for floor in (below_ends, near):
-        again = plan(
-            nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=floor, refinement_rounds=0, timing=None
-        )
-        assert len(again.path)
-        assert first_violation(robot, again.path, floor) is None

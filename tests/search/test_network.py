@@ -5,10 +5,9 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 
 from planner import gabf
-from planner.cost.scale import COSTS, ZETA, CostScale, manipulability_cost
+from planner.cost.scale import COSTS, manipulability_cost
 from planner.kinematics.manipulability import manipulability
 from planner.problem.options import CostIntegration, Metric
 from planner.problem.request import Objective
@@ -16,18 +15,6 @@ from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
 from planner.search.network import build_network, distance_cost
 from tests.worlds import load, make_post, post_roadmap
-
-SCALE = CostScale(w_low=0.01, w_high=0.1, joint_length=2.0, tool_length=0.5, zeta=0.01)
-W = st.lists(st.floats(0, 1), min_size=1, max_size=30).map(np.array)
-
-
-@pytest.mark.parametrize("metric", get_args(Metric))
-def test_distances_are_lengths_in_longest_edges(metric):
-    roadmap = post_roadmap()
-    length = roadmap.joint_length if metric == "joint" else roadmap.tool_length
-    cost = distance_cost(roadmap, metric)
-    np.testing.assert_allclose(cost, np.maximum(length / length.max(), ZETA))
-    assert cost.max() == 1.0
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.3, 1.0])

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner import gabf
-from planner.base.progress import Progress
 from planner.search.network import build_network
 from planner.search.search import Found, RoadmapPaths, search, second_looks
 from tests.random_shapes import QUICK
@@ -64,12 +63,6 @@ def test_the_path_is_the_cheapest_of_all_good_ones(law, seed, nodes, share, arou
     left = gabf.oracle(graph.network)  # the field is that of what is left
     np.testing.assert_allclose(found.field.x, left, rtol=1e-9)
     assert not (graph.gone & ~graph.bad).any()
-
-
-def test_a_search_that_is_asked_to_stop_has_no_path() -> None:
-    graph = Graph(0, 12, 0.0, around=False)
-    assert len(search(graph, gabf.SingularityFree()).steps) > 1
-    assert len(search(graph, gabf.SingularityFree(), progress=Progress(stop=lambda: True)).steps) == 0
 
 
 def post_paths(floor: float = 0.0, seen: set[bytes] | None = None) -> RoadmapPaths:

@@ -20,7 +20,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from planner import Gate, Robot, Session
-from planner.base.errors import FileError, OptionError, PlannerError
+from planner.base.errors import FileError
 from planner.serve.server import running, token_in
 from tests.command_line import command
 from tests.serve.client import TOKEN, Client, Refused, code_on_page
@@ -83,14 +83,6 @@ def test_gate_and_planner_know_a_change_and_each_client_has_its_own_world(addres
     moved = client.ask("change", changes=[{"do": "move", "name": "post", "position": [5.0, 0.0, 0.0]}])
     assert moved["changes"] == 1
     assert client.ask("replan", motion=False)["path"] == before["path"]
-
-
-def test_an_obstacle_is_carried_and_put_down(client: Client) -> None:
-    at = {"name": "post", "at": [1.5, 0.1]}
-    client.ask("change", changes=[ROW, {"do": "attach", "frame": "link_2", "touch_links": ["link_1"], **at}])
-    with pytest.raises(Refused, match="carried"):
-        client.ask("change", changes=[{"do": "remove", "name": "post"}])
-    client.ask("change", changes=[{"do": "detach", **at}, {"do": "remove", "name": "post"}])
 
 
 @pytest.mark.parametrize(
@@ -197,14 +189,6 @@ def test_a_token_is_of_some_length_and_others_cannot_read_it(tmp_path: Path) -> 
         file.chmod(mode)
         with pytest.raises(FileError, match=said):
             token_in(file)
-
-
-def test_a_port_that_is_taken_is_a_sentence(address: str) -> None:
-    port = int(address.rstrip("/").rsplit(":", 1)[1])
-    with pytest.raises(PlannerError, match="cannot be used"), running(TOKEN, port=port):
-        pass
-    with pytest.raises(OptionError, match="port"), running(TOKEN, port=70_000):
-        pass
 
 
 def token_file(folder: Path) -> Path:

@@ -13,7 +13,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
 from planner.robot.robot import Robot
-from planner.trajectory.measure import dense_path, path_manipulability
+from planner.trajectory.measure import dense_path
 from planner.trajectory.timing import time_path
 from planner.view.motion import (
     ShownPath,
@@ -70,14 +70,6 @@ def test_the_tool_is_as_fast_whichever_rows_w_is_of(rows: str) -> None:
     np.testing.assert_allclose(speed[1:-1], numeric[1:-1], atol=0.02)
 
 
-def test_a_path_of_one_configuration_stands_still() -> None:
-    data = motion_data(load("ur5"), ShownPath(load("ur5").home[None], []))
-    assert data["seconds"] == 0.0
-    assert data["shares"] == [0.0]
-    assert len(set(data["w"])) == 1
-    assert len(data["worst"]) == 1
-
-
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_ellipsoid_holds_the_velocities_that_unit_joint_velocities_reach(robot: str) -> None:
     """Against finite differences of the tool's place: the largest stretch in any direction is its support there."""
@@ -98,19 +90,6 @@ def test_the_ellipsoid_holds_the_velocities_that_unit_joint_velocities_reach(rob
 def lowest(robot: Robot, path: np.ndarray) -> list[dict[str, Any]]:
     dense = dense_path(path)
     return worst_points(robot, dense, path_shares(dense)[0])
-
-
-def test_worst_points_are_the_lowest_minima(solved: Plan) -> None:
-    robot, path = solved.robot, solved.path
-    points = lowest(robot, path)
-    assert points[0]["w"] == path_manipulability(robot, path).min()
-    shares, _ = path_shares(path)
-    for point in points:
-        around = np.clip(point["share"] + np.array([-0.004, 0.0, 0.004]), 0, 1)
-        w = manipulability(robot, configurations_at(path, shares, around))
-        assert w[1] == pytest.approx(point["w"])
-        assert w[1] <= w.min() * (1.0 + 1e-4)  # the minimum is that of samples 0.01 rad apart
-    assert len(points) < 2 or (points[0]["w"] <= points[1]["w"] and abs(points[0]["share"] - points[1]["share"]) > 0.1)
 
 
 def test_worst_points_of_known_curves() -> None:

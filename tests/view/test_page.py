@@ -12,15 +12,10 @@ import pytest
 
 import planner
 from planner.base.errors import FileError, OptionError
-from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.request import PlanRequest
-from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.result import Tradeoff
-from planner.tradeoff.sweep import sweep, with_alternatives
 from planner.view.motion import ShownPath
 from tests.browser import page_data
-from tests.worlds import checker_of, load
 
 
 def assert_same(mine: list[ShownPath], theirs: list[ShownPath]) -> None:
@@ -39,26 +34,6 @@ def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) 
         rows = dict(shown.numbers)
         assert rows["w mean (m²)"] == f"{interval.w_mean:.3g}"
         assert rows["tool's path"] == f"{interval.workspace_length:.3f} m"
-
-
-@pytest.mark.parametrize("floor", [0.02])  # above the goal's w alone
-def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path) -> None:
-    held = with_alternatives(
-        plan(request=PlanRequest.from_options(nodes=150, min_manipulability=floor, extra_clearance=0.0), timing=None)
-    )
-    save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
-    whole = sweep(request=PlanRequest.from_options(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
-    (mine, current), theirs = held.shown_paths(), whole.shown_paths()
-    assert len(mine) == len(theirs) >= 1
-    for a, b in zip(mine, theirs, strict=True):
-        assert a.interval == pytest.approx(b.interval, abs=1e-9)
-        assert a.numbers == b.numbers
-        np.testing.assert_array_equal(a.path, b.path)
-    field = mine[current].cost_to_go
-    assert field is not None
-    assert field.shape == (len(held.roadmap.nodes),)
-    assert held.cost is not None
-    assert field[held.path_nodes[0]] == pytest.approx(held.cost.total)
 
 
 def test_a_plan_that_is_one_of_several_as_good_is_shown_itself(made: Plan) -> None:
@@ -86,16 +61,6 @@ def test_pages_are_the_same_bytes_twice_and_whole(made: Plan, tradeoff: Tradeoff
 
 
 # notebooks
-
-
-def test_a_roadmap_that_has_no_edges_is_shown(tmp_path: Path) -> None:
-    checker = checker_of("planar_2r")
-    lone = planner.build_roadmap(load("planar_2r"), checker, start=[0, 1], goal=[0.5, 1], nodes=2)
-    for k in reversed(range(len(lone.edges))):
-        lone = lone.without_edge(k)
-    assert "0 edges" in lone._repr_html_()
-    (tmp_path / "page.html").write_text(planner.show(lone, checker).html)
-    assert page_data(tmp_path / "page.html")["roadmap"]["edges"] == []
 
 
 def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> None:

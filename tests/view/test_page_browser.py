@@ -24,10 +24,8 @@ from planner.robot.shapes import Cylinder
 from planner.tradeoff.result import Tradeoff
 from planner.tradeoff.sweep import sweep, with_alternatives
 from planner.trajectory.measure import path_manipulability
-from planner.trajectory.timing import time_path
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
-from planner.view.page import Page
 from planner.view.state import inspect_state
 from tests.browser import Tab, browser, choose, dataset, drag, text, text_content
 from tests.linkages import random_linkage
@@ -112,14 +110,6 @@ def test_the_page_is_ready_and_says_what_it_shows(tab: Tab, made: Plan) -> None:
     assert text(tab, "now") == f"w = {made.roadmap.manipulability[made.path_nodes[0]]:.4f} m³ · 0 %"
 
 
-def test_the_robot_stands_where_python_puts_it(tab: Tab, made: Plan) -> None:
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(made.path, axis=0), axis=1))])
-    for share in (0.0, 0.123, 0.5, 0.987, 1.0):
-        tab.run(f"goTo({share})")
-        q = np.array([np.interp(share * along[-1], along, column) for column in made.path.T])
-        np.testing.assert_allclose(tool_in_page(tab), tool_positions(made.robot, q)[0], atol=1e-6)
-
-
 def test_forward_kinematics_of_every_robot(tab: Tab, urdf_file: Callable[..., str]) -> None:
     """Revolute, continuous and sliding joints, in a chain and placed anywhere, and those that follow others."""
     inside = link_xml("a") + link_xml("b") + link_xml("c") + joint_xml("slide", "a", "b", "prismatic", "0 0.6 0.8")
@@ -144,20 +134,6 @@ def test_play_goes_on_to_the_end_and_starts_over(tab: Tab) -> None:
     tab.run("shownPath().seconds = 1000, play()")
     assert float(dataset(tab, "share")) < 0.01
     assert text(tab, "play") == "Pause"
-
-
-def test_a_motion_is_shown_in_time(window: Tab, made: Plan, tmp_path: Path) -> None:
-    trajectory = time_path(made.path, made.checker)
-    file = tmp_path / "motion.html"
-    file.write_text(replace(made, trajectory=trajectory).page())
-    assert window.open(file), window.console
-    window.run("goTo(0.25)")
-    assert text(window, "now").endswith(f"{0.25 * trajectory.duration:.2f} s")
-    lowest = path_manipulability(made.robot, trajectory.at(np.linspace(0, trajectory.duration, 1001))).min()
-    assert window.run("shownPath().worst[0].w") == pytest.approx(lowest, rel=1e-3)
-    assert "lowest manipulability of the motion" in text(window, "worst")
-    q = window.run("configurationAt(shownPath(), share)")
-    np.testing.assert_allclose(q, trajectory.at(0.25 * trajectory.duration)[0], atol=2e-2)
 
 
 # the trade-off
@@ -216,19 +192,6 @@ def test_nodes_and_edges_are_coloured_by_choice(tab: Tab, made: Plan) -> None:
 
 
 # manipulability
-
-
-def test_the_ellipsoid_is_the_jacobians_and_moves(tab: Tab, made: Plan) -> None:
-    scale, matrices = tab.run("scale"), []
-    for share, q in ((0.0, made.path[0]), (1.0, made.path[-1])):
-        tab.run(f"goTo({share})")
-        matrix = np.array(tab.run("ellipsoid.matrix.toArray()")).reshape(4, 4).T
-        linear = made.robot.jacobian(q)[:3]
-        np.testing.assert_allclose(matrix[:3, 3], tool_positions(made.robot, q)[0], atol=1e-6)
-        np.testing.assert_allclose((matrix[:3, :3] / scale) @ (matrix[:3, :3] / scale).T, linear @ linear.T, atol=5e-3)
-        matrices.append(matrix)
-    assert np.abs(matrices[0] - matrices[1]).max() > 0.01
-    assert f"{scale} m drawn for 1 m/s" in tab.run("element('key').textContent")
 
 
 def test_the_worst_points_are_marked_and_lead_there(tab: Tab, made: Plan) -> None:
@@ -367,22 +330,6 @@ def test_what_moves_is_where_it_is_at_the_time_shown(window: Tab, tmp_path: Path
     assert window.console == window.requests == []
 
 
-def test_a_state_in_collision_is_seen(window: Tab, tmp_path: Path) -> None:
-    checker = make_checker(load("iiwa14"), Scene.load("paper"))
-    report = inspect_state(checker, np.array([0, 1.9, 0, -0.4, 0, 3.0, 0]))
-    assert report.contacts
-    (tmp_path / "state.html").write_text(report.page())
-    assert window.open(tmp_path / "state.html"), window.console
-    assert window.console == window.requests == []
-    assert str(report.contacts[0]) in text(window, "message")
-    red = window.run("Object.keys(data.names).filter(p => drawn(p).material.color.getHex() === 0xe61f1f)")
-    names = window.run("data.names")
-    assert {names[path] for path in red} == {name for pair in report.contacts for name in (pair.first, pair.second)}
-    wrong = window.run("[...document.querySelectorAll('tr.wrong')].map(r => r.textContent)")
-    assert any("iiwa14_joint_6" in row for row in wrong)
-    assert any("contact" in row for row in wrong)
-
-
 # the file
 
 
@@ -448,13 +395,6 @@ def test_a_script_in_a_name_would_be_noticed(window: Tab, tmp_path: Path) -> Non
     path.write_text(html.replace("planar_2r in safe</h1>", f"{HOSTILE[2]}</h1>"))
     window.open(path)
     assert window.run("typeof ran") == "number"
-
-
-@pytest.mark.parametrize("name", ["kinova"])
-def test_the_heaviest_robots_leave_room_for_a_roadmap_in_2_MB(name: str) -> None:
-    robot = load(name)
-    page = Page(robot, Scene("empty"), np.asarray(robot.home), "")
-    assert 300_000 < len(page.html().encode()) < 1_650_000
 
 
 def test_a_page_is_small(made: Plan) -> None:

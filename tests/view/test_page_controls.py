@@ -23,7 +23,6 @@ from planner.tradeoff.result import Tradeoff
 from planner.view.drawing import tool_positions
 from tests.browser import Tab, browser, choose, dataset, text
 from tests.view.conftest import TASK
-from tests.worlds import planar_trap
 
 DESKTOP = {"width": 1400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
 PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
@@ -109,17 +108,6 @@ def test_a_singular_start_is_a_warning(opened: Callable[..., Tab], singular: Pla
     tab.call("Emulation.setDeviceMetricsOverride", **DESKTOP)
 
 
-def test_a_failed_plan_has_no_facts_but_its_reason(opened: Callable[..., Tab], tmp_path: Path) -> None:
-    request = TASK.with_options(scene=str(planar_trap(tmp_path)), start="q:0.2,0.3", goal="q:3.0,-0.3", nodes=30)
-    tab = opened(plan(request=request, timing=None))
-    assert tab.run("element('message').className") == "failed"
-    assert tab.run("element('facts').hidden && element('gauge-section').hidden && element('plots').hidden")
-    goal = "group('goal').children[0].getWorldPosition(new THREE.Vector3()).project(viewer.camera)"
-    x, y = tab.run(f"(p => [p.x, p.y])({goal})")
-    assert abs(x) < 1
-    assert abs(y) < 1
-
-
 @pytest.mark.parametrize("screen", [DESKTOP, PHONE])
 def test_the_camera_fits_robot_and_path(opened: Callable[..., Tab], solved: Plan, screen: dict[str, Any]) -> None:
     opened(solved).call("Emulation.setDeviceMetricsOverride", **screen)
@@ -133,17 +121,6 @@ def test_the_camera_fits_robot_and_path(opened: Callable[..., Tab], solved: Plan
     assert (seen < low + size).all()
     assert (np.ptp(seen, axis=0) / size).max() > 0.7, "and fills the room that there is"
     tab.call("Emulation.setDeviceMetricsOverride", **DESKTOP)
-
-
-def test_the_path_is_a_tube_around_the_tools_way(opened: Callable[..., Tab], moving: Plan) -> None:
-    tab, motion = opened(moving), moving.trajectory
-    assert motion is not None
-    shape = f"drawn('paths/{dataset(tab, 'path')}').geometry"
-    points = np.array(tab.run(f"Array.from({shape}.attributes.position.array)")).reshape(-1, 3)
-    dense = tool_positions(moving.robot, motion.at(np.linspace(0.0, motion.duration, 2000)))
-    off = np.linalg.norm(points[:, None] - dense[None], axis=2)
-    assert 0.004 < off.min(axis=1).max() < 0.008
-    assert off.min(axis=0).max() < 0.015, "all of it"
 
 
 # curves
@@ -230,13 +207,6 @@ def test_the_sweeps_table_says_what_a_beta_buys(opened: Callable[..., Tab], trad
     assert "This is the knee" in text(tab, "buys")
 
 
-def test_a_path_through_a_singular_configuration_is_warned_of(opened: Callable[..., Tab], tradeoff: Tradeoff) -> None:
-    """The arm's elbow changes sides on every path here, so that it is straight at some time."""
-    tab = opened(tradeoff)
-    assert tab.run("element('message').className") == "warned"
-    assert "The arm is singular at " in text(tab, "warnings")
-
-
 # what is taken away
 
 
@@ -273,15 +243,6 @@ def test_the_copied_command_makes_the_plan(opened: Callable[..., Tab], moving: P
     again = json.loads((tmp_path / "again" / "plan.json").read_text())
     assert again["path"] == moving.path.tolist()
     assert again["roadmap"]["sha256"] == moving.record.roadmap.sha256
-
-
-def test_the_copied_command_of_a_sweep_exports_the_path(
-    opened: Callable[..., Tab], tradeoff: Tradeoff, tmp_path: Path
-) -> None:
-    tab, item = opened(tradeoff), tradeoff.intervals[2]
-    tab.run("toInterval(2), copyCommand()")
-    assert text(tab, "command") == f"planner export '{tmp_path}' --beta {item.beta:g}"
-    assert item.beta_min <= item.beta <= item.beta_max
 
 
 def choose_file(tab: Tab, path: Path) -> None:

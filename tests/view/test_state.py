@@ -50,16 +50,5 @@ def test_limits_are_named_beside_contacts(tmp_path: Path) -> None:
     assert str(report.sentence) in str(data).replace('"', "'") or report.sentence.split("'")[1] in str(data)
 
 
-def test_a_clearance_that_no_proof_tells_from_contact_is_said_so() -> None:
-    near = make_checker(ROBOT, scene_of((Sphere(0.1), pose([0.0, 2.0, 0.0]))))
-    assert inspect_state(near, np.array([0.0, 0.5])).sentence == "Free and within limits."
-    low, high = 0.0, 1.0  # the nearest ball beside the second link that is free, by bisection
-    for _ in range(30):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if not inspect_state(beside(middle), np.zeros(2)).contacts else (middle, high)
-    close = inspect_state(beside(high + 2e-5), np.zeros(2))
-    assert "no contact was found; but the clearance is less than 0.1 mm" in close.sentence
-
-
 def beside(y: float) -> CollisionChecker:
     return make_checker(ROBOT, scene_of((Sphere(0.1), pose([0.6, y, 0.0]))))

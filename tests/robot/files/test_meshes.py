@@ -16,7 +16,7 @@ from planner.base.errors import FileError
 from planner.robot.files.meshes import pieces_of, read_mesh
 from planner.robot.files.robot_files import read_robot
 from planner.robot.robot import assemble
-from planner.robot.shapes import Body, Mesh, Sphere
+from planner.robot.shapes import Body, Mesh
 from planner.robot.solids import solid_of
 from tests.random_shapes import QUICK, blob
 from tests.refusals import refusal_of
@@ -87,28 +87,6 @@ def test_a_file_that_is_cut_off_is_whole_or_refused(kind: str, mesh: Mesh, share
         return
     if kind != "obj":  # which does not say how many faces it has
         assert len(found.triangles) == len(mesh.triangles)
-
-
-def test_equal_vertices_are_joined_and_others_are_not() -> None:
-    near = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1e-9]])
-    for kind in ("stl", "glb"):
-        found = read(mesh_file(Mesh(near, np.array([[0, 1, 2], [3, 2, 1]])), kind), kind)
-        assert len(found.vertices) == 4
-
-
-def test_parts_of_a_scene_stand_where_it_puts_them() -> None:
-    scene = trimesh.Scene()
-    box, turn = (
-        trimesh.creation.box(extents=(0.2, 0.4, 0.6)),
-        trimesh.transformations.rotation_matrix(np.pi / 2, [0, 0, 1]),
-    )
-    scene.add_geometry(box, node_name="a")
-    scene.add_geometry(box, node_name="b", transform=trimesh.transformations.translation_matrix([1, 2, 3]) @ turn)
-    found = read(scene.export(file_type="glb"), "glb")
-    np.testing.assert_allclose(
-        [found.vertices.min(axis=0), found.vertices.max(axis=0)], [[-0.1, -0.2, -0.3], [1.2, 2.1, 3.3]]
-    )
-    assert len(found.triangles) == 24
 
 
 PLY = (
@@ -217,10 +195,3 @@ def test_hulls_of_the_pieces_of_a_real_robot_hold_every_triangle() -> None:
         assert held.all(), body.name
         split += len(parts) > 1
     assert split >= 4
-
-
-def test_what_is_no_mesh_or_in_one_piece_stays_one_body() -> None:
-    ball = Body("link_0", "link", 1, Sphere(0.1), np.eye(4))
-    assert pieces_of(ball) == [ball]
-    one = body_of(blob(np.random.default_rng(0), 0.3))
-    assert pieces_of(one) == [one]

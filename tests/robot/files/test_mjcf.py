@@ -12,7 +12,7 @@ from planner.base.arrays import Floats
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.robot.files import urdf
-from planner.robot.files.mjcf import _EQUALITIES, _GEOMS, _JOINTS, _name
+from planner.robot.files.mjcf import _name
 from planner.robot.files.urdf_geometry import read_geometry, shape_of
 from planner.robot.robot import Robot, load_visuals
 from planner.robot.scene import Scene
@@ -126,27 +126,6 @@ def require_shape(shape: Shape, model: mujoco.MjModel, geom: int) -> None:
         case Capsule() | Cylinder():
             assert (shape.radius, shape.length) == (size[0], 2 * size[1])
     assert type(shape).__name__.lower() == mujoco.mjtGeom(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
-
-
-def test_a_mesh_off_its_centre_stays_there(tmp_path: Path) -> None:
-    """MuJoCo moves vertices to the centre of mass and their principal axes: the surface stays in its place."""
-    corners = np.array([[1, 2, 3], [2, 2, 3], [1, 4, 3], [1, 2, 6]], dtype=float)
-    asset = f'<asset><mesh name="m" vertex="{" ".join(map(str, corners.ravel()))}" scale="0.1 0.1 -0.1"/></asset>'
-    robot = Robot.load(arm(tmp_path, '<geom type="mesh" mesh="m" pos="0 0 1"/>', asset), tool="tip")
-    (body,) = (body for body in robot.bodies if isinstance(body.shape, Mesh))
-    assert isinstance(body.shape, Mesh)
-    found = body.shape.vertices @ body.placement[:3, :3].T + body.placement[:3, 3]
-    expected = corners * [0.1, 0.1, -0.1] + [0, 0, 1]
-    np.testing.assert_allclose(np.sort(found, axis=0), np.sort(expected, axis=0), atol=1e-6)  # MuJoCo's are floats
-
-
-def test_kinds_are_numbered_as_in_mujoco() -> None:
-    for names, kinds, start in (
-        (_JOINTS, mujoco.mjtJoint, "mjJNT_"),
-        (_GEOMS, mujoco.mjtGeom, "mjGEOM_"),
-        (_EQUALITIES, mujoco.mjtEq, "mjEQ_"),
-    ):
-        assert [f"{start}{name.upper()}" for name in names] == [kinds(k).name for k in range(len(names))]
 
 
 # robots

@@ -76,20 +76,6 @@ def test_a_model_is_what_its_file_is(name: str) -> None:
     assert dict(made.source.joints) == dict(read.source.joints)
 
 
-@pytest.mark.parametrize("name", ["iiwa14", "panda"])
-def test_its_plan_is_that_of_its_file(name: str) -> None:
-    read = load(name)
-    made = Robot.from_pinocchio(*models_of(read), read.tool, read.fixed_joints)
-    ours, theirs = (planner.make_checker(robot, planner.Scene.load("paper")).world for robot in (made, read))
-    np.testing.assert_array_equal(ours.self_pairs, theirs.self_pairs)
-    scene = {"iiwa14": "paper", "panda": "shelf"}[name]
-    found, wanted = (
-        planner.plan(robot=robot, scene=scene, nodes=60, refinement_rounds=0, seed=1) for robot in (made, read)
-    )
-    assert wanted.solved
-    np.testing.assert_array_equal(found.path, wanted.path)
-
-
 def test_joints_that_mimic_and_turn_without_end() -> None:
     """Pinocchio keeps no limits of its own for a joint that mimics: it keeps those of its leader."""
     read = Robot.load(ARM, "tip")
@@ -180,32 +166,9 @@ def with_joint(joint: pin.JointModel) -> tuple[pin.Model, pin.GeometryModel]:
     return model, pin.GeometryModel()
 
 
-@pytest.mark.parametrize(
-    "joint", [pin.JointModelFreeFlyer(), pin.JointModelHX(0.3), pin.JointModelSpherical(), pin.JointModelPlanar()]
-)
-def test_other_joints_are_refused(joint: pin.JointModel) -> None:
-    with pytest.raises(RobotError, match=f"joint 'odd' of the pinocchio.Model is a {joint.shortname()}: only revolute"):
-        Robot.from_pinocchio(*with_joint(joint), tool="odd")
-
-
 def test_a_joint_without_limits_turns_without_end() -> None:
     robot = Robot.from_pinocchio(*with_joint(pin.JointModelRX()), tool="odd")
     assert robot.continuous.all()
     assert (robot.lower[0], robot.upper[0], robot.velocity[0]) == (-np.pi, np.pi, 0.0)
     with pytest.raises(RobotError, match="give it real ones, in metres"):
         Robot.from_pinocchio(*with_joint(pin.JointModelPX()), tool="odd")
-
-
-def test_other_shapes_are_refused() -> None:
-    inflated = coal.Sphere(0.1)
-    inflated.setSweptSphereRadius(0.01)
-    for shape, words in ((coal.Cone(0.1, 0.2), "Cone is not supported"), (inflated, "swept sphere radius")):
-        model, geometry = sample()
-        geometry.addGeometryObject(pin.GeometryObject("odd", 1, pin.SE3.Identity(), shape))
-        with pytest.raises(RobotError, match=words):
-            Robot.from_pinocchio(model, geometry, tool="effector_body")
-
-
-def test_a_model_in_place_of_a_robot_names_the_remedy() -> None:
-    with pytest.raises(TypeError, match=r"got Model: see planner.Robot.from_pinocchio"):
-        planner.plan(robot=sample()[0], scene=None)

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from planner.base.errors import RobotError
 from planner.robot.files.robot_files import JointChoice, read_robot
 from planner.robot.files.srdf import group_joints
 from planner.robot.robot import Robot
@@ -74,42 +73,6 @@ def test_a_group_holds_the_rest_where_home_has_it(arm: Path) -> None:
     assert load(arm, joints="elbow,shoulder").identity == robot.identity  # in whatever order they are named
 
 
-def test_states_are_known_that_name_every_planned_joint(arm: Path) -> None:
-    assert dict(load(arm, group="arm").states) == {"home": (0.1, -0.2), "ready": (0.5, 0.6)}
-    assert dict(load(arm).states) == {"home": (0.3, 0.1, -0.2)}
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"group": "leg"}, "group 'leg' not found in SRDF .*; groups are arm, by_joints"),
-        ({"group": "round"}, "contains itself"),
-        ({"group": "welded"}, "moves no joint"),
-        ({"group": "foreign"}, "names 'nose', which the URDF lacks"),
-        ({"group": "backwards"}, "a chain from hand to column, but no joints lead there"),
-        ({"joints": "elbow,nose"}, "joint 'nose' not found among the joints that move, lift, shoulder, elbow"),
-        ({"joints": "weld"}, "joint 'weld' not found"),
-    ],
-)
-def test_refused(arm: Path, options: dict[str, str], said: str) -> None:
-    with pytest.raises(RobotError, match=said):
-        load(arm, **options)
-
-
-BAD = [
-    ('<disable_collisions link1="base"/>', "without attribute 'link2'"),
-    ('<group_state name="s"><joint name="elbow"/></group_state>', "without attribute 'value'"),
-    ('<group_state name="s"><joint name="elbow" value="much"/></group_state>', "value of <joint> must be a finite"),
-]
-
-
-@pytest.mark.parametrize(("line", "said"), BAD)
-def test_what_is_misspelt_is_refused(arm: Path, line: str, said: str) -> None:
-    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{line}</robot>"))
-    with pytest.raises(RobotError, match=said):
-        load(arm)
-
-
 UNREAD = [
     (
         '<disabel_collisions link1="base" link2="fore"/>',
@@ -156,13 +119,6 @@ def test_a_passive_joint_inside_a_group_is_read_and_not_planned(arm: Path) -> No
     assert load(arm).joints == ("shoulder", "elbow")
     (arm / "arm.srdf").write_text(SRDF.replace('<joint name="weld"/></group>', more, 1))
     assert load(arm, group="by_joints").joints == ("elbow",)
-
-
-def test_an_srdf_that_calls_the_robot_otherwise_is_noted(arm: Path) -> None:
-    assert load(arm).notes == ()
-    (arm / "arm.srdf").write_text(SRDF.replace('<robot name="arm">', '<robot name="leg">'))
-    (note,) = load(arm).notes
-    assert note.text.endswith("it is of another robot than the URDF: leg.")
 
 
 # robot.yaml by path

@@ -6,7 +6,7 @@ import pytest
 
 from planner.base.errors import RobotError
 from planner.robot.robot import Robot
-from planner.robot.shapes import Capsule, Cylinder, Mesh
+from planner.robot.shapes import Capsule, Cylinder
 from tests.worlds import joint_xml, link_xml, load
 
 # link: end points of the capsule's axis in the upright link frame, radius (iiwa14.md)
@@ -71,15 +71,6 @@ def test_iiwa14_limits():
     assert [robot.model.frames[robot.tool_id].name, robot.tool] == ["flange", "flange"]
 
 
-@pytest.mark.parametrize("version", ["1.0", "1.1"])
-def test_capsules_do_not_vanish(urdf_file, version):
-    path = urdf_file(
-        link_xml("a") + link_xml("b", '<capsule radius="0.1" length="0.5"/>') + joint_xml("j", "a", "b"),
-        version=version,
-    )
-    assert [item.shape for item in Robot.load(path).bodies] == [Capsule(0.1, 0.5)]
-
-
 def test_continuous_joints_are_one_turn(urdf_file):
     joint = (
         '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>'
@@ -138,19 +129,6 @@ def test_refused(urdf_file, case, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_mesh_beside_the_urdf(tmp_path):
-    folder = tmp_path / "arm_description"
-    (folder / "meshes").mkdir(parents=True)
-    corners = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0"
-    stl = f"solid s\nfacet normal 0 0 1\nouter loop\n{corners}\nendloop\nendfacet\nendsolid s"
-    (folder / "meshes" / "one.stl").write_text(stl)
-    mesh = '<mesh filename="package://arm_description/meshes/one.stl" scale="0.1 0.1 0.1"/>'
-    (folder / "arm.urdf").write_text(f'<robot name="arm">{A}{link_xml("b", mesh)}{joint_xml("j", "a", "b")}</robot>')
-    (only,) = Robot.load(str(folder / "arm.urdf")).bodies
-    assert isinstance(only.shape, Mesh)
-    assert only.shape.vertices.max() == pytest.approx(0.1)
-
-
 def test_soft_limits_are_limits(urdf_file):
     soft = '<safety_controller k_velocity="1" soft_lower_limit="-0.5" soft_upper_limit="2"/></joint>'
     inside = link_xml("a") + link_xml("b") + link_xml("c", '<sphere radius="0.1"/>')
@@ -161,12 +139,6 @@ def test_soft_limits_are_limits(urdf_file):
     assert robot.upper.tolist() == [1.0, 1.0]
     with pytest.raises(RobotError, match=r"soft limits of 0\.5 and 0"):
         Robot.load(urdf_file(inside.replace('-0.5" soft_upper_limit="2"', '0.5"')))
-
-
-def test_limits_that_are_not_followed_are_noted(urdf_file):
-    quick = joint_xml("j", "a", "b").replace("effort", 'acceleration="0.5" jerk="3" effort')
-    (note,) = Robot.load(urdf_file(link_xml("a") + link_xml("b") + quick)).notes
-    assert "limits on acceleration, jerk in the URDF are not followed" in note.text
 
 
 def test_a_link_and_a_joint_may_have_the_same_name(urdf_file):

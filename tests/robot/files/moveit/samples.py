@@ -19,12 +19,6 @@ def scene(*objects: dict, **more: object) -> dict:
     return {"world": {"collision_objects": list(objects)}, **more}
 
 
-def request_text(**goal: object) -> str:
-    joints = [f"iiwa14_joint_{k}" for k in range(1, 8)]
-    start = {"joint_state": {"name": joints, "position": [0, 0.5, 0, -1.2, 0, 0.8, 0]}}
-    return yaml.safe_dump({"start_state": start, "goal_constraints": [goal]})
-
-
 EXAMPLES = ROOT / "scenes" / "examples"
 SCENE = yaml.safe_load((EXAMPLES / "scene0001.yaml").read_text())
 REQUEST = yaml.safe_load((EXAMPLES / "request0001.yaml").read_text())

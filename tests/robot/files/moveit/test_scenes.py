@@ -12,7 +12,7 @@ from planner.robot.moveit.scenes import planning_scene, scene_text
 from planner.robot.robot import Robot, with_carried
 from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Carried, Cylinder, Mesh, Sphere
+from planner.robot.shapes import Box, Cylinder, Mesh, Sphere
 from tests.refusals import refusal_of
 from tests.robot.files.moveit.samples import BOX, HERE, scene
 from tests.worlds import load
@@ -69,19 +69,6 @@ def test_a_permission_for_what_is_attached_is_for_all_its_shapes(tmp_path: Path)
     said = _written(tmp_path, robot_state=held, allowed_collision_matrix=_matrix("pair", "panda_link5", allowed=True))
     (note,) = notes(robot, said)
     assert note.text.endswith("as the SRDF says otherwise: pair and panda_link5.")
-
-
-def test_a_carried_box_collides_in_the_arms_stead(tmp_path: Path) -> None:
-    robot = Robot.load("iiwa14")
-    held = with_carried(robot, [Carried("flange", "parcel", Box((0.1, 0.1, 0.1)), np.eye(4), ("iiwa14_link_6",))])
-    wall = scene({**BOX, "id": "wall", "primitive_poses": [{"position": [0, 0, 1.5]}]})
-    (tmp_path / "s.yaml").write_text(yaml.safe_dump(wall))
-    world = Scene.load(str(tmp_path / "s.yaml"))
-    assert contact_of(make_checker(robot, world), np.zeros(7)) is None
-    contact = contact_of(make_checker(held, world), np.zeros(7))
-    assert contact is not None
-    assert (contact.first, contact.second) == ("parcel", "wall")
-    assert held.identity != robot.identity
 
 
 def test_boxes_cylinders_spheres_and_meshes_stand_where_the_message_says() -> None:
