@@ -64,7 +64,7 @@ ROWS: dict[str, Callable[[object], object]] = {
     "build_roadmap, goal": lambda q: planner.build_roadmap(ROBOT, checker(), FINE[0], q, nodes=4),
     "plan": lambda q: planner.plan(robot="planar_2r", scene="empty", start=q, goal=FINE[0], nodes=4, timing=None),
     "Session.plan": lambda q: planner.Session("planar_2r", "empty", nodes=4).plan(q, FINE[0], timing=None),
-    "Trajectory.through": lambda q: planner.Trajectory.through(ROBOT.joints, [0.0, 1.0, 2.0], q),
+    "Trajectory.from_points": lambda q: planner.Trajectory.from_points(ROBOT.joints, [0.0, 1.0, 2.0], q),
 }
 THREE_DIMENSIONS_ARE_FINE = ("prove_curves", "prove_floor")
 
@@ -101,13 +101,13 @@ def limits(**other: object) -> Callable[[], object]:
 
 
 def through(times: object, *columns: object) -> Callable[[], object]:
-    return lambda: planner.Trajectory.through(ROBOT.joints, times, *columns)
+    return lambda: planner.Trajectory.from_points(ROBOT.joints, times, *columns)
 
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
 SCENE = planner.Scene("x", (planner.Obstacle("box", planner.Box((0.1, 0.1, 0.1)), planner.pose([0, 0, 3])),))
 OTHER = planner.MotionLimits(("a", "b"), *np.ones((3, 2)), source=dict.fromkeys(KINDS, "test"))
-MOTION = planner.Trajectory.through(ROBOT.joints, np.array([0.0, 1.0]), FINE[:2], np.zeros((2, 2)))
+MOTION = planner.Trajectory.from_points(ROBOT.joints, np.array([0.0, 1.0]), FINE[:2], np.zeros((2, 2)))
 CALLS: dict[str, Callable[[], object]] = {
     "a box with NaN": lambda: planner.Box((NAN, 1, 1)),
     "a negative box": lambda: planner.Box((-1, 1, 1)),

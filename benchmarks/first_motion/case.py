@@ -31,7 +31,7 @@ from planner.problem.targets import joints_text
 from planner.query.query import Query, make_query
 from planner.robot.scene import Scene
 from planner.trajectory.limits import KINDS, MotionLimits
-from planner.trajectory.measure import corners, joint_path_length
+from planner.trajectory.measure import count_corners, joint_path_length
 from planner.trajectory.trajectory import Trajectory
 
 _WAIT = 30.0  # s that a process of another environment may take beyond the time for its search
@@ -54,7 +54,7 @@ def measure(method: str, python: str, request: Columns, motion: Columns, seconds
     plain, asked = plan_request(request), LimitsRequest(**motion)
     try:
         query = make_query(plain.what)
-        limits = MotionLimits.of(query.robot, asked)
+        limits = MotionLimits.from_robot(query.robot, asked)
         if method in (OURS, WHOLE):
             found = _ours(query, plain.with_options(path_only=method == OURS), asked)
         elif method == OMPL:
@@ -143,7 +143,7 @@ def _looked_at(query: Query, found: _Found, limits: MotionLimits, collision: str
     contacts = path_contacts(judge, found.path)
     columns: Columns = {
         "length_rad": joint_path_length(found.path),
-        "corners": corners(found.path),
+        "corners": count_corners(found.path),
         "contacts": len(contacts),
     }
     if contacts:

@@ -68,7 +68,7 @@ def first_motion(
     if not seconds > 0:
         raise OptionError("give a time above 0 s.")
     robot = Robot.load(str(request.what.robot))
-    words, here, cases = MotionLimits.of(robot, limits).text(robot), bench.software(), []
+    words, here, cases = MotionLimits.from_robot(robot, limits).text(robot), bench.software(), []
     for problem, method in itertools.product(find_problems(folder), methods):
         place = request.quality.seed, str(request.what.robot), request.what.collision, words, seconds
         row = Row(problem.name, method, *place, problem.content(request), here)

@@ -28,7 +28,7 @@ from planner.base.progress import Progress
 from planner.planning.plan import plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
-from planner.trajectory.measure import corners
+from planner.trajectory.measure import count_corners
 
 _AIMS = {1000: 1.0, 5000: 0.3}  # %: the gap that is aimed at for planar_2r, by the number of nodes
 _ARMS = {arm.name: arm for arm in ARMS}
@@ -113,7 +113,7 @@ def _measure(row: Row, progress: Progress, kept: dict[tuple, tuple[float, float]
     (optimum, error), cost = kept[case], path_cost(arm, row.beta, scale, found.path)
     gaps = [100.0 * (value * scale.joint_length / optimum - 1.0) for _, value in found.curve]
     columns: dict[str, Any] = {"cost": cost, "optimum": optimum, "error": error, "gap": 100.0 * (cost / optimum - 1.0)}
-    return columns | {"corners": corners(found.path), "curve": " ".join(f"{gap:.4g}" for gap in gaps)}
+    return columns | {"corners": count_corners(found.path), "curve": " ".join(f"{gap:.4g}" for gap in gaps)}
 
 
 def tables(rows: Sequence[Row]) -> list[str]:

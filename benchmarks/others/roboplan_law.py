@@ -35,7 +35,7 @@ def roboplan_law(python: str, path: Floats, judge: CollisionChecker, limits: Mot
 def roboplan_motion(found: dict[str, Any], limits: MotionLimits) -> Trajectory:
     """What a controller makes of the samples of an answer: cubics through positions and velocities."""
     times, q, qd = (np.array(found[key]) for key in ("times", "q", "qd"))
-    return Trajectory.through(limits.joints, times, q, qd)
+    return Trajectory.from_points(limits.joints, times, q, qd)
 
 
 def timed_by_roboplan(python: str, path: Floats, robot: Robot, limits: MotionLimits) -> dict[str, Any]:

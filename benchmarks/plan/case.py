@@ -28,8 +28,8 @@ from planner.roadmap.edges import MotionChecker
 from planner.roadmap.ompl_planners import JointSpace
 from planner.robot.robot import Robot
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.measure import corners, measure_path, path_clearance, path_manipulability
-from planner.trajectory.timing import timed_curve
+from planner.trajectory.measure import count_corners, measure_path, path_clearance, path_manipulability
+from planner.trajectory.timing import time_curve
 
 OURS = "planner"
 _STAGES = ("setup", "roadmap", "costs", "gabf", "path")
@@ -90,7 +90,7 @@ def _along(robot: Robot, path: Floats) -> Columns:
         "length_rad": measures.joint_length,
         "length_m": measures.workspace_length,
         "straight_rad": float(np.linalg.norm(path[-1] - path[0], axis=0)),
-        "corners": corners(path),
+        "corners": count_corners(path),
         "w_min": measures.w_min,
         "w_mean": measures.w_mean,
         "dips": bool(w.min() < (1.0 - 1e-6) * min(w[0], w[-1])),
@@ -110,14 +110,14 @@ def _looked_at(found: Plan) -> Columns:
 
 def _timed(found: Plan, asked: LimitsRequest, python: str | None) -> Columns:
     """The motion along the path, beside other motions along it, and the first contact of it."""
-    limits, floor = MotionLimits.of(found.robot, asked), found.request.quality.min_manipulability
+    limits, floor = MotionLimits.from_robot(found.robot, asked), found.request.quality.min_manipulability
     begin = time.process_time()
-    trajectory, curve = timed_curve(
+    trajectory, curve = time_curve(
         found.path, found.checker, limits, TimingRequest().time_law, floor, make_timing_cost(found)
     )
     seconds = time.process_time() - begin
     blended, stopping = (
-        timed_curve(found.path, found.checker, limits, law, floor)[0].duration for law in ("blended", "stop-at-corners")
+        time_curve(found.path, found.checker, limits, law, floor)[0].duration for law in ("blended", "stop-at-corners")
     )
     judge = other_checker(found.robot, found.scene, found.request.what.collision)
     return {

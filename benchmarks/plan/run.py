@@ -82,7 +82,7 @@ def plan(
     asked = [plain.with_options(seed=seed) for seed in seeds]  # refuses a seed that is out of range
     problems = find_problems(folder)
     robot = Robot.load(str(plain.what.robot))
-    words = MotionLimits.of(robot, limits).text(robot)
+    words = MotionLimits.from_robot(robot, limits).text(robot)
     cases = []
     for problem, request, method in itertools.product(problems, asked, (OURS, *beside)):
         row = _blank(problem, request, method, limits, f"{seconds:g} s", words, time_limit)

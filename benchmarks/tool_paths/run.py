@@ -41,7 +41,7 @@ from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.followed import ToolGuide
 from planner.tool_paths.tool_path import ToolPath
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.timing import timed_curve
+from planner.trajectory.timing import time_curve
 from planner.trajectory.trajectory import Trajectory
 
 KINDS = ("raster", "line", "circle")
@@ -178,17 +178,17 @@ def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
 
 def _toppra(follower: Follower, timed: Plan) -> float:
     """Seconds of toppra along the same curve, without limits on jerk."""
-    robot, limits = timed.robot, MotionLimits.of(timed.robot)
+    robot, limits = timed.robot, MotionLimits.from_robot(timed.robot)
     places = follower.reached.along[timed.path_nodes]
     guide = ToolGuide.of(timed.path, places, robot, follower.reached.ladder.tube, None)
-    _, curve = timed_curve(timed.path, timed.checker, limits, "blended", 0.0, guide=guide)
+    _, curve = time_curve(timed.path, timed.checker, limits, "blended", 0.0, guide=guide)
     joints = np.ascontiguousarray(curve.coefficients[..., : robot.dof])
     return toppra_duration(replace(curve, coefficients=joints), limits.velocity, limits.acceleration)
 
 
 def _by_roboplan(python: str, timed: Plan, checker: CollisionChecker, path: ToolPath) -> dict[str, Any]:
     """What roboplan's Cartesian planner makes of a path, from where ours begins, with the orientation there."""
-    robot, limits = timed.robot, MotionLimits.of(timed.robot)
+    robot, limits = timed.robot, MotionLimits.from_robot(timed.robot)
     poses = np.tile(np.eye(4), (len(path.positions), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = tool_frames(robot, timed.path[:1])[0], path.positions
     problem = told(robot, limits) | {

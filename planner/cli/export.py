@@ -106,8 +106,8 @@ def _motion_at(folder: Path, beta: float) -> tuple[Path, list[str]]:
 
 def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, str]:
     """The trajectory on a grid, proven in the world of the plan in ``folder``, and what the grid changes in words."""
-    from planner.trajectory.export import off_the_curve, on_grid, period_of
-    from planner.trajectory.limits import require_of_robot
+    from planner.trajectory.export import deviation_from_curve, period_of, resample
+    from planner.trajectory.limits import require_within_robot
     from planner.trajectory.proof import require_joints
 
     checker, unknown = None, ""
@@ -115,11 +115,11 @@ def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, 
         checker = world_of_plan(folder)
         require_joints(given.joints, checker)
         if given.limits is not None:
-            require_of_robot(checker.robot, given.limits)
+            require_within_robot(checker.robot, given.limits)
     except PlannerError as error:
         checker = None
         unknown = f"its world is not known ({str(error).rstrip('.')})"
-    motion, period = on_grid(given, rate, checker), period_of(rate)
+    motion, period = resample(given, rate, checker), period_of(rate)
     if checker is not None and given.proven and not motion.proven:
         left = motion.proof["pieces"] - motion.proof["pieces_free"]
         raise FileError(
@@ -130,6 +130,6 @@ def _on_grid(given: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, 
         complain(f"the motion on the grid is not proven: {unknown or 'nor was the trajectory'}; try 'planner check'.")
     exact = f"{float(period) / 1e6:.9g} ms exactly" if period.denominator == 1 else f"1/{rate:g} s, to the nanosecond"
     longer = f"{1e3 * (motion.duration - given.duration):.3g} ms longer than by its knots"
-    off = f"{off_the_curve(motion, given):.1e} rad (m) off that curve at most"
+    off = f"{deviation_from_curve(motion, given):.1e} rad (m) off that curve at most"
     rows = f"On a grid: {len(motion.times)} rows, one every {exact}; the end held to a row, {longer}; {off}"
     return motion, f"{rows}; {'proven free and within limits' if motion.proven else 'NOT proven'}.\n"

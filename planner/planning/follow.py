@@ -28,9 +28,9 @@ from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.followed import FollowedPath, ToolPathRecord, ToolSpeedRecord, joined_motion, time_tool_path
+from planner.tool_paths.followed import FollowedPath, ToolPathRecord, ToolSpeedRecord, join_trajectories, time_tool_path
 from planner.tool_paths.ladder import build_ladder
-from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, why_not
+from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, LadderProgress, attach_ladder, explain_stop, follow_ladder
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import NO_DEVIATION, Deviation, Tube
 from planner.trajectory.limits import MotionLimits
@@ -77,7 +77,7 @@ class Follower:
 
     checker: CollisionChecker
     path: ToolPath
-    reached: Reached
+    reached: LadderProgress
     request: FollowRequest  # what the ladder was made for
     timings: dict[str, float]
 
@@ -97,7 +97,7 @@ class Follower:
                     f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."
                 )
         progress("setup", 1, 1)
-        tube = Tube(path.evenly_turned())
+        tube = Tube(path.subdivide())
         found = _climb_ladder(tube, checker, request, progress, clock)
         if not found.whole:
             inside = _climb_ladder(replace(tube, all_of_it=True), checker, request, progress, clock)
@@ -107,7 +107,7 @@ class Follower:
     def plan(self, request: FollowRequest, progress: Progress = QUIET, timing: TimingRequest | None = None) -> Plan:
         """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
         clock, robot = Stopwatch(self.timings), self.checker.robot
-        limits = None if timing is None else MotionLimits.of(robot, timing)
+        limits = None if timing is None else MotionLimits.from_robot(robot, timing)
         begun: dict[str, Any] = {"checker": self.checker, "timings": clock.seconds}
         if request.what.start is not None:
             states = states_of(robot, self.checker.world.scene)
@@ -151,7 +151,7 @@ class Follower:
         off = self.reached.ladder.tube.deviation_of(made, found.robot, places[first:])
         if first:
             free = time_plan(replace(found, path=found.path[: first + 1]), timing, limits)
-            made = joined_motion(free, made, self.checker, limits, floor)
+            made = join_trajectories(free, made, self.checker, limits, floor)
         return recheck(made, self.checker), speed, off
 
     def _make_query(self, request: FollowRequest, draft: Plan) -> Query:
@@ -168,7 +168,7 @@ class Follower:
         """The highest floor found with which the path is followed farther; None where no floor is in the way."""
         if self.request.quality.min_manipulability <= 0:
             return None
-        lower = reached_on(self.reached.ladder, self.checker, 0.0, self.request.quality.seed)
+        lower = follow_ladder(self.reached.ladder, self.checker, 0.0, self.request.quality.seed)
         if lower.along.max() <= self.reached.along.max() + 1e-9:
             return None
         network = _drop_backward_arcs(build_network(lower.roadmap, self.request.quality.objective), lower.along)
@@ -190,7 +190,7 @@ class Follower:
             off = found.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
         if not found.whole and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
-            reason = why_not(self.checker, found.ladder, share, ends, self._lower_floor())
+            reason = explain_stop(self.checker, found.ladder, share, ends, self._lower_floor())
         record = ToolPathRecord(
             followed=share,
             points=int(self.path.given.max()),
@@ -212,7 +212,7 @@ class Follower:
 
 def _climb_ladder(
     tube: Tube, checker: CollisionChecker, request: FollowRequest, progress: Progress, clock: Stopwatch
-) -> Reached:
+) -> LadderProgress:
     """How far a ladder leads in a tube."""
     with clock("ladder"):
         progress("ladder", 0, 0)
@@ -222,7 +222,7 @@ def _climb_ladder(
         ladder = build_ladder(checker.robot, tube, step, *how)
         progress("ladder", len(ladder.q), len(ladder.q))
     with clock("proofs"):
-        return reached_on(ladder, checker, request.quality.min_manipulability, request.quality.seed, progress)
+        return follow_ladder(ladder, checker, request.quality.min_manipulability, request.quality.seed, progress)
 
 
 def _resolve_starts(request: FollowRequest, checker: CollisionChecker) -> Floats:
@@ -246,7 +246,7 @@ def _join(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
         away = free.robot.difference(ladder.nodes[ladder.starts], roadmap.nodes[goal])
         same = np.abs(away).max(axis=1) < 1e-9
         number[ladder.starts[same]] = goal
-    joined, number = attached(free.robot, roadmap, ladder, number)
+    joined, number = attach_ladder(free.robot, roadmap, ladder, number)
     places = np.full(len(joined.nodes), -1.0)
     places[number[number >= 0]] = along[number >= 0]
     return replace(joined, goals=number[ladder.goals]), places

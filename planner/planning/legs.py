@@ -14,9 +14,9 @@ from planner.problem.request import PlanRequest, TimingRequest
 from planner.query.query import Query
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.robot.robot import Robot
-from planner.tool_paths.followed import LegRecord, joined_motion, leg_line, time_tool_path
-from planner.tool_paths.ladder import ladder_from
-from planner.tool_paths.ladder_roadmap import NEW, Reached, attached, reached_on, why_not
+from planner.tool_paths.followed import LegRecord, join_trajectories, leg_line, time_tool_path
+from planner.tool_paths.ladder import continue_ladder
+from planner.tool_paths.ladder_roadmap import NEW, LadderProgress, attach_ladder, explain_stop, follow_ladder
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
 from planner.trajectory.limits import MotionLimits
@@ -29,8 +29,8 @@ class Legs:
     A leg is a chain of proven motions from an end of the plan to where the free motion is joined to it.
     """
 
-    retreats: tuple[Reached, ...] = ()
-    approaches: tuple[Reached, ...] = ()
+    retreats: tuple[LadderProgress, ...] = ()
+    approaches: tuple[LadderProgress, ...] = ()
 
     def query_between(self, query: Query) -> Query:
         """What the free motion has to join."""
@@ -50,7 +50,7 @@ class Legs:
         roadmap, goals = _join(free.robot, roadmap, self.approaches, roadmap.goals)
         return replace(free, roadmap=replace(roadmap, starts=starts, goals=goals), clearance_kept=0.0)
 
-    def legs_at_ends(self, robot: Robot, path: Floats) -> tuple[Reached | None, Reached | None]:
+    def legs_at_ends(self, robot: Robot, path: Floats) -> tuple[LadderProgress | None, LadderProgress | None]:
         """The legs with which a path (k, dof) begins and ends, up to whole turns."""
         begin, end = (
             next((leg for leg in legs if np.abs(robot.difference(_end(leg), q)).max() < 1e-9), None)
@@ -63,7 +63,7 @@ class Legs:
         begin, end = self.legs_at_ends(found.robot, found.path)
         if begin is None and end is None:
             return replace(found, trajectory=time_plan(found, timing, limits))
-        limits = limits or MotionLimits.of(found.robot)
+        limits = limits or MotionLimits.from_robot(found.robot)
         first = len(begin.along) - 1 if begin else 0
         last = len(found.path) - (len(end.along) - 1 if end else 0)
         made = time_plan(replace(found, path=found.path[first:last]), timing, limits)
@@ -75,7 +75,7 @@ class Legs:
                     tube, places = Tube(tube.path.backwards), places[-1] - places[::-1]
                 straight, _ = time_tool_path(part, places, tube, found.checker, limits, None, floor)
                 parts = (straight, made) if before else (made, straight)
-                made = joined_motion(*parts, found.checker, limits, floor)
+                made = join_trajectories(*parts, found.checker, limits, floor)
                 k = 0 if before else -1
                 off = records[k].largest_deviation.or_more(tube.deviation_of(straight, found.robot, places))
                 records[k] = replace(records[k], largest_deviation=off)
@@ -93,26 +93,26 @@ class Legs:
         return tuple(found)
 
 
-def _end(leg: Reached) -> Floats:
+def _end(leg: LadderProgress) -> Floats:
     """The end (dof,) of a plan at which a leg begins."""
     return leg.roadmap.nodes[leg.roadmap.starts[0]]
 
 
-def _join(robot: Robot, roadmap: Roadmap, legs: tuple[Reached, ...], doors: Ints) -> tuple[Roadmap, Ints]:
+def _join(robot: Robot, roadmap: Roadmap, legs: tuple[LadderProgress, ...], doors: Ints) -> tuple[Roadmap, Ints]:
     """The roadmap with legs that lead to some of its nodes ``doors``, and the nodes at their other ends."""
     ends = []
     for leg in legs:
         number = np.full(len(leg.along), NEW)
         away = np.abs(robot.difference(roadmap.nodes[doors], leg.ends[0])).max(axis=1)
         number[leg.roadmap.goals[0]] = doors[away.argmin()]
-        roadmap, number = attached(robot, roadmap, leg.roadmap, number)
+        roadmap, number = attach_ladder(robot, roadmap, leg.roadmap, number)
         ends.append(number[leg.roadmap.starts[0]])
     return roadmap, np.array(ends) if legs else doors
 
 
 def find_legs(query: Query, request: PlanRequest) -> Legs | CannotFollow:
     """The legs that ``request`` asks for, of those ends that have one; why none has, where that is so."""
-    found: dict[str, tuple[Reached, ...]] = {}
+    found: dict[str, tuple[LadderProgress, ...]] = {}
     for name, ends, length in (
         ("retreat", query.starts, request.what.retreat),
         ("approach", query.goals, request.what.approach),
@@ -122,13 +122,13 @@ def find_legs(query: Query, request: PlanRequest) -> Legs | CannotFollow:
         if tried and not found[name]:
             k = int(np.argmax([leg.share for leg in tried]))
             reached = tried[k].ends if len(tried[k].ends) else ends[[k]]
-            return replace(why_not(query.checker, tried[k].ladder, tried[k].share, reached), leg=name, cone=None)
+            return replace(explain_stop(query.checker, tried[k].ladder, tried[k].share, reached), leg=name, cone=None)
     return Legs(found["retreat"], found["approach"])
 
 
-def _build_leg(checker: CollisionChecker, q: Floats, length: float, seed: int) -> Reached:
+def _build_leg(checker: CollisionChecker, q: Floats, length: float, seed: int) -> LadderProgress:
     """The leg back along the tool's z axis from ``q`` (dof,), as far as it goes."""
     rotation, _ = Frame.tool(checker.robot).poses(checker.robot, q[None])
     positions = leg_line(checker.robot, q, length)
     path = ToolPath("leg", positions, np.repeat(rotation, 2, axis=0), np.zeros(2, bool), np.zeros(2), np.arange(1, 3))
-    return reached_on(ladder_from(checker.robot, Tube(path), q), checker, 0.0, seed)
+    return follow_ladder(continue_ladder(checker.robot, Tube(path), q), checker, 0.0, seed)

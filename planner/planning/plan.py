@@ -13,7 +13,7 @@ from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import Objective, PlanRequest, TimingRequest, request_of
 from planner.query.query import make_query
 from planner.roadmap.load_or_build import obtain_roadmap
-from planner.tool_paths.ladder_roadmap import roadmap_of
+from planner.tool_paths.ladder_roadmap import roadmap_of_nodes
 from planner.trajectory.limits import MotionLimits
 
 
@@ -46,13 +46,13 @@ def plan(
     request = request_of(request or PlanRequest(), objective, options, robot, scene)
     with clock("setup"):
         query = make_query(request.what, in_time=timing is not None, progress=progress)
-        limits = None if timing is None else MotionLimits.of(query.robot, timing)
+        limits = None if timing is None else MotionLimits.from_robot(query.robot, timing)
         if query.scene.moving:
             require_earliest(request, timing)
         legs = find_legs(query, request)
     begun: dict[str, Any] = {"checker": query.checker, "timings": clock.seconds, "end_notes": query.end_notes}
     if isinstance(legs, CannotFollow):
-        nowhere = roadmap_of(query.checker, query.ends, request.quality.seed)
+        nowhere = roadmap_of_nodes(query.checker, query.ends, request.quality.seed)
         return Plan(request, Outcome.NO_PATH, roadmap=nowhere, reason=legs, **begun)
     with clock("roadmap"):
         roadmap = obtain_roadmap(request.quality, legs.query_between(query), progress)

@@ -53,7 +53,7 @@ from planner.trajectory.measure import (
 )
 from planner.trajectory.safe_intervals import TimedRoute
 from planner.trajectory.trajectory import Trajectory
-from planner.view.motion import ShownPath, path_rows, shown_motion
+from planner.view.motion import ShownPath, path_rows, sample_motion
 from planner.view.page import Page, command_line
 
 Curve: TypeAlias = tuple[tuple[int, float], ...]
@@ -265,7 +265,7 @@ class Plan(Result[PlanRecord]):
         beta, shown = self.request.quality.beta, list(self.alternatives)
         costs = self.cost.manipulability, self.cost.distance
         rows, field = path_rows(self.robot, self.path, *costs), self.node_costs
-        motion, near = None if self.trajectory is None else shown_motion(self.trajectory, self.checker), self.clearance
+        motion, near = None if self.trajectory is None else sample_motion(self.trajectory, self.checker), self.clearance
         nearest = None if near is None else near.motion or near.path
         of_path: dict[str, Any] = {"cost_to_go": field, "motion": motion, "nearest": nearest}
         if self.scene.moving:  # the earliest motion, which no beta has chosen

@@ -22,9 +22,9 @@ from planner.roadmap.roadmap import path_waypoints, roomy_part
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network, path_cost
 from planner.search.search import RoadmapPaths, search, second_looks
-from planner.trajectory.earliest import earliest_motion, why_not_in_time
+from planner.trajectory.earliest import earliest_motion, explain_blocked_in_time
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.timing import timed_curve
+from planner.trajectory.timing import time_curve
 from planner.trajectory.trajectory import Trajectory
 
 _log = logging.getLogger(__name__)
@@ -88,7 +88,7 @@ def find_earliest(found: Plan, limits: MotionLimits, progress: Progress) -> Plan
     if earliest is None and found.clearance_kept > 0:
         return find_earliest(find_path(replace(found, clearance_kept=0.0), progress, Stopwatch()), limits, progress)
     if earliest is None:
-        reason = why_not_in_time(found.roadmap, found.checker, limits, progress)
+        reason = explain_blocked_in_time(found.roadmap, found.checker, limits, progress)
         return replace(none, outcome=Outcome.NO_PATH, reason=reason)
     assert found.network is not None  # it was solved
     removed = len(roomy.edges) - len(earliest.roadmap.edges)
@@ -136,9 +136,9 @@ def time_plan(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -
     )  # of obstacles with a speed limit the proof counts the margin
     kept = min(wanted, found.clearance_kept)
     clearance = kept if kept > 0 else prove_path_clearance(found.path, found.checker, wanted)
-    made, _ = timed_curve(found.path, keeping(found.checker, clearance), *how)
+    made, _ = time_curve(found.path, keeping(found.checker, clearance), *how)
     if not made.proven and clearance > 0:
-        made, _ = timed_curve(found.path, found.checker, *how)
+        made, _ = time_curve(found.path, found.checker, *how)
     return recheck(made, found.checker)
 
 

@@ -50,7 +50,7 @@ def why_apart(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = 
     gap, constraints = _gap(roadmap, checker), checker.world.constraints
     unconstrained = with_conditions(checker, ())
     links = _links(roadmap, unconstrained)
-    fewest = _fewest(roadmap, links, _blockers(roadmap, unconstrained, links, progress))
+    fewest = _find_blockers(roadmap, links, _blockers(roadmap, unconstrained, links, progress))
     if fewest:
         return Separated(tuple(checker.world.obstacles[k].name for k in sorted(fewest)), gap)
     if constraints and fewest is not None:
@@ -110,7 +110,7 @@ def _blockers(roadmap: Roadmap, checker: CollisionChecker, links: _Links, progre
     return [frozenset(np.flatnonzero(row).tolist()) if ok else None for row, ok in zip(blocked, alone, strict=True)]
 
 
-def _fewest(roadmap: Roadmap, links: _Links, blockers: list[Blockers | None]) -> Blockers | None:
+def _find_blockers(roadmap: Roadmap, links: _Links, blockers: list[Blockers | None]) -> Blockers | None:
     """The fewest obstacles without which links join a start's part to a goal's; None where no links do.
 
     Sets are taken up by their size, those that hold another one of the same part are left out: what is found first is

@@ -18,8 +18,8 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.session.live_world import LiveWorld
 from planner.session.verdict import JUDGED, Guard, Rules, Verdict, judge_chunk
-from planner.trajectory.limits import MotionLimits, own_limits
-from planner.trajectory.trajectory import whole_nanoseconds
+from planner.trajectory.limits import MotionLimits, limits_or_default
+from planner.trajectory.trajectory import to_nanoseconds
 
 Row: TypeAlias = Floats | Sequence[float]
 Rows: TypeAlias = Floats | Sequence[Sequence[float]]
@@ -66,8 +66,8 @@ class Gate:
             self.world = LiveWorld(
                 WorldRequest(robot, there, tool, collision=collision, margin=margin, constraint=kept)
             )
-        asked = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.world.robot, limits)
-        self.limits: MotionLimits = own_limits(asked, self.world.robot)
+        asked = limits if isinstance(limits, MotionLimits) else MotionLimits.from_robot(self.world.robot, limits)
+        self.limits: MotionLimits = limits_or_default(asked, self.world.robot)
         """The limits that are kept, as far as they are judged."""
         self._rules = Rules.from_limits(self.world.robot, asked, judged, min_manipulability, start_tolerance)
         self._guard = Guard.from_checker(*self.world.now, self._rules)
@@ -137,7 +137,7 @@ def _read_chunk(
             given.append(numbers(what, column, given[0].shape, most=FARTHEST))
     here = np.zeros((0, robot.dof)) if state is None else _read_state(robot, state)
     seconds = numbers("times", times, (len(given[0]),))
-    clock = whole_nanoseconds(seconds)
+    clock = to_nanoseconds(seconds)
     if not len(clock):
         raise ArrayError("positions must hold a point or more, got none.")
     later = clock[1:] > clock[:-1]

@@ -69,7 +69,7 @@ class PlanningSettings:
 def solve_query(live: LiveRoadmap, query: Query, planning: PlanningSettings) -> tuple[LiveRoadmap, SessionPlan]:
     """The roadmap after a query, and the query's plan, with its motion or the reason why there is no path."""
     begin, timing = time.perf_counter(), planning.timing
-    limits = None if timing is None else MotionLimits.of(live.checker.robot, timing)
+    limits = None if timing is None else MotionLimits.from_robot(live.checker.robot, timing)
     if limits is not None and live.world.scene.moving:
         require_earliest(planning.request, timing)
         live, made = _find_earliest(live, query, planning, limits)

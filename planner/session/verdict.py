@@ -303,7 +303,7 @@ class Verdict:
         columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
         columns[1, 1] = stops[1, 1] / seconds[1]
         rows = [0, 1, 2] if used[0] else [0, 2]
-        made = Trajectory.through(robot.joints, ends[rows], *columns[:, rows], time_law="stop")
+        made = Trajectory.from_points(robot.joints, ends[rows], *columns[:, rows], time_law="stop")
         pieces_free = {"pieces": len(spans), "pieces_free": len(spans), "collision": guard.checker.name}
         return replace(made, proven=True, proof=pieces_free | guard.to_dict() | {"assumes": ASSUMES})
 

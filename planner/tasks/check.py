@@ -44,8 +44,8 @@ from planner.tasks.task import Gripper, TaskError
 from planner.tradeoff.record import SWEEP_NAME
 from planner.trajectory.check import check_path, check_trajectory, require_step
 from planner.trajectory.file import TRAJECTORY_NAME, parse_json
-from planner.trajectory.limits import MotionLimits, require_of_robot
-from planner.trajectory.recorded import FAR, read_motion, require_of_an_arm
+from planner.trajectory.limits import MotionLimits, require_within_robot
+from planner.trajectory.recorded import FAR, read_motion, require_plausible
 from planner.trajectory.report import Finding, Report
 from planner.trajectory.trajectory import Trajectory
 
@@ -123,7 +123,7 @@ def check_file(
     motion = read(checker.robot)
     if isinstance(motion, Trajectory):
         if limits is None and motion.limits is not None:
-            require_of_robot(checker.robot, motion.limits)
+            require_within_robot(checker.robot, motion.limits)
         return check_trajectory(checker, motion, _limits(limits, checker.robot), step, progress)
     _require_without(limits, f"{path} holds a path without times, and limits are of motions")
     return check_path(checker, motion, step, progress)
@@ -163,7 +163,7 @@ def _check_task_in(folder: Path, data: dict[str, Any], checker: CollisionChecker
     same = tuple(record.joints) == joints and (whole is None or whole.joints == joints)
     _require(same, f"joints of the task and its trajectory must be {choices(joints)} in this order", "plan again")
     if whole is not None and whole.limits is not None:
-        require_of_robot(checker.robot, whole.limits)
+        require_within_robot(checker.robot, whole.limits)
     return check_task(record, checker, whole, step)
 
 
@@ -172,7 +172,7 @@ def _start_of(motion: Floats | Trajectory) -> Floats:
 
 
 def _limits(limits: MotionLimits | LimitsRequest | None, robot: Robot) -> MotionLimits | None:
-    return MotionLimits.of(robot, limits) if isinstance(limits, LimitsRequest) else limits
+    return MotionLimits.from_robot(robot, limits) if isinstance(limits, LimitsRequest) else limits
 
 
 def _require_without(limits: MotionLimits | LimitsRequest | None, why: str) -> None:
@@ -231,7 +231,7 @@ def _require_path(
     """Raise :class:`FileError` for a path that does not follow from the one ``before`` it and from the events."""
     path, robot, held = segment.path, replay.robot, replay.held and replay.held.name
     _require(path.shape[1] == robot.dof, f"{head} has {path.shape[1]} columns, {robot.name} has {robot.dof} joints")
-    require_of_an_arm(path, robot, head)
+    require_plausible(path, robot, head)
     _require(len(path) > 1, f"{head} has a path of one waypoint")
     joins = before is None or np.abs(path[0] - before[-1]).max() <= _SAME
     _require(joins, f"{head} begins elsewhere than the one before it ends")

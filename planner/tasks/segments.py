@@ -24,7 +24,7 @@ from planner.tasks.network import APPROACH, TaskNetwork
 from planner.tasks.task import Move, Pick, step_text
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion
-from planner.trajectory.timing import timed_curve
+from planner.trajectory.timing import time_curve
 from planner.trajectory.trajectory import Trajectory
 
 PAUSE = 0.5  # s that the arm rests while a gripper moves
@@ -143,14 +143,14 @@ def time_segments(
     It is proven only if it is also free without what may touch at the rest, once it is off that.
     """
     robot = candidates.modes.robot
-    limits = MotionLimits.of(robot, timing)
+    limits = MotionLimits.from_robot(robot, timing)
     cost = MotionCost(robot, scale, objective, longest=np.inf).of_pieces
     trajectories = []
     for segment, mode in zip(segments, modes, strict=True):
         checker = candidates.modes.checker_of(mode)
         line = segment.part != PARTS[0] and timing.time_law == "shortcuts"
         time_law = "blended" if line else timing.time_law
-        made, _ = timed_curve(segment.path, checker, limits, time_law, 0.0, cost, timing.extra_cost)
+        made, _ = time_curve(segment.path, checker, limits, time_law, 0.0, cost, timing.extra_cost)
         if segment.at_rest:
             strict = candidates.modes.checker_of(replace(mode, allowed=frozenset(map(frozenset, segment.may_touch))))
             away = off_rest(made, segment.path, segment.part)  # one point where the line ends so near its rest

@@ -15,7 +15,7 @@ from planner.base.errors import ArrayError, FileError
 from planner.base.files import StrPath
 from planner.base.yamlfile import Coordinate, Number, Strict, parse_yaml, read_text, validate
 from planner.robot.poses import pose
-from planner.tool_paths.tool_path import POINT_ARRAYS, SAGITTA, ToolPath, TubeSize, arc_points, turned_to
+from planner.tool_paths.tool_path import POINT_ARRAYS, SAGITTA, ToolPath, TubeSize, align_z, arc_points
 from planner.trajectory.recorded import csv_table, matrix
 
 _UNIT = 1e-3  # of a quaternion's or an axis's length
@@ -116,7 +116,7 @@ def _turns(points: list[_Point], where: str) -> Floats:
         if point.quaternion:
             turns[number] = pose(quaternion=values.tolist())[:3, :3]
         else:
-            turns[number] = turned_to((values / length)[None], before[None])[0]
+            turns[number] = align_z((values / length)[None], before[None])[0]
         before = turns[number]
     return turns
 

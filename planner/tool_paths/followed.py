@@ -21,7 +21,7 @@ from planner.tool_paths.tool_path import TubeSize
 from planner.tool_paths.tube import Deviation, Tube
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion
-from planner.trajectory.timing import timed_curve
+from planner.trajectory.timing import time_curve
 from planner.trajectory.trajectory import Trajectory
 
 _BESIDE = 2  # lines before and behind that a piece of a motion may be beside
@@ -185,7 +185,7 @@ def time_tool_path(
     guide = ToolGuide.of(path, along, checker.robot, tube, speed)
 
     def timed(guide: ToolGuide) -> Trajectory:
-        return timed_curve(path, checker, limits, time_law, floor, guide=guide)[0]
+        return time_curve(path, checker, limits, time_law, floor, guide=guide)[0]
 
     def throughout(fast: Floats) -> ToolGuide:
         return replace(guide, fastest=guide.fastest * (speed or 0.0) / fast.max() * _BELOW)
@@ -224,7 +224,7 @@ def _tool_speeds(trajectory: Trajectory, robot: Robot) -> tuple[Floats, Floats]:
     return way, way / np.diff(times)
 
 
-def joined_motion(
+def join_trajectories(
     first: Trajectory, second: Trajectory, checker: CollisionChecker, limits: MotionLimits, floor: float
 ) -> Trajectory:
     """One motion after another, from rest to rest each, proven as one; proven where both are."""

@@ -18,7 +18,7 @@ from planner.constraints.tool_bound import Frame, ToolBound
 from planner.kinematics.inverse import solve_each
 from planner.kinematics.manipulability import manipulability
 from planner.robot.robot import Robot
-from planner.tool_paths.tool_path import about, turned_to
+from planner.tool_paths.tool_path import align_z, rotate_about
 from planner.tool_paths.tube import Tube
 
 _ANCHORS = 5  # stations at which solutions are looked for from everywhere
@@ -70,7 +70,7 @@ def build_ladder(
     return _linked(robot, tube, stations, _threads(robot, stations, np.random.default_rng(seed), dense, allows))
 
 
-def ladder_from(robot: Robot, tube: Tube, q: Floats) -> Ladder:
+def continue_ladder(robot: Robot, tube: Tube, q: Floats) -> Ladder:
     """The ladder of one thread, from the solution ``q`` (dof,) at the beginning of a path."""
     stations = _Stations.along(tube)
     threads = np.full((1, len(stations.line), robot.dof), np.nan)
@@ -101,7 +101,7 @@ class _Stations:
     def along(tube: Tube, step: float = np.inf) -> _Stations:
         """Along all of the path, ``step`` (m) apart at most."""
         step = min(step, _STEP * float(np.sqrt(tube.path.tube.position)))
-        return _Stations.of(tube, *tube.path.divided(tube.path.lengths / step))
+        return _Stations.of(tube, *tube.path.divide(tube.path.lengths / step))
 
     @staticmethod
     def of(tube: Tube, line: Ints, share: Floats) -> _Stations:
@@ -137,7 +137,7 @@ def _solved(robot: Robot, stations: _Stations, z: Floats, seeds: Floats) -> tupl
         rows = np.flatnonzero(stations.free == free)
         targets = stations.targets[rows]
         if free and len(rows):
-            targets[:, :3, :3] = turned_to(z[rows], Frame.tool(robot).poses(robot, seeds[rows])[0])
+            targets[:, :3, :3] = align_z(z[rows], Frame.tool(robot).poses(robot, seeds[rows])[0])
         q[rows], *missed = solve_each(robot, targets, seeds[rows], free)
         off[rows] = np.stack(missed, axis=1)
     q[(off > stations.taken).any(axis=1)] = np.nan
@@ -178,7 +178,7 @@ def _tilts(cones: Floats, rng: np.random.Generator) -> Floats:
     """Rotations (n, 3, 3) that lean the z axis of a target within its cone, drawn evenly."""
     n = len(cones)
     side, lean = rng.uniform(-np.pi, np.pi, n), 0.9 * cones * np.sqrt(rng.uniform(size=n))
-    return about(np.stack([np.cos(side), np.sin(side), np.zeros(n)], axis=1), lean)
+    return rotate_about(np.stack([np.cos(side), np.sin(side), np.zeros(n)], axis=1), lean)
 
 
 def _spread_out(robot: Robot, q: Floats, good: Bools, rows: Ints, count: int) -> Ints:

@@ -29,7 +29,7 @@ _LOOKED_AT = 40  # solutions whose contacts are named
 
 
 @dataclass(frozen=True, eq=False)
-class Reached:
+class LadderProgress:
     """What of a ``ladder`` is joined to its first rungs by motions that are free and above a floor.
 
     The starts of ``roadmap`` are these, its goals the rungs farthest along the path; without any such motion it is the
@@ -56,9 +56,9 @@ class Reached:
         return self.roadmap.nodes[self.roadmap.goals]
 
 
-def reached_on(
+def follow_ladder(
     ladder: Ladder, checker: CollisionChecker, floor: float, seed: int, progress: Progress = QUIET
-) -> Reached:
+) -> LadderProgress:
     """The ladder's motions that are free and above a ``floor``, as far as they lead on from its begin."""
     robot, along, arcs = ladder.robot, ladder.along, ladder.arcs
     arcs = arcs[_on_the_way(along, arcs)]
@@ -72,7 +72,7 @@ def reached_on(
     arcs, rows = arcs[good], np.flatnonzero(good)
     kept = _on_the_way(along, arcs)
     if not kept.any():
-        return Reached(ladder, roadmap_of(checker, robot.home[None], seed), np.zeros(1))
+        return LadderProgress(ladder, roadmap_of_nodes(checker, robot.home[None], seed), np.zeros(1))
     arcs, rows = arcs[kept], rows[kept]
     used = np.unique(arcs)
     places = along[used]
@@ -85,7 +85,7 @@ def reached_on(
     ends, rows = (np.arange(first.sum()), first.sum() + np.arange(last.sum())), rows[by_ends]
     free = np.maximum(proofs.clearance[rows], 0.0), proofs.samples[rows]
     made = _roadmap(checker, seed, ladder.q[used[order]], ends, edges[by_ends], *free)
-    return Reached(ladder, made, places[order])
+    return LadderProgress(ladder, made, places[order])
 
 
 def _on_the_way(along: Floats, arcs: Ints) -> Bools:
@@ -103,7 +103,7 @@ def _on_the_way(along: Floats, arcs: Ints) -> Bools:
     return ahead[arcs[:, 0]] & back[arcs[:, 1]]
 
 
-def roadmap_of(checker: CollisionChecker, nodes: Floats, seed: int) -> Roadmap:
+def roadmap_of_nodes(checker: CollisionChecker, nodes: Floats, seed: int) -> Roadmap:
     """A roadmap of ``nodes`` (n, dof) alone, the first of them its start, for what is followed nowhere."""
     none = np.zeros(0, dtype=np.int64)
     return _roadmap(checker, seed, nodes, (np.zeros(1, np.int64), none), np.zeros((0, 2), np.int64), np.zeros(0), none)
@@ -129,7 +129,7 @@ def _roadmap(
     )  # fmt: skip
 
 
-def attached(robot: Robot, roadmap: Roadmap, ladder: Roadmap, number: Ints) -> tuple[Roadmap, Ints]:
+def attach_ladder(robot: Robot, roadmap: Roadmap, ladder: Roadmap, number: Ints) -> tuple[Roadmap, Ints]:
     """The roadmap with the nodes of a ladder behind its own, on its scale, and the number (n,) that each has there.
 
     ``number`` (n,) says which are the roadmap's own, by their numbers; NEW are the others, and LEFT_OUT those that are
@@ -147,7 +147,7 @@ def attached(robot: Robot, roadmap: Roadmap, ladder: Roadmap, number: Ints) -> t
     return replace(roadmap, **nodes, **{name: array[order] for name, array in joined.items()}), number
 
 
-def why_not(
+def explain_stop(
     checker: CollisionChecker, ladder: Ladder, share: float, ends: Floats, floor: float | None = None
 ) -> CannotFollow:
     """The reason why a path is not followed beyond a ``share`` of it, by the next station of its ladder.

@@ -103,10 +103,10 @@ class ToolPath:
         """The same from its end to its beginning."""
         return replace(self, **self.rows(slice(None, None, -1)))
 
-    def evenly_turned(self) -> ToolPath:
+    def subdivide(self) -> ToolPath:
         """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
         path = self._add_bound_lines()
-        line, share = path.divided(path.turned / _TURN)
+        line, share = path.divide(path.turned / _TURN)
         position, turn, free, cone = path.at(line, share)
         turn[(share == 0) | (share == 1)] = path.turns
         given = path.given[np.where(share > 0, line + 1, line)]
@@ -118,11 +118,11 @@ class ToolPath:
         line, point = np.append(k - 1, k), np.append(k, k)
         share = np.minimum(2.0 * self.tube.position / self.lengths[line], 0.5)
         position, turn, _, _ = self.at(line, np.where(line < point, 1.0 - share, share))
-        turn = turned_to(turn[:, :, 2], self.turns[point])
+        turn = align_z(turn[:, :, 2], self.turns[point])
         made = dict(zip(POINT_ARRAYS, (position, turn, False, 0.0, self.given[line + 1]), strict=True))
         return replace(self, **{name: np.insert(getattr(self, name), line + 1, made[name], axis=0) for name in made})
 
-    def divided(self, pieces: Floats) -> tuple[Ints, Floats]:
+    def divide(self, pieces: Floats) -> tuple[Ints, Floats]:
         """Places of the path, by line and share (n,), that cut its lines into ``pieces`` (k - 1,) at least."""
         count = np.maximum(np.ceil(pieces - 1e-9), 1).astype(np.int64)
         line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
@@ -136,8 +136,8 @@ class ToolPath:
         cone, free = np.where(self.cones[line] + self.cones[end] > 0, width, 0.0), self.free[line] | self.free[end]
         for rows, point in ((share == 0, line), (share == 1, end)):  # a point allows what it says, whatever lines do
             free[rows], cone[rows] = self.free[point[rows]], self.cones[point[rows]]
-        turns = self.turns[line] @ about(self._axes[line], share * self.turned[line])
-        return position, turns @ about(_Z, share * self._ends_and_spins[1][line]), free, cone
+        turns = self.turns[line] @ rotate_about(self._axes[line], share * self.turned[line])
+        return position, turns @ rotate_about(_Z, share * self._ends_and_spins[1][line]), free, cone
 
     @cached_property
     def turned(self) -> Floats:
@@ -147,10 +147,10 @@ class ToolPath:
     @cached_property
     def _ends_and_spins(self) -> tuple[Floats, Floats]:
         """Orientations (k - 1, 3, 3) at the ends of lines without the turn about z that is free; that turn (k - 1,)."""
-        least = np.swapaxes(turned_to(self.turns[1:, :, 2], self.turns[:-1]), 1, 2) @ self.turns[1:]
+        least = np.swapaxes(align_z(self.turns[1:, :, 2], self.turns[:-1]), 1, 2) @ self.turns[1:]
         spin = np.arctan2(least[:, 1, 0], least[:, 0, 0])
         spin = np.where((self.free[:-1] | self.free[1:]) & (np.abs(spin) > _SPUN), spin, 0.0)
-        return self.turns[1:] @ about(_Z, -spin), spin
+        return self.turns[1:] @ rotate_about(_Z, -spin), spin
 
     @cached_property
     def _axes(self) -> Floats:
@@ -174,7 +174,7 @@ def half_turn_axes(turns: Floats) -> Floats:
     return axis / np.maximum(np.linalg.norm(axis, axis=1), 1e-12)[:, None]
 
 
-def about(axis: Floats, angle: Floats) -> Floats:
+def rotate_about(axis: Floats, angle: Floats) -> Floats:
     """Rotations (n, 3, 3) about unit axes (n, 3), or one (3,), by angles (n,) rad (Rodrigues)."""
     cross = np.zeros((len(angle), 3, 3))
     for i, j, k, sign in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1), (2, 0, 1, -1), (2, 1, 0, 1)):
@@ -182,13 +182,13 @@ def about(axis: Floats, angle: Floats) -> Floats:
     return np.eye(3) + np.sin(angle)[:, None, None] * cross + (1 - np.cos(angle))[:, None, None] * (cross @ cross)
 
 
-def turned_to(z: Floats, like: Floats) -> Floats:
+def align_z(z: Floats, like: Floats) -> Floats:
     """Rotations (n, 3, 3) with the z axes ``z`` (n, 3), turned from ``like`` (n, 3, 3) by as little as that takes."""
     old = like[:, :, 2]
     axis = np.cross(old, z)
     sine, cosine = np.linalg.norm(axis, axis=1), (old * z).sum(axis=1)
     unit = np.where(sine[:, None] > 1e-12, axis / np.where(sine > 1e-12, sine, 1.0)[:, None], like[:, :, 0])
-    return about(unit, np.arctan2(sine, cosine)) @ like
+    return rotate_about(unit, np.arctan2(sine, cosine)) @ like
 
 
 def arc_points(through: Floats, tube: float) -> tuple[Floats, Floats]:

@@ -41,7 +41,7 @@ from planner.tradeoff.record import (
 )
 from planner.trajectory.measure import measure_path
 from planner.trajectory.trajectory import Trajectory
-from planner.view.motion import ShownPath, path_rows, shown_motion
+from planner.view.motion import ShownPath, path_rows, sample_motion
 from planner.view.page import Page, command_line
 
 
@@ -214,7 +214,7 @@ class Tradeoff(Result[SweepRecord]):
                 (item.beta_min, item.beta_max),
                 None if self.layered is None else self.layered.on_roadmap(item.cost_to_go.x),
                 (item.manipulability_cost, item.distance_cost),
-                None if item.trajectory is None else shown_motion(item.trajectory, self.checker),
+                None if item.trajectory is None else sample_motion(item.trajectory, self.checker),
                 item.choice(k == self._knee),
             )
             for k, item in enumerate(self.intervals)

@@ -47,7 +47,7 @@ def sweep(
     clock = Stopwatch()
     with clock("setup"):
         query = make_query(request.what, progress=progress)
-        limits = None if timing is None else MotionLimits.of(query.robot, timing)
+        limits = None if timing is None else MotionLimits.from_robot(query.robot, timing)
     with clock("roadmap"):
         roadmap = obtain_roadmap(request.quality, query, progress)
     with clock("improve"):

@@ -21,7 +21,7 @@ from planner.query.resolve import DEGREES, beyond_limits, looks_like_degrees
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.measure import nearest_on_pieces, slack
 from planner.trajectory.moving_obstacles import first_touch_in_time, prove_in_time
-from planner.trajectory.proof import largest_jump, limits_exceeded, prove_pieces, require_joints, unit_of
+from planner.trajectory.proof import find_limit_violations, largest_jump, prove_pieces, require_joints, unit_of
 from planner.trajectory.recorded import FAR
 from planner.trajectory.report import Finding, Report
 from planner.trajectory.trajectory import Trajectory
@@ -67,13 +67,13 @@ def check_trajectory(
     require_step(step)
     robot = checker.robot
     require_joints(trajectory.joints, checker)
-    limits = limits or trajectory.limits or MotionLimits.of(robot)
+    limits = limits or trajectory.limits or MotionLimits.from_robot(robot)
     measures = {"points": len(trajectory.times), "limits": {**limits.to_dict(), "text": limits.text(robot)}}
     begun = Report(checker, step, timed=True, measures=measures, notes=_notes(trajectory))
     if faults := _faults(trajectory):
         return replace(begun, findings=faults)
     _require_within_reason(trajectory)
-    exceeded = limits_exceeded(trajectory, robot, limits)
+    exceeded = find_limit_violations(trajectory, robot, limits)
     if exceeded and looks_like_degrees(robot, trajectory.columns[0]):
         return replace(begun, findings=(_degrees((float(trajectory.times[0]), float(trajectory.times[-1]))),))
     jump, in_time = largest_jump(trajectory, limits), prove_in_time(trajectory, checker)
@@ -88,7 +88,7 @@ def check_trajectory(
         "interpolation": trajectory.interpolation,
         "shares": shares,
         "jump": None if jump is None else jump.text(robot),
-        "not_judged": [kind for kind in infinite if not limits.given(kind)],
+        "not_judged": [kind for kind in infinite if not limits.is_given(kind)],
         **in_time.to_dict(),
     }
     touch = first_touch_in_time(trajectory, checker, checker.world.scene.moving, step)
@@ -131,7 +131,7 @@ def _examine(
     strayed, measured = _measure(begun, pieces, places)
     free, bound = bool((verdict == Verdict.FREE).all()), None
     if free and nearest is not None:
-        bound = proven_distance(checker, pieces, nearest.min)
+        bound = prove_distance(checker, pieces, nearest.min)
     undecided = max(int((verdict == Verdict.UNDECIDED).sum()), late)
     return replace(
         begun,
@@ -169,7 +169,7 @@ def _measure(begun: Report, pieces: Floats, places: Floats) -> tuple[list[Findin
     }
 
 
-def proven_distance(checker: CollisionChecker, pieces: Floats, clearance: float) -> float:
+def prove_distance(checker: CollisionChecker, pieces: Floats, clearance: float) -> float:
     """A distance (m) that pieces, proven free at the checker's margin, are proven to keep: that margin or more.
 
     Proofs are tried at margins a little below the ``clearance`` that was found, so it may be smaller than the truth.

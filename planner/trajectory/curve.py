@@ -73,7 +73,7 @@ class Curve:
     stop: Bools
 
 
-def without_standstill(path: Floats) -> Floats:
+def drop_standstills(path: Floats) -> Floats:
     """The waypoints (k, dof) without those that do not move on from the one before; start and goal stay what they are.
 
     A path that does not move at all becomes one configuration.
@@ -86,13 +86,13 @@ def without_standstill(path: Floats) -> Floats:
     return path[kept]
 
 
-def straight(path: Floats) -> Floats:
+def path_segments(path: Floats) -> Floats:
     """The segments of a path (k, dof) as pieces (k - 1, 3, dof)."""
     delta = np.diff(path, axis=0)
     return np.stack([path[:-1], delta, np.zeros_like(delta)], axis=1)
 
 
-def blends(path: Floats, widths: Floats) -> Floats:
+def corner_parabolas(path: Floats, widths: Floats) -> Floats:
     """Parabolas (k - 2, 3, dof) that round the inner waypoints of a path (k, dof).
 
     They leave the segment before a waypoint, and join that behind it, at a share ``widths`` (k - 2,) in [0, 1] of its
@@ -104,11 +104,11 @@ def blends(path: Floats, widths: Floats) -> Floats:
     return np.stack([start, 2.0 * (at - start), start - 2.0 * at + end], axis=1)
 
 
-def rounded(path: Floats, widths: Floats) -> Curve:
+def round_corners(path: Floats, widths: Floats) -> Curve:
     """The path (k, dof) with every corner rounded as far as ``widths`` (k - 2,) say; 0 is a stop at the corner."""
     if len(path) == 1:
         return Curve(np.stack([path, 0 * path, 0 * path], axis=1), np.array([-1]), np.array([True]))
-    parabolas, pieces, corner, stop = blends(path, widths), [], [], []
+    parabolas, pieces, corner, stop = corner_parabolas(path, widths), [], [], []
     for k, (start, end) in enumerate(itertools.pairwise(path)):
         first = 0.5 * widths[k - 1] if k > 0 else 0.0
         last = 0.5 * widths[k] if k < len(widths) else 0.0
@@ -125,7 +125,7 @@ def rounded(path: Floats, widths: Floats) -> Curve:
     return Curve(frozen(pieces), frozen(corner, np.int64), frozen(stop, np.bool_))
 
 
-def spliced(curve: Curve, start: Place, pieces: Floats, end: Place) -> Curve:
+def splice(curve: Curve, start: Place, pieces: Floats, end: Place) -> Curve:
     """The curve with ``pieces`` (m, 3, dof) in place of what lies between two places.
 
     They have to begin and end there in the curve's directions, or at rest.
@@ -148,7 +148,7 @@ def spliced(curve: Curve, start: Place, pieces: Floats, end: Place) -> Curve:
     return Curve(frozen(made), frozen(corner, np.int64), frozen(stop, np.bool_))
 
 
-def quickest(curve: Curve, velocity: Floats, acceleration: Floats) -> Floats:
+def fastest_phases(curve: Curve, velocity: Floats, acceleration: Floats) -> Floats:
     """The phases (p, 5) of the quickest motion along ``curve`` from rest to rest; limits (dof,).
 
     Each is of constant acceleration of a piece's parameter: the piece, s and ds/dt where it begins, d²s/dt², seconds.
@@ -162,13 +162,13 @@ def duration_of(phases: Floats) -> float:
     return float(phases[:, 4].sum())
 
 
-def spacing_for(limits: MotionLimits, q: Floats) -> tuple[int, int]:
+def knot_spacing(limits: MotionLimits, q: Floats) -> tuple[int, int]:
     """Nanoseconds: the window that the mean is taken over, and how far knots are apart at least, along q (k, dof)."""
-    apart = apart_for(limits, q)
-    return max(window_for(limits.acceleration, limits.jerk), 4 * apart), apart
+    apart = min_knot_interval(limits, q)
+    return max(smoothing_window(limits.acceleration, limits.jerk), 4 * apart), apart
 
 
-def apart_for(
+def min_knot_interval(
     limits: MotionLimits, q: Floats, kinds: Sequence[str] = KINDS, nearest: int = _NEAREST, share: float = _SHARE
 ) -> int:
     """Nanoseconds between knots, ``nearest`` or more, so that rounded positions (k, dof) take a ``share`` of no limit.
@@ -183,12 +183,12 @@ def apart_for(
     return max(nearest, ceil(max(shares) / NANOSECOND))
 
 
-def window_for(acceleration: Floats, jerk: Floats) -> int:
+def smoothing_window(acceleration: Floats, jerk: Floats) -> int:
     """Nanoseconds to take the mean over so that no jerk is beyond its limit (dof,)."""
     return int(np.ceil(max(float((2.0 * acceleration / jerk).max()), _SHORTEST_WINDOW) / NANOSECOND))
 
 
-def mean_motion(
+def average_motion(
     curve: Curve, phases: Floats, stretch: float, spacing: tuple[int, int], joints: tuple[str, ...]
 ) -> tuple[Trajectory, Ints]:
     """The mean over the last window of ``phases``, ``stretch`` times as slow, from rest to a window after their end.
@@ -206,7 +206,7 @@ def mean_motion(
 Cost = Callable[[Floats, Floats], Floats]
 
 
-def joint_motion(a: Floats, b: Floats) -> Floats:
+def joint_distance(a: Floats, b: Floats) -> Floats:
     """(k,) lengths from configurations ``a`` (k, dof) to ``b`` (k, dof): the cost where no other is given."""
     return np.sqrt(((b - a) ** 2).sum(axis=1))
 
@@ -215,7 +215,7 @@ def curve_cost(pieces: Floats, cost: Cost) -> float:
     """What pieces (m, 3, dof) cost: along chords, each as much more as the curve is longer there."""
     points, walked = curve_chords(pieces, _POINTS, _CHORD)
     start, end = points[:-1], points[1:]
-    return float((cost(start, end) * walked / np.maximum(joint_motion(start, end), _LEAST)).sum())
+    return float((cost(start, end) * walked / np.maximum(joint_distance(start, end), _LEAST)).sum())
 
 
 def shorten(
@@ -231,7 +231,7 @@ def shorten(
     shares = np.array([_SHORTEST_SPAN**draw for draw in draws[:, 0].tolist()])
     spent, tried, count = curve_cost(curve.coefficients, cost), 0, 0
     used, positions = (limits.velocity, limits.acceleration), position_bounds(prover.robot)
-    phases = before = quickest(curve, *used)
+    phases = before = fastest_phases(curve, *used)
     while True:
         duration = duration_of(phases)
         spans = duration * shares[tried:]
@@ -242,11 +242,11 @@ def shorten(
             return curve, phases, count, before
         number, start, end, ramp = found
         tried += number + 1
-        shorter = spliced(curve, start, _without_rest(ramp), end)
+        shorter = splice(curve, start, _without_rest(ramp), end)
         costs = curve_cost(shorter.coefficients, cost)
         if costs <= max(most, spent) and (floor <= 0 or prove_floor(prover.robot, ramp, floor).holds.all()):
             curve, spent, count = shorter, costs, count + 1
-            phases = quickest(curve, *used)
+            phases = fastest_phases(curve, *used)
 
 
 def _without_rest(ramp: Floats) -> Floats:

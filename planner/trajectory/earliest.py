@@ -51,7 +51,7 @@ def earliest_motion(
         if route is None:
             return None
         trajectory = route.trajectory(roadmap, prover, limits)
-        bad = _touching_edge(roadmap, checker, route, trajectory)
+        bad = _find_touching_edge(roadmap, checker, route, trajectory)
         if bad is None:
             proof = prove_motion(trajectory, EdgeProver(checker), limits)
             record = proof.to_dict(checker.world.margin, checker.name)
@@ -59,7 +59,7 @@ def earliest_motion(
         roadmap = roadmap.without_edge(roadmap.edge_index(*bad))
 
 
-def why_not_in_time(
+def explain_blocked_in_time(
     roadmap: Roadmap, checker: CollisionChecker, limits: MotionLimits, progress: Progress = QUIET
 ) -> BlockedInTime:
     """Which moving obstacles keep the arm at the start, from the goal, or on the way, as far as that is found.
@@ -79,11 +79,15 @@ def why_not_in_time(
 
     for place in ("start", "goal"):
         if not _can_stand(timed(moving), place):
-            return BlockedInTime(place, _fewest(moving, lambda among, place=place: _can_stand(timed(among), place)))
-    return BlockedInTime("route", _fewest(moving, passes))
+            return BlockedInTime(
+                place, _find_blockers(moving, lambda among, place=place: _can_stand(timed(among), place))
+            )
+    return BlockedInTime("route", _find_blockers(moving, passes))
 
 
-def _fewest(moving: Sequence[MovingObstacle], works: Callable[[Sequence[MovingObstacle]], bool]) -> tuple[str, ...]:
+def _find_blockers(
+    moving: Sequence[MovingObstacle], works: Callable[[Sequence[MovingObstacle]], bool]
+) -> tuple[str, ...]:
     """The names of some without which it ``works``, none of which can be put back; all where it never does.
 
     They are put back one after the other, as :mod:`planner.roadmap.infeasibility` does with obstacles that stand.
@@ -110,7 +114,7 @@ def _can_stand(timed: RoadmapInTime, place: str) -> bool:
     return any(np.isfinite(timed.stays_for_good_from(node)) for node in roadmap.goals.tolist())
 
 
-def _touching_edge(
+def _find_touching_edge(
     roadmap: Roadmap, checker: CollisionChecker, route: TimedRoute, trajectory: Trajectory
 ) -> tuple[int, int] | None:
     """The edge on which coal sees a contact, with what stands or with what moves; None where it sees none."""

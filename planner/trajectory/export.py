@@ -28,7 +28,7 @@ from planner.base.errors import FileError, OptionError, choices, require_extra
 from planner.base.yamlfile import shown
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.trajectory.curve import apart_for
+from planner.trajectory.curve import min_knot_interval
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.proof import prove_motion
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
@@ -166,7 +166,7 @@ def period_of(rate: float) -> Fraction:
     return _PER_SECOND / Fraction(str(rate))
 
 
-def on_grid(trajectory: Trajectory, rate: float, checker: CollisionChecker | None = None) -> Trajectory:
+def resample(trajectory: Trajectory, rate: float, checker: CollisionChecker | None = None) -> Trajectory:
     """The motion with a row at every k / ``rate`` s, to the nanosecond, from rest to rest: the end is held to a row.
 
     It takes up to a period longer than the trajectory, and one more (cubics) or two (quintics), and keeps the same
@@ -187,8 +187,8 @@ def on_grid(trajectory: Trajectory, rate: float, checker: CollisionChecker | Non
     return made if checker is None else _proven(made, trajectory, checker)
 
 
-def off_the_curve(made: Trajectory, trajectory: Trajectory) -> float:
-    """How far (rad, m) a motion of :func:`on_grid` leaves ``trajectory``, at its rows and halfway between them."""
+def deviation_from_curve(made: Trajectory, trajectory: Trajectory) -> float:
+    """How far (rad, m) a motion of :func:`resample` leaves ``trajectory``, at its rows and halfway between them."""
     clock = np.sort(np.concatenate([made.nanoseconds, made.nanoseconds[:-1] + np.diff(made.nanoseconds) // 2]))
     behind = 0.5 * (len(made.columns) - 1) * float(np.diff(made.nanoseconds).mean())
     return float(np.abs(made.at_nanoseconds(clock) - trajectory.at_nanoseconds(clock - behind)).max())
@@ -227,7 +227,7 @@ def _rows(points: Floats, degree: int, seconds: float, late: Floats) -> tuple[Fl
 
 def _proven(made: Trajectory, original: Trajectory, checker: CollisionChecker) -> Trajectory:
     floor = original.proof.get("floor", {}).get("asked", 0.0)
-    limits = made.limits or MotionLimits.of(checker.robot)
+    limits = made.limits or MotionLimits.from_robot(checker.robot)
     proof = prove_motion(made, EdgeProver(checker), limits, floor, kinds=KINDS[: len(made.columns)])
     return replace(made, proven=proof.whole, proof=proof.to_dict(checker.world.margin, checker.name))
 
@@ -247,7 +247,7 @@ def _require_apart(trajectory: Trajectory, rate: float) -> None:
     """Raise :class:`OptionError` for a rate at which rows are nearer to each other than rounding allows."""
     if trajectory.limits is None:
         return
-    apart = apart_for(trajectory.limits, trajectory.columns[0], KINDS[: len(trajectory.columns)])
+    apart = min_knot_interval(trajectory.limits, trajectory.columns[0], KINDS[: len(trajectory.columns)])
     if apart > period_of(rate):
         raise OptionError(
             f"rate {rate:g} Hz is too high for this trajectory: the rounding of positions in points that near to one "

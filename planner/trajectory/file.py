@@ -100,7 +100,7 @@ def require_columns(columns: list[list[list[float] | None]], width: int, where: 
     return found
 
 
-def limits_in(limits: _Limits | None, joints: tuple[str, ...], where: str) -> MotionLimits | None:
+def read_limits(limits: _Limits | None, joints: tuple[str, ...], where: str) -> MotionLimits | None:
     """The limits in a file; :class:`FileError` unless there is one value for each joint, each with its source."""
     if limits is None:
         return None

@@ -38,8 +38,8 @@ class MotionLimits:
 
     Units are rad (m where a joint slides) and s. ``source`` says for each of the three where they come from.
 
-        MotionLimits.of(robot)                                          # the URDF's and the robot file's
-        MotionLimits.of(robot, LimitsRequest(velocity_scale=0.2))
+        MotionLimits.from_robot(robot)                                          # the URDF's and the robot file's
+        MotionLimits.from_robot(robot, LimitsRequest(velocity_scale=0.2))
     """
 
     joints: tuple[str, ...]
@@ -59,7 +59,7 @@ class MotionLimits:
             object.__setattr__(self, kind, values)
 
     @staticmethod
-    def of(robot: Robot, request: LimitsRequest | None = None) -> MotionLimits:
+    def from_robot(robot: Robot, request: LimitsRequest | None = None) -> MotionLimits:
         """The robot's limits as ``request`` changes them; velocities beyond the URDF's are refused.
 
         Where the URDF or the robot's file says nothing a figure is assumed, and ``source`` says so. The shares that a
@@ -82,7 +82,7 @@ class MotionLimits:
         _require_within_urdf(robot, limits)
         return limits
 
-    def given(self, kind: str) -> bool:
+    def is_given(self, kind: str) -> bool:
         """Whether somebody gives a limit of this kind; else it is assumed for want of any."""
         if kind not in KINDS:
             raise OptionError(f"there is no {kind!r} limit: give one of {choices(KINDS)}.")
@@ -93,7 +93,7 @@ class MotionLimits:
         """(3, dof), one row of each of the ``KINDS``."""
         return np.stack([self.velocity, self.acceleration, self.jerk])
 
-    def times(self, share: float) -> MotionLimits:
+    def scale_all(self, share: float) -> MotionLimits:
         """A share of all of them."""
         return replace(self, **{kind: frozen(share * getattr(self, kind)) for kind in KINDS})
 
@@ -111,14 +111,14 @@ class MotionLimits:
         return "; ".join(f"{kind} up to {' and '.join(said[kind])} ({self.source[kind]})" for kind in KINDS)
 
 
-def own_limits(limits: MotionLimits | None, robot: Robot) -> MotionLimits:
+def limits_or_default(limits: MotionLimits | None, robot: Robot) -> MotionLimits:
     """The ``limits``, the robot's own where left out; :class:`OptionError` for those of other joints."""
     if limits is None:
-        return MotionLimits.of(robot)
+        return MotionLimits.from_robot(robot)
     if limits.joints != robot.joints:
         raise OptionError(
             f"the limits are of joints {choices(limits.joints)}, the robot has {choices(robot.joints)}: make them with "
-            "planner.MotionLimits.of(robot)."
+            "planner.MotionLimits.from_robot(robot)."
         )
     return limits
 
@@ -201,7 +201,7 @@ def _require_within_urdf(robot: Robot, limits: MotionLimits) -> None:
         )
 
 
-def require_of_robot(robot: Robot, limits: MotionLimits) -> None:
+def require_within_robot(robot: Robot, limits: MotionLimits) -> None:
     """Raise :class:`LimitError` where ``limits`` out of a file are wider than the robot allows.
 
     So are velocities beyond the URDF's, and what is said to be the robot's own and is larger.

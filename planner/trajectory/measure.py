@@ -78,7 +78,7 @@ def joint_path_length(path: Floats) -> float:
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def corners(path: Floats) -> int:
+def count_corners(path: Floats) -> int:
     """How often a joint path (k, dof) changes its direction, by more than 0.001 rad: a robot stops or blends there."""
     step = np.diff(path, axis=0)
     far = np.linalg.norm(step, axis=1)

@@ -55,7 +55,7 @@ class Jump:
 class MotionProof:
     """The verdicts (k,) on a trajectory's pieces, the limits that it breaks, the floor under w, and what moves.
 
-    ``pair`` (k,) is what stopped a piece's proof. ``floor_asked`` (k,) says which pieces are asked to keep w above
+    ``pair`` (k,) is what stopped a piece's proof. ``floor_required`` (k,) says which pieces are asked to keep w above
     ``floor``, not those of the stretches from a start and to a goal below it, and ``floor_holds`` (k,) which of all do
     that or are exempt. ``unjudged`` are kinds of limits that are infinite by the ``jump`` of what they limit the change
     of, and that are merely assumed.
@@ -65,7 +65,7 @@ class MotionProof:
     pair: Ints
     excesses: tuple[Finding, ...]
     floor: float
-    floor_asked: Bools
+    floor_required: Bools
     floor_holds: Bools
     in_time: TimeProof
     jump: Jump | None = None
@@ -102,7 +102,7 @@ class MotionProof:
 
     def _floor(self) -> dict[str, Any]:
         """How many pieces are proven above the floor, exempt, or not proven; proven: something was asked, and holds."""
-        asked, above = int(self.floor_asked.sum()), int((self.floor_asked & self.floor_holds).sum())
+        asked, above = int(self.floor_required.sum()), int((self.floor_required & self.floor_holds).sum())
         pieces = {"above": above, "exempt": len(self.verdict) - asked, "below": asked - above}
         counts = {f"pieces_{name}": count for name, count in pieces.items()}
         return {"asked": self.floor, **counts, "proven": above == asked > 0}
@@ -129,11 +129,11 @@ def prove_motion(
     Of the limits those of the first ``kinds`` are asked for; ``in_time`` is what is proven in time already.
     """
     verdict, pair = prove_pieces(trajectory.coefficients, prover, room)
-    asked = _floor_asked(trajectory, prover.robot, floor)
+    asked = _requires_floor(trajectory, prover.robot, floor)
     holds = ~asked
     if asked.any():
         holds[asked] = prove_floor(prover.robot, trajectory.coefficients[asked], floor).holds
-    excesses = limits_exceeded(trajectory, prover.robot, limits, kinds)
+    excesses = find_limit_violations(trajectory, prover.robot, limits, kinds)
     in_time = in_time or prove_in_time(trajectory, prover.checker)
     jump = largest_jump(trajectory, limits)
     unjudged = tuple(kind for kind in kinds if jump and kind in jump.infinite and not limits.given(kind))
@@ -157,7 +157,7 @@ def prove_pieces(coefficients: Floats, prover: EdgeProver, room: float) -> tuple
     return verdict, pair
 
 
-def _floor_asked(trajectory: Trajectory, robot: Robot, floor: float) -> Bools:
+def _requires_floor(trajectory: Trajectory, robot: Robot, floor: float) -> Bools:
     """(k,) the pieces between the first and the last knot at which w reaches ``floor``; none for a floor of 0.
 
     The others lead up from the start and down to the end.
@@ -176,7 +176,7 @@ def unit_of(robot: Robot, joint: str, quantity: str = "position") -> str:
     return ("m" if robot.prismatic[robot.joints.index(joint)] else "rad") + UNITS.get(quantity, "")
 
 
-def limits_exceeded(
+def find_limit_violations(
     trajectory: Trajectory, robot: Robot, limits: MotionLimits, kinds: Sequence[str] = KINDS
 ) -> tuple[Finding, ...]:
     """The worst excess of each kind of limit, by the exact extrema of every piece; of derivatives of ``kinds``.
@@ -187,7 +187,7 @@ def limits_exceeded(
     found, jump = _beyond_positions(trajectory, robot), largest_jump(trajectory, limits)
     for order, kind in enumerate(kinds, start=1):
         most = getattr(limits, kind)
-        if jump and kind in jump.infinite and limits.given(kind):
+        if jump and kind in jump.infinite and limits.is_given(kind):
             allowed = float(most[trajectory.joints.index(jump.joint)])
             unit, at = unit_of(robot, jump.joint, kind), (jump.time, jump.time)
             infinite = f"an infinite {kind} where the limit is {allowed:g} {unit}"

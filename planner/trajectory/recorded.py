@@ -20,7 +20,7 @@ from planner.problem.outcome import require_readable_version
 from planner.robot.robot import Robot
 from planner.trajectory.export import read_bag
 from planner.trajectory.file import TRAJECTORY_NAME, TrajectoryFile, parse_json, require_columns
-from planner.trajectory.trajectory import Trajectory, through_points, trajectory_in
+from planner.trajectory.trajectory import Trajectory, trajectory_from_file, trajectory_from_points
 
 _log = logging.getLogger(__name__)
 
@@ -173,7 +173,7 @@ def _unwrap(data: Any, notes: list[str], where: str) -> Any:
 
 def _from_own(file: TrajectoryFile, notes: list[str], robot: Robot, where: str) -> Trajectory:
     """The trajectory with its joints in the robot's order; its limits where they are of these."""
-    found = trajectory_in(file, where)
+    found = trajectory_from_file(file, where)
     columns = [_in_order(rows, found.joints, robot, where, file.robot) for rows in found.columns]
     limits = found.limits if found.joints == robot.joints else None
     notes = [*notes, *([EVENTS] if found.events else []), *_left_out(found.joints, robot)]
@@ -201,7 +201,7 @@ def _from_message(message: _Message, notes: list[str], robot: Robot, where: str)
     rows = require_columns([[getattr(point, kind) for point in points] for kind in kinds], len(names), where)
     columns = [_in_order(each, names, robot, where) for each in rows]
     told = (*notes, *_left_out(names, robot))
-    return through_points(robot.joints, np.array(times, dtype=float), columns, where, notes=told)
+    return trajectory_from_points(robot.joints, np.array(times, dtype=float), columns, where, notes=told)
 
 
 def _from_rows(file: _Path, notes: list[str], robot: Robot, where: str) -> Floats:
@@ -237,7 +237,9 @@ def _from_csv(text: str, robot: Robot, where: str) -> Floats | Trajectory:
     if columns[2] and not columns[1]:
         raise FileError(f"{where} gives accelerations and no velocities: give velocities too, or neither.")
     ordered = [_in_order(np.array([*each.values()]).T, [*each], robot, where) for each in columns if each]
-    return through_points(robot.joints, by_name[TIME], ordered, where, notes=tuple(_left_out([*columns[0]], robot)))
+    return trajectory_from_points(
+        robot.joints, by_name[TIME], ordered, where, notes=tuple(_left_out([*columns[0]], robot))
+    )
 
 
 def _joint_path(
@@ -250,7 +252,7 @@ def _joint_path(
     rows = _in_order(rows, names, robot, where, owner)
     for note in (*notes, *_left_out(names, robot)):
         _log.warning("%s: %s", where, note)
-    require_of_an_arm(rows, robot, where)
+    require_plausible(rows, robot, where)
     return frozen(np.where(robot.continuous, _unwound(rows, robot, where), rows))  # other joints to the last bit
 
 
@@ -276,7 +278,7 @@ def _unwound(rows: Floats, robot: Robot, where: str) -> Floats:
     return robot.unwound(rows)
 
 
-def require_of_an_arm(rows: Floats, robot: Robot, where: str) -> None:
+def require_plausible(rows: Floats, robot: Robot, where: str) -> None:
     """Raise :class:`FileError` for values (k, dof) that are not finite, or that no joint ever has."""
     for row, joint in np.argwhere(~(np.abs(rows) <= FAR))[:1]:
         raise FileError(

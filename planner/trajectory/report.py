@@ -39,7 +39,7 @@ class Finding:
     @property
     def sentence(self) -> str:
         """The finding in words, without a full stop."""
-        return (self.text or f"{self._head()} {place_text(self.where, self.timed)}") + self.note
+        return (self.text or f"{self._head()} {location_text(self.where, self.timed)}") + self.note
 
     def _head(self) -> str:
         value, allowed, pair = self.value or 0.0, self.allowed or 0.0, " and ".join(f"'{name}'" for name in self.what)
@@ -66,7 +66,7 @@ class Finding:
         return found | {"what": list(self.what), "where": list(self.where), "q": q}
 
 
-def place_text(where: tuple[float, float], timed: bool) -> str:
+def location_text(where: tuple[float, float], timed: bool) -> str:
     """Where something is on a trajectory (s) or on a path (segments), as part of a sentence."""
     begin, end = where
     if timed:
@@ -138,7 +138,7 @@ class Report:
             unjudged = f"; {' and '.join(left_open)} not judged, as {jump} and the limit is merely assumed"
         horizon = f" With what may move: {self._horizon()}." if "horizon" in self.measures else ""
         if self._undecided:
-            left = f"{counted(self._undecided, piece.split()[0])} could not be proven"
+            left = f"{count_text(self._undecided, piece.split()[0])} could not be proven"
             return f"Free and within {limits} wherever it was sampled; {left}{unjudged}.{horizon}"
         return f"Free and within {limits}; every {piece} is proven free as a whole{unjudged}.{horizon}"
 
@@ -163,7 +163,7 @@ class Report:
             rows.append((TOO_CLOSE, TOO_CLOSE_TEXT))
         rows.append(("proofs", self._proofs()))
         if "moving" in m:
-            clear, of = m["moving"]["pieces_free"], counted(sum(self.pieces.values()), "piece")
+            clear, of = m["moving"]["pieces_free"], count_text(sum(self.pieces.values()), "piece")
             rows.append(("known motions", f"{clear} of {of} proven clear of {choices(m['moving']['obstacles'])}"))
         rows += [("horizon", self._horizon())] if "horizon" in m else []
         least = f"min {m['w_min']:.3g} ({self._at(m['w_at'])}), mean {m['w_mean']:.3g}"
@@ -176,7 +176,7 @@ class Report:
 
     def _size(self) -> str:
         m = self.measures
-        size = counted(m["points"], "point" if self.timed else "waypoint")
+        size = count_text(m["points"], "point" if self.timed else "waypoint")
         if "duration" in m:
             late = f", beginning {m['begin']:.3f} s after the start" if m["begin"] > 0 else ""
             return f"{size}, {m['duration']:.3f} s{late}, run as {m['interpolation']} between them"
@@ -189,12 +189,12 @@ class Report:
         return f"none {at}" if self.clearance.min <= 0.0 and not self.ok else f"{nearest_text(self.clearance)} {at}"
 
     def _proofs(self) -> str:
-        piece = counted(sum(self.pieces.values()), "piece" if self.timed else "segment")
+        piece = count_text(sum(self.pieces.values()), "piece" if self.timed else "segment")
         text, bound = f"{self.pieces['free']} of {piece} proven free as a whole", self.measures.get("proven_distance")
         return f"{text}, to keep {1000 * bound:.2f} mm from everything" if bound else text
 
     def _at(self, place: float) -> str:
-        return place_text((place, place), self.timed)
+        return location_text((place, place), self.timed)
 
     def _horizon(self) -> str:
         """Until when unknown motions cannot matter, as part of a sentence."""
@@ -220,7 +220,7 @@ class Report:
         return found | {"findings": findings, "pieces": self.pieces, "clearance": clearance} | self.measures
 
 
-def counted(number: int, thing: str) -> str:
+def count_text(number: int, thing: str) -> str:
     """ "1 edge", "2 edges"."""
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
@@ -228,7 +228,7 @@ def counted(number: int, thing: str) -> str:
 def floor_text(floor: dict[str, Any]) -> str:
     """What ``proof.floor`` of a trajectory says of w in motion, as part of a sentence."""
     above, exempt, below = (floor[f"pieces_{name}"] for name in ("above", "exempt", "below"))
-    pieces, asked = counted(above + exempt + below, "piece"), f"the floor of {floor['asked']:g}"
+    pieces, asked = count_text(above + exempt + below, "piece"), f"the floor of {floor['asked']:g}"
     if below:
         return f"w is NOT proven above {asked} in {below} of {pieces}"
     if not above:

@@ -35,7 +35,7 @@ Proven: TypeAlias = Callable[[Floats, Floats], Bools]
 """Which of the cells of time from ``low`` (n,) to ``high`` (n,) s are proven, each as a whole."""
 
 
-def certified_stretches(proven: Proven, corners: Floats) -> Floats:
+def certify_intervals(proven: Proven, corners: Floats) -> Floats:
     """Stretches (k, 2), ascending, which do not touch, of the time between ``corners`` (n + 1,) that are proven.
 
     All of it is asked for at once; what is not proven by halves, cells down to 1/64 s.
@@ -55,7 +55,7 @@ def certified_stretches(proven: Proven, corners: Floats) -> Floats:
     return _joined(np.concatenate([*found, _halves(proven, corners[cells], corners[cells + 1])]))
 
 
-def proven_for_good_from(proven: Proven, corners: Floats) -> float:
+def find_permanent_start(proven: Proven, corners: Floats) -> float:
     """The time (s) of ``corners`` (n + 1,) or between them from which on all is proven; inf where there is none.
 
     Looked for from the end: what is proven as a whole is not looked into.
@@ -72,7 +72,7 @@ def proven_for_good_from(proven: Proven, corners: Floats) -> float:
         elif last - first > 1:
             waiting += [(first, (first + last) // 2), ((first + last) // 2, last)]
         else:
-            cells = certified_stretches(proven, corners[first : last + 1])
+            cells = certify_intervals(proven, corners[first : last + 1])
             return float(cells[-1, 0]) if len(cells) and cells[-1, 1] == since else since
     return since
 
@@ -124,7 +124,7 @@ class TimedRoute:
         if len(path) == 1:
             rows, times = np.zeros(2, dtype=np.int64), np.array([0.0, _SHORTEST])
         rest = np.zeros((len(rows), path.shape[1]))
-        return Trajectory.through(prover.robot.joints, times, path[rows], rest, rest, time_law=LAW)
+        return Trajectory.from_points(prover.robot.joints, times, path[rows], rest, rest, time_law=LAW)
 
 
 class RoadmapInTime:
@@ -136,7 +136,7 @@ class RoadmapInTime:
     def __init__(self, roadmap: Roadmap, prover: TimedProver, limits: MotionLimits) -> None:
         self.roadmap, self.prover = roadmap, prover
         first, last = (roadmap.nodes[roadmap.edges[:, k]] for k in (0, 1))
-        self.seconds = rest_to_rest(prover.robot.difference(first, last), limits.times(USED))
+        self.seconds = rest_to_rest(prover.robot.difference(first, last), limits.scale_all(USED))
         self._corners = np.linspace(0.0, prover.end, int(np.ceil(prover.end / _CELL)) + 1)  # later nothing moves
         self._known: dict[tuple[int, int, float], Floats] = {}
         self.neighbours: list[list[tuple[int, int]]] = [[] for _ in roadmap.nodes]  # (node, edge)
@@ -154,7 +154,7 @@ class RoadmapInTime:
 
     def stays_for_good_from(self, node: int) -> float:
         """The time (s) from which on standing at a node is proven free for good; inf where it never is."""
-        return proven_for_good_from(self._proven(node, -1), self._corners)
+        return find_permanent_start(self._proven(node, -1), self._corners)
 
     def horizons(self, least: float) -> Iterator[float]:
         """How far (s) searches look ahead, one twice as far as the one before; the last one is inf, for good."""
@@ -168,7 +168,7 @@ class RoadmapInTime:
     def _stretches(self, node: int, edge: int, until: float) -> Floats:
         if (node, edge, until) not in self._known:
             proven, end = self._proven(node, edge), self._corners[-1:]
-            found = certified_stretches(proven, self._corners[self._corners <= until])
+            found = certify_intervals(proven, self._corners[self._corners <= until])
             if until > end[0] and proven(end, end)[0]:
                 found = _joined(np.vstack([found, [[end[0], np.inf]]]))
             self._known[node, edge, until] = found

@@ -10,7 +10,7 @@ from planner.base.arrays import Floats, numbers
 from planner.base.polynomials import derivative
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.trajectory.curve import apart_for
+from planner.trajectory.curve import min_knot_interval
 from planner.trajectory.limits import KINDS, LimitError, MotionLimits
 from planner.trajectory.moving_obstacles import prove_stop_in_time
 from planner.trajectory.proof import prove_motion, require_joints
@@ -112,7 +112,7 @@ class _Braking:
         self._fastest = (1.0 - _ROUNDING) * limits.velocity
         self._most = (1.0 - _ROUNDING) * limits.acceleration
         self._derivatives = [derivative(trajectory.coefficients, order) for order in range(3)]
-        self.apart = apart_for(limits, trajectory.knots(), _LIMITED, _NEAREST, _NOISE)
+        self.apart = min_knot_interval(limits, trajectory.knots(), _LIMITED, _NEAREST, _NOISE)
 
     def from_moment(self, t: float) -> tuple[Trajectory, float]:
         """The motion to rest, and where on the trajectory that is."""

@@ -18,19 +18,19 @@ from planner.problem.request import RoadmapQuality, TimingRequest
 from planner.trajectory.curve import (
     Cost,
     Curve,
-    blends,
+    average_motion,
+    corner_parabolas,
     curve_cost,
+    drop_standstills,
     duration_of,
-    joint_motion,
-    mean_motion,
-    quickest,
-    rounded,
+    fastest_phases,
+    joint_distance,
+    knot_spacing,
+    path_segments,
+    round_corners,
     shorten,
-    spacing_for,
-    straight,
-    without_standstill,
 )
-from planner.trajectory.limits import USED, MotionLimits, own_limits
+from planner.trajectory.limits import USED, MotionLimits, limits_or_default
 from planner.trajectory.proof import MotionProof, prove_motion
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
@@ -87,7 +87,7 @@ class _Asked:
     @cached_property
     def used(self) -> MotionLimits:
         """The limits that motions are made for: a little less than those they are judged by."""
-        return self.limits.times(USED)
+        return self.limits.scale_all(USED)
 
     def inside(self, coefficients: Floats, begin: Floats, end: Floats) -> Bools:
         """Which curves keep to the guide; all where there is none."""
@@ -129,7 +129,7 @@ def time_path(
     time_law: TimeLaw = "blended",
     deviation: float = DEVIATION,
     floor: float = 0.0,
-    cost: Cost = joint_motion,
+    cost: Cost = joint_distance,
     extra_cost: float = 0.0,
 ) -> Trajectory:
     """A motion along a joint path (k, dof) that keeps ``limits``, from rest to rest.
@@ -147,16 +147,16 @@ def time_path(
     if not deviation >= _LEAST:
         raise OptionError(f"deviation must be {_LEAST} rad (m) or more, got {deviation:g}: stop-at-corners has none.")
     near = np.inf if time_law == "shortcuts" else deviation
-    return timed_curve(path, checker, limits, time_law, floor, cost, extra_cost, deviation=near)[0]
+    return time_curve(path, checker, limits, time_law, floor, cost, extra_cost, deviation=near)[0]
 
 
-def timed_curve(
+def time_curve(
     path: Floats,
     checker: CollisionChecker,
     limits: MotionLimits | None,
     time_law: TimeLaw,
     floor: float,
-    cost: Cost = joint_motion,
+    cost: Cost = joint_distance,
     extra_cost: float = 0.0,
     guide: Guide | None = None,
     deviation: float = np.inf,
@@ -170,11 +170,11 @@ def timed_curve(
     path = configurations(checker, "path", path)
     if not len(path):
         raise StateError("path has no waypoint: give a row of joint values for each, at least one.")
-    limits = own_limits(limits, checker.robot)
+    limits = limits_or_default(limits, checker.robot)
     lifted = path if guide is None else np.column_stack([path, guide.along])
-    points, most = without_standstill(lifted), None
+    points, most = drop_standstills(lifted), None
     if time_law == "shortcuts" and len(points) > 1 and guide is None:
-        most = (1.0 + extra_cost) * curve_cost(straight(points), cost)
+        most = (1.0 + extra_cost) * curve_cost(path_segments(points), cost)
     asked = _Asked(points, EdgeProver(checker), limits, floor, guide, deviation, cost, most)
     found, shortcuts = _proven_motion(asked, time_law)
     record = found.proof.to_dict(checker.world.margin, checker.name)
@@ -192,12 +192,12 @@ def _proven_motion(asked: _Asked, time_law: TimeLaw) -> tuple[_Motion, int]:
     """
     corners = max(len(asked.path) - 2, 0)
     widths = _provable_widths(asked) if time_law != "stop-at-corners" and corners else np.zeros(corners)
-    curve = rounded(asked.path, widths)
+    curve = round_corners(asked.path, widths)
     if (found := _shortened(asked, curve, widths)) is not None:
         return found
     motion = _motion(asked, curve, widths)
     while (narrower := _narrowed(motion)) is not None:
-        motion = _motion(asked, rounded(asked.path, narrower), narrower)
+        motion = _motion(asked, round_corners(asked.path, narrower), narrower)
     if motion.widths is not widths and motion.proof.whole:
         found = _shortened(asked, motion.curve, motion.widths)
     return found or (motion, 0)
@@ -226,7 +226,7 @@ def _provable_widths(asked: _Asked) -> Floats:
     levels = np.where(above[:-2] & above[1:-1] & above[2:], asked.floor, 0.0)
     open_ = np.arange(len(widths))
     while len(open_):
-        lifted = blends(asked.path, widths)[open_]
+        lifted = corner_parabolas(asked.path, widths)[open_]
         curves = lifted[..., : asked.dof]
         good = asked.prover.prove_curves(curves, contacts=False).free
         near = np.flatnonzero(good)
@@ -246,7 +246,7 @@ def _motion(asked: _Asked, curve: Curve, widths: Floats, phases: Floats | None =
     ``phases``: the quickest motion along it, where that is known.
     """
     limits = asked.used
-    spacing = spacing_for(limits, asked.path[:, : asked.dof])
+    spacing = knot_spacing(limits, asked.path[:, : asked.dof])
     if len(asked.path) == 1:
         q = asked.path[[0, 0]]
         still = Trajectory(asked.limits.joints, np.array([0, spacing[0]]), (q, 0.0 * q, 0.0 * q))
@@ -256,10 +256,10 @@ def _motion(asked: _Asked, curve: Curve, widths: Floats, phases: Floats | None =
         velocity, acceleration = limits.velocity, limits.acceleration
         if asked.guide is not None:
             velocity, acceleration = np.append(velocity, asked.guide.fastest), np.append(acceleration, _FREELY)
-        phases = quickest(curve, velocity, acceleration)
+        phases = fastest_phases(curve, velocity, acceleration)
     stretch = 1.0
     while True:
-        lifted, piece = mean_motion(curve, phases, stretch, spacing, asked.limits.joints)
+        lifted, piece = average_motion(curve, phases, stretch, spacing, asked.limits.joints)
         trajectory, places = _without_places(lifted, asked.dof)
         shares = motion_shares(trajectory.nanoseconds, *trajectory.columns, limits.rows).tolist()
         needed = max(share ** (1.0 / order) for order, share in enumerate(shares, start=1))
@@ -297,7 +297,7 @@ def _passed_too_far_away(motion: _Motion) -> Ints:
         return np.zeros(0, dtype=np.int64)
     trajectory, corner = motion.trajectory, motion.curve.corner[rounded]
     first, behind = (np.searchsorted(motion.piece, rounded, side=side) for side in ("left", "right"))
-    window, _ = spacing_for(asked.used, asked.path[:, : asked.dof])
+    window, _ = knot_spacing(asked.used, asked.path[:, : asked.dof])
     clock = np.linspace(trajectory.nanoseconds[first], trajectory.nanoseconds[behind] + window, _LOOKS) * NANOSECOND
     q = trajectory.at(clock.ravel()).reshape(_LOOKS, len(corner), -1)
     off = np.abs(q - asked.path[corner, : asked.dof]).max(axis=2).min(axis=0)

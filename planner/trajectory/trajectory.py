@@ -22,8 +22,8 @@ from planner.trajectory.file import (
     TRAJECTORY_NAME,
     Interpolation,
     TrajectoryFile,
-    limits_in,
     parse_json,
+    read_limits,
     require_columns,
 )
 from planner.trajectory.limits import LimitError, MotionLimits
@@ -70,7 +70,7 @@ class Trajectory:
     ``time_law`` says how the times came about, ``limits`` what they were made for, ``proven`` whether all of it is
     proven, and ``proof`` what. ``events`` are what happens meanwhile, each with its time ``t`` (s), as
     ``trajectory.json`` has them; ``notes`` are on what a foreign file holds besides. Of times in seconds make one with
-    :meth:`through`.
+    :meth:`from_points`.
     """
 
     joints: tuple[str, ...]
@@ -102,14 +102,14 @@ class Trajectory:
     @cached_property
     def coefficients(self) -> Floats:
         """The pieces (k, degree + 1, dof) of u in [0, 1] along each, ascending powers."""
-        return frozen(pieces_through(self.seconds[:, None], *self.columns))
+        return frozen(interpolate(self.seconds[:, None], *self.columns))
 
     def __repr__(self) -> str:
         size = f"{len(self.joints)} joints, {len(self.times)} points, {self.duration:.3f} s"
         return f"<Trajectory: {size}, {'proven' if self.proven else 'not proven'}>"
 
     @staticmethod
-    def through(
+    def from_points(
         joints: tuple[str, ...],
         times: Floats,
         q: Floats,
@@ -134,7 +134,7 @@ class Trajectory:
         shape = len(times), len(joints) or "dof"  # parts of a motion have no names
         given = {"q": q} | {name: rows for name, rows in (("qd", qd), ("qdd", qdd)) if rows is not None}
         columns = tuple(numbers(name, rows, shape) for name, rows in given.items())
-        return Trajectory(tuple(joints), whole_nanoseconds(times), columns, time_law)
+        return Trajectory(tuple(joints), to_nanoseconds(times), columns, time_law)
 
     @staticmethod
     def load(path: StrPath) -> Trajectory:
@@ -149,7 +149,9 @@ class Trajectory:
         if not os.path.isfile(path):
             raise FileError(f"trajectory {path} not found: plan first, with times, or check the path.")
         where = f"trajectory {path}"
-        return trajectory_in(validate(TrajectoryFile, parse_json(read_text(path, "trajectory"), where), where), where)
+        return trajectory_from_file(
+            validate(TrajectoryFile, parse_json(read_text(path, "trajectory"), where), where), where
+        )
 
     def save(self, path: StrPath, robot: str | None = None, scene: str | None = None) -> None:
         """Write ``trajectory.json`` whole or not at all; raises :class:`FileError` where that cannot be done."""
@@ -267,7 +269,7 @@ class Trajectory:
         return polynomial_worst(self.coefficients, self.seconds, order, most, beyond)
 
 
-def trajectory_in(file: TrajectoryFile, where: str) -> Trajectory:
+def trajectory_from_file(file: TrajectoryFile, where: str) -> Trajectory:
     """The trajectory that a file holds, its joints in the order of the file."""
     events = tuple(event.model_dump() for event in file.events)
     try:
@@ -282,12 +284,12 @@ def trajectory_in(file: TrajectoryFile, where: str) -> Trajectory:
     if given not in (None, len(rows)):
         raise FileError(f"{where}: {file.interpolation} need {given} of q, qd and qdd at each point; add them.")
     proof = file.proof.model_dump(exclude_unset=True)
-    limits = limits_in(file.limits, tuple(file.joints), where)
+    limits = read_limits(file.limits, tuple(file.joints), where)
     told = {"time_law": file.law, "limits": limits, "proven": file.proven, "proof": proof, "events": events}
-    return through_points(tuple(file.joints), np.array([point.t for point in file.points]), rows, where, **told)
+    return trajectory_from_points(tuple(file.joints), np.array([point.t for point in file.points]), rows, where, **told)
 
 
-def through_points(
+def trajectory_from_points(
     joints: tuple[str, ...], times: Floats, columns: list[Floats], where: str, **told: Any
 ) -> Trajectory:
     """The trajectory through the points of a file; :class:`FileError` for times and numbers that no motion has."""
@@ -305,7 +307,7 @@ def through_points(
         raise FileError(f"{where}: {error}") from None
 
 
-def whole_nanoseconds(times: Floats) -> Ints:
+def to_nanoseconds(times: Floats) -> Ints:
     """Times (k,) s as whole nanoseconds; those that they are made of come back, up to 26 days.
 
     Raises :class:`LimitError` for times that no clock of nanoseconds holds.
@@ -317,7 +319,7 @@ def whole_nanoseconds(times: Floats) -> Ints:
     return np.round(np.asarray(times, dtype=np.float64) * 1e9).astype(np.int64)
 
 
-def pieces_through(h: Floats, q: Floats, qd: Floats | None = None, qdd: Floats | None = None) -> Floats:
+def interpolate(h: Floats, q: Floats, qd: Floats | None = None, qdd: Floats | None = None) -> Floats:
     """The coefficients (k, degree + 1, dof) of pieces that take ``h`` (k, 1) s, through what is given at their ends.
 
     As a ROS 2 joint trajectory controller has them: lines between positions (k + 1, dof), cubics with velocities,

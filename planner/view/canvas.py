@@ -66,7 +66,7 @@ class Canvas:
         """Set a property of an object of the viewer itself, for example ``visible``."""
         self._viewer[f"/{path}"].set_property(key, value)
 
-    def packed(self) -> tuple[str, list[int]]:
+    def pack(self) -> tuple[str, list[int]]:
         """All commands in MessagePack, one after another, as gzip in base64; and the length of each in bytes."""
         packages = [umsgpack.packb(command) for command in self.commands]
         return _packed(b"".join(packages)), [len(package) for package in packages]
@@ -79,7 +79,7 @@ class Canvas:
 
 def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
     """A self-contained HTML page: the viewer, the recorded scene, our controls and ``data`` for them."""
-    scene, lengths = canvas.packed()
+    scene, lengths = canvas.pack()
     parts = {
         "TITLE": escape(title.encode("utf-8", "replace").decode()),  # half a surrogate pair is no text
         "STYLE": _assets("page.css"),

@@ -18,7 +18,7 @@ from planner.robot.scene import Scene
 from planner.robot.shapes import Body, Sphere, corners, extremes
 from planner.trajectory.measure import dense_path
 from planner.view.canvas import Canvas
-from planner.view.surfaces import smoothed, tube
+from planner.view.surfaces import smooth_mesh, tube
 
 Kind: TypeAlias = Literal["visual", "collision"]  # of a robot's bodies: to look at, or to collide
 
@@ -54,7 +54,7 @@ def draw_bodies(canvas: Canvas, kind: Kind, bodies: Sequence[Body], touching: Co
     return names
 
 
-def place_joints(canvas: Canvas, robot: Robot, q: Floats) -> None:
+def set_joints(canvas: Canvas, robot: Robot, q: Floats) -> None:
     """Put the frames of the joints where ``q`` (dof,) has them."""
     for joint, matrix in enumerate(joint_matrices(robot, q[None])[0], start=1):
         canvas.transform(f"robot/{joint}", matrix)
@@ -75,11 +75,11 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
     colours = obstacle_colours(scene)
     for k, obstacle in enumerate(scene.obstacles):
         rgba = TOUCHING if obstacle.name in touching else colours[obstacle.object]
-        canvas.shape(f"obstacles/{k}", smoothed(obstacle.shape), obstacle.placement, rgba)
+        canvas.shape(f"obstacles/{k}", smooth_mesh(obstacle.shape), obstacle.placement, rgba)
         names[f"obstacles/{k}"] = obstacle.name
     for k, item in enumerate(scene.moving):
         rgba = TOUCHING if item.name in touching else colours[item.name]
-        canvas.shape(f"moving/{k}/shape", smoothed(item.shape), np.eye(4), rgba)
+        canvas.shape(f"moving/{k}/shape", smooth_mesh(item.shape), np.eye(4), rgba)
         canvas.transform(f"moving/{k}", item.motion.poses[0])
         names[f"moving/{k}/shape"] = item.name
         way = item.motion.poses[:, :3, 3]
@@ -107,7 +107,7 @@ def moving_data(scene: Scene) -> list[dict[str, Any]]:
     return found
 
 
-def drawn_part(roadmap: Roadmap) -> tuple[Bools, Bools]:
+def select_drawn(roadmap: Roadmap) -> tuple[Bools, Bools]:
     """Which nodes (n,) and edges (m,) a page draws: of a large roadmap ``MOST_EDGES`` edges, evenly, and their ends."""
     n, m = len(roadmap.nodes), len(roadmap.edges)
     if m <= MOST_EDGES:
@@ -122,7 +122,7 @@ def drawn_part(roadmap: Roadmap) -> tuple[Bools, Bools]:
 def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot, drawn: tuple[Bools, Bools]) -> dict[str, Any]:
     """Nodes at their tool positions and edges along the tool's path, to be coloured by the page; starts and goals.
 
-    Of both only those ``drawn``, see :func:`drawn_part`. Returns what the page colours them by: w, the component and
+    Of both only those ``drawn``, see :func:`select_drawn`. Returns what the page colours them by: w, the component and
     the edges.
     """
     nodes, edges = drawn
@@ -229,16 +229,16 @@ def draw_robot(
 
     Returns the links by path, and the bodies to look at.
     """
-    carried = tuple(replace(body, shape=smoothed(body.shape)) for body in robot.carried)
-    visual, colliding = ((*bodies, *carried) for bodies in drawn_bodies(robot))
+    carried = tuple(replace(body, shape=smooth_mesh(body.shape)) for body in robot.carried)
+    visual, colliding = ((*bodies, *carried) for bodies in load_drawn_bodies(robot))
     names = draw_bodies(canvas, "visual", visual, touching)
     names |= draw_bodies(canvas, "collision", colliding, touching)
-    place_joints(canvas, robot, q)
+    set_joints(canvas, robot, q)
     return names, visual
 
 
 @lru_cache(maxsize=8)
-def drawn_bodies(robot: Robot) -> tuple[tuple[Body, ...], tuple[Body, ...]]:
+def load_drawn_bodies(robot: Robot) -> tuple[tuple[Body, ...], tuple[Body, ...]]:
     """The visual bodies of ``robot``, see :func:`planner.robot.robot.load_visuals`, and those that collide.
 
     The bodies that the robot carries are not among them.

@@ -24,9 +24,9 @@ from planner.robot.scene import Scene, write_scene
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.session.session import Session
 from planner.trajectory.measure import clearance_text, dense_path
-from planner.view.drawing import PATH, TOUCHING, drawn_bodies, extent, joint_matrices, obstacle_colours
+from planner.view.drawing import PATH, TOUCHING, extent, joint_matrices, load_drawn_bodies, obstacle_colours
 from planner.view.motion import configurations_at, path_shares
-from planner.view.surfaces import capsule_mesh, smoothed
+from planner.view.surfaces import capsule_mesh, smooth_mesh
 
 GOAL = "the goal"
 HOST = "127.0.0.1"
@@ -224,16 +224,18 @@ class Picture:
         self._scene, self._robot = scene, robot
         joints = range(len(joint_matrices(robot, q[None])[0]) + 1)
         self._frames = [scene.add_frame(f"/robot/{joint}", show_axes=False) for joint in joints]
-        bodies = (*drawn_bodies(robot)[0], *robot.carried)
+        bodies = (*load_drawn_bodies(robot)[0], *robot.carried)
         for k, body in enumerate(bodies):
             _draw(scene, f"/robot/{body.joint}/{k}", body.shape, body.placement, body.color)
         self._colours = obstacle_colours(world)
         self.obstacles = {
-            item.name: _draw(scene, f"/obstacles/{k}", smoothed(item.shape), item.placement, self._colours[item.object])
+            item.name: _draw(
+                scene, f"/obstacles/{k}", smooth_mesh(item.shape), item.placement, self._colours[item.object]
+            )
             for k, item in enumerate(world.obstacles)
         }
         for k, item in enumerate(world.moving):
-            _draw(scene, f"/moving/{k}", smoothed(item.shape), item.motion.poses[0], self._colours[item.name])
+            _draw(scene, f"/moving/{k}", smooth_mesh(item.shape), item.motion.poses[0], self._colours[item.name])
         centre, self.radius = extent(robot, world, bodies, q[None], np.zeros((0, 3)))
         scene.add_grid("/ground", width=4 * self.radius, height=4 * self.radius)
         server.initial_camera.look_at = centre

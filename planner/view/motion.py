@@ -36,7 +36,7 @@ class ShownMotion:
         return self.trajectory.at(np.linspace(self.trajectory.times[0], self.trajectory.times[-1], SHOWN_STATES))
 
 
-def shown_motion(trajectory: Trajectory, checker: CollisionChecker) -> ShownMotion:
+def sample_motion(trajectory: Trajectory, checker: CollisionChecker) -> ShownMotion:
     """A trajectory with its clearance, from its beginning to its end."""
     times = np.linspace(trajectory.times[0], trajectory.times[-1], CLEARANCES_OF_MOTION)
     clearance = clearance_in_time(trajectory, checker, times)
@@ -85,12 +85,12 @@ def motion_data(robot: Robot, shown: ShownPath) -> dict[str, Any]:
     (shares, total), even = path_shares(path), np.linspace(0.0, 1.0, SHOWN_STATES)
     if motion is None:
         waypoints, states, fine = path, configurations_at(path, shares, even), dense_path(path)
-        worst = worst_points(robot, fine, path_shares(fine)[0])
+        worst = find_worst_points(robot, fine, path_shares(fine)[0])
         seconds, in_time = max(2.0, total * _SECONDS_PER_RADIAN) if len(path) > 1 else 0.0, None
     else:
         waypoints = states = motion.states
         trajectory, shares, fine = motion.trajectory, even, np.linspace(0.0, 1.0, _FINE)
-        worst = worst_points(robot, trajectory.at(trajectory.times[0] + fine * trajectory.duration), fine)
+        worst = find_worst_points(robot, trajectory.at(trajectory.times[0] + fine * trajectory.duration), fine)
         seconds, in_time = trajectory.duration, _in_time(robot, motion)
     return {
         "waypoints": np.round(waypoints, 9).tolist(),
@@ -181,7 +181,7 @@ def ellipsoids(robot: Robot, q: Floats) -> Floats:
     return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
 
 
-def worst_points(robot: Robot, q: Floats, shares: Floats) -> list[dict[str, Any]]:
+def find_worst_points(robot: Robot, q: Floats, shares: Floats) -> list[dict[str, Any]]:
     """The two lowest local minima of w over states ``q`` (n, dof) at ``shares`` (n,) of the way, ends included.
 
     The lowest comes first; each has its ``share``, ``w`` and the tool's ``position`` (m).

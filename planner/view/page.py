@@ -27,10 +27,10 @@ from planner.view.drawing import (
     draw_robot,
     draw_rungs,
     draw_scene,
-    drawn_part,
     extent,
     mark_scale,
     moving_data,
+    select_drawn,
     swept_corners,
 )
 from planner.view.motion import ShownPath, chain_data, configurations_at, joint_data, motion_data, path_shares
@@ -109,7 +109,7 @@ class Page:
 
     def add_roadmap(self, roadmap: Roadmap, cost_to_go: Floats | None = None) -> None:
         """Draw a roadmap; its nodes are coloured by their ``cost_to_go`` (n,) where no path brings its own."""
-        self._nodes, edges = drawn_part(roadmap)
+        self._nodes, edges = select_drawn(roadmap)
         self._data["roadmap"] = draw_roadmap(self.canvas, roadmap, self.robot, (self._nodes, edges))
         if not edges.all():
             self._data["about"].append(("drawn", f"{int(edges.sum())} of {len(edges)} edges, evenly"))
@@ -166,7 +166,12 @@ class Page:
         q = np.vstack(self._looks)
         centre, radius = extent(self.robot, self.scene, self._bodies, q, np.vstack(self._points))
         ways = [tool_positions(self.robot, q), swept_corners(self.robot, self._bodies, q)]
-        data = {**self._data, "centre": centre.round(3).tolist(), "radius": round(radius, 3), "fit": outermost(*ways)}
+        data = {
+            **self._data,
+            "centre": centre.round(3).tolist(),
+            "radius": round(radius, 3),
+            "fit": outermost_points(*ways),
+        }
         return render_page(self.canvas, data, f"{self.robot.name} in {self.scene.name}")
 
     def _path(self, shown: ShownPath) -> dict[str, Any]:
@@ -186,7 +191,7 @@ class Page:
         return [value if np.isfinite(value) else None for value in np.round(x[self._nodes], 4).tolist()]
 
 
-def outermost(*points: Floats) -> list[list[float]]:
+def outermost_points(*points: Floats) -> list[list[float]]:
     """Those of points (n, 3) each that are the farthest in some direction, for the page's camera."""
     rows, directions = np.vstack(points), np.random.default_rng(0).normal(size=(3, 200))
     return rows[np.unique((rows @ directions).argmax(axis=0))].round(3).tolist()

@@ -10,7 +10,7 @@ from planner.robot.shapes import Capsule, Mesh, Shape
 _STOPS = np.array([[0.16, 0.11, 0.33], [0.20, 0.32, 0.55], [0.13, 0.54, 0.55], [0.38, 0.74, 0.38], [0.98, 0.88, 0.22]])
 
 
-def smoothed(shape: Shape) -> Shape:
+def smooth_mesh(shape: Shape) -> Shape:
     """The shape, a mesh with vertices shared where faces join smoothly and split where they meet at an edge."""
     return split_at_creases(shape) if isinstance(shape, Mesh) else shape
 

@@ -129,7 +129,7 @@ def test_limits_far_beyond_a_motion_are_named_and_not_drawn() -> None:
     given: dict[str, str] = dict.fromkeys(KINDS, "given")
     most = np.full(2, 9.0)
     limits = planner.MotionLimits(("a", "b"), most, most, most, given)
-    slow = Trajectory.through(("a", "b"), np.array([0.0, 1.0]), np.array([[0.0, 0.0], [0.1, 0.2]]))
+    slow = Trajectory.from_points(("a", "b"), np.array([0.0, 1.0]), np.array([[0.0, 0.0], [0.1, 0.2]]))
     velocity = figures.motion(replace(slow, limits=limits)).axes[1]
     assert [text.get_text() for text in velocity.texts][-1] == "limits from $\\pm$9 on, not shown"
     assert velocity.get_ylim()[1] < 1.0

@@ -32,7 +32,7 @@ from planner.native.compiled import (
 )
 from planner.native.refinement import Descent, EvenStretches, Judge, Refined, Step, descend, even_stretches
 from planner.session.verdict import Chunk
-from planner.trajectory.trajectory import pieces_through
+from planner.trajectory.trajectory import interpolate
 from tests.random_shapes import random_pose
 
 Rng: TypeAlias = np.random.Generator
@@ -388,10 +388,10 @@ def of_stops(rng: Rng, size: Size) -> list[Any]:
     pieces, seconds, broken = stops_quickest(start, times, limits, positions)
     for k in range(n):
         worst = [share_of_limits(start[k], T, limits, positions) for T in times]
-        quickest = next((T for T, share in zip(times, worst, strict=True) if share <= 1.0), 0.0)
+        fastest_phases = next((T for T, share in zip(times, worst, strict=True) if share <= 1.0), 0.0)
         assert ((broken[k] >= 0) & (broken[k] < [4, dof])).all()
-        if quickest or not seconds[k].any():
-            np.testing.assert_array_equal(seconds[k], [0.0, quickest])
+        if fastest_phases or not seconds[k].any():
+            np.testing.assert_array_equal(seconds[k], [0.0, fastest_phases])
             continue
         assert max(shares_of_limits(pieces[k, 0], seconds[k, 0], limits, positions)) <= 1.0 + 1e-9
         assert max(shares_of_limits(pieces[k, 1], seconds[k, 1], limits, positions)) <= 1.0 + 1e-9
@@ -428,7 +428,7 @@ def of_gates(rng: Rng, size: Size) -> list[Any]:
         judged, made = gate.check(few.rows, 2, 0, np.concatenate([times, q, v], axis=None), True)
         clock, seconds, pieces, knots, _ = Chunk.from_native(judged, made, few.rows, 2, world.dof)
         np.testing.assert_allclose(seconds, np.diff(times), rtol=1e-9)
-        np.testing.assert_array_equal(pieces, pieces_through(seconds[:, None], q, v))
+        np.testing.assert_array_equal(pieces, interpolate(seconds[:, None], q, v))
         np.testing.assert_array_equal(knots[:, :2], np.stack([q, v], axis=1))
         stops, durations, broken = stops_quickest(knots[1:], LADDER, most, (-wide, wide))
         within = [
@@ -621,7 +621,7 @@ def of_curves(rng: Rng, size: Size) -> list[Any]:
     found = curve_next_ramp(world, bounds, 1e-3, pieces, phases, moments, shares, limits, positions)
     assert found is None or not world.prove(bounds, found[3], 1e-3)[0].any()
     most, seconds = rng.uniform(0.1, 2.0, (3, dof)), np.diff(mean[0]) / 1e9
-    shares, quintics = motion_shares(*mean, most), pieces_through(seconds[:, None], *mean[1:])
+    shares, quintics = motion_shares(*mean, most), interpolate(seconds[:, None], *mean[1:])
     exact = [polynomial_worst(quintics, seconds, k, most[k - 1], 1.0)[0] for k in (1, 2, 3)]
     np.testing.assert_allclose(shares, exact, rtol=1e-9)
     points, walked = curve_chords(pieces, 16, 0.1)

@@ -93,15 +93,15 @@ def test_a_goal_in_a_fixed_frame(tmp_path: Path) -> None:
 
 def test_factors_scale_the_limits_of_the_motion(tmp_path: Path) -> None:
     request = changed(changed(REQUEST, "max_velocity_scaling_factor", 0.1), "max_acceleration_scaling_factor", 0.25)
-    robot, plain = asked(tmp_path, request).robot, MotionLimits.of(Robot.load("panda"))
-    limits = MotionLimits.of(robot)
+    robot, plain = asked(tmp_path, request).robot, MotionLimits.from_robot(Robot.load("panda"))
+    limits = MotionLimits.from_robot(robot)
     np.testing.assert_allclose(limits.velocity, 0.1 * plain.velocity)
     np.testing.assert_allclose(limits.acceleration, 0.25 * plain.acceleration)
     assert limits.source["velocity"] == "URDF, times 0.1 (the request's)"
-    said = MotionLimits.of(robot, LimitsRequest(velocity_scale=0.5))
+    said = MotionLimits.from_robot(robot, LimitsRequest(velocity_scale=0.5))
     np.testing.assert_allclose(said.velocity, 0.5 * plain.velocity)
     assert said.source["velocity"] == "URDF, times 0.5 (in place of the request's 0.1)"
-    assert MotionLimits.of(asked(tmp_path, REQUEST).robot).source == plain.source
+    assert MotionLimits.from_robot(asked(tmp_path, REQUEST).robot).source == plain.source
 
 
 def test_a_request_attaches_what_the_arm_carries(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from planner.roadmap.refine import TOLERANCE
 from planner.robot.poses import pose
 from planner.robot.scene import Obstacle, Scene
 from planner.robot.shapes import Box
-from planner.trajectory.measure import corners, joint_path_length
+from planner.trajectory.measure import count_corners, joint_path_length
 from tests.worlds import small_plan
 
 BAR = Scene("bar", (Obstacle("box", Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0])),))
@@ -25,7 +25,7 @@ def test_the_effort_converges_to_the_shortest_path() -> None:
     length = [joint_path_length(each.path) for each in found]
     assert SHORTEST - 1e-3 < length[1] < 1.005 * SHORTEST
     assert length[1] < length[0]
-    assert corners(found[1].path) <= 6
+    assert count_corners(found[1].path) <= 6
     costs = [cost for _, cost in found[1].curve]
     assert costs[:-1] == sorted(costs[:-1], reverse=True)
     assert costs[-1] <= (1.0 + TOLERANCE) * costs[-2]  # fewer corners may cost a bit

@@ -11,7 +11,7 @@ from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.request import Objective
 from planner.roadmap.refine import TOLERANCE, PathRefiner, _meeting, simplified, split_evenly
-from planner.trajectory.measure import corners, path_contact, path_manipulability
+from planner.trajectory.measure import count_corners, path_contact, path_manipulability
 from tests.worlds import checker_of, load, small_plan
 
 
@@ -68,7 +68,7 @@ def test_corners_become_fewer_at_a_bounded_price(beta: float, fewer: int) -> Non
     path = refiner.descend(split_evenly(made.path, 0.5))
     simple = simplified(refiner, path, np.random.default_rng(0))
     np.testing.assert_array_equal(simple[[0, -1]], path[[0, -1]])
-    assert corners(simple) <= corners(path) - fewer
+    assert count_corners(simple) <= count_corners(path) - fewer
     assert refiner.total(simple) <= (1.0 + TOLERANCE) * refiner.total(path)
     assert EdgeProver(made.checker).prove(simple[:-1], np.diff(simple, axis=0)).free.all()
     assert path_contact(made.checker, simple) is None

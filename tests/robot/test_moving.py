@@ -43,8 +43,8 @@ def test_no_point_is_quicker_than_the_speed_says(kind: str) -> None:
     for k, speed in enumerate(motion.speeds(shape)):
         poses = motion.at(np.linspace(TIMES[k], TIMES[k + 1], 201)[:-1])
         places = points @ poses[:, :3, :3].transpose(0, 2, 1) + poses[:, None, :3, 3]
-        quickest = np.linalg.norm(np.diff(places, axis=0), axis=2).max() / ((TIMES[k + 1] - TIMES[k]) / 200)
-        assert 0.3 * speed < quickest <= speed * (1 + 1e-9)
+        fastest_phases = np.linalg.norm(np.diff(places, axis=0), axis=2).max() / ((TIMES[k + 1] - TIMES[k]) / 200)
+        assert 0.3 * speed < fastest_phases <= speed * (1 + 1e-9)
 
 
 def test_what_vanishes_within_a_microsecond_is_a_motion() -> None:

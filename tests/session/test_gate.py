@@ -89,7 +89,7 @@ def test_the_way_to_a_point_at_0_s_is_proven() -> None:
 @pytest.mark.parametrize(("kind", "order"), [("velocity", 1), ("acceleration", 2), ("jerk", 3)])
 def test_limits_are_judged_by_exact_extrema_and_may_be_left_out(kind: str, order: int) -> None:
     robot = load("planar_2r")
-    plain, zeros = MotionLimits.of(robot), np.zeros((3, 2))
+    plain, zeros = MotionLimits.from_robot(robot), np.zeros((3, 2))
     chunk = {"times": TIMES, "state": (*STATE, np.zeros(2))}
     wide = replace(plain, **{name: 1e3 * getattr(plain, name) for name in ("velocity", "acceleration", "jerk")})
     for one in motion_of_quintics():
@@ -156,7 +156,7 @@ def brought_to(end: tuple[np.ndarray, np.ndarray, np.ndarray], gate: Gate, secon
 def test_no_stop_from_any_state_is_beyond_a_limit(near: str) -> None:
     """States from which that is a near thing: turning round before a limit, braking already, or nearly too fast."""
     rng, robot, eased, stopped = np.random.default_rng(8), load("planar_2r"), 0, 0
-    limits = MotionLimits.of(robot)
+    limits = MotionLimits.from_robot(robot)
     if near == "jerk":
         limits = replace(limits, jerk=10.0 * limits.acceleration)
     gate = Gate(robot, Scene("x", (FAR,)), limits=limits)

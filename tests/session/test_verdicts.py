@@ -95,7 +95,7 @@ def test_what_jumps_between_the_state_and_a_first_point_at_0_s_is_not_safe(
     jumps: tuple[float, ...], judged: tuple[str, ...], kind: str | None, limit: str | None
 ) -> None:
     robot, one = load("iiwa14"), np.eye(7)[2]
-    limits = planner.MotionLimits.of(robot, planner.TimingRequest(acceleration=20.0, jerk=500.0))
+    limits = planner.MotionLimits.from_robot(robot, planner.TimingRequest(acceleration=20.0, jerk=500.0))
     gate, home, zero = Gate(robot, "empty", limits=limits, judged=judged), np.array(robot.home), np.zeros(7)
     points = np.vstack([home, home]), np.vstack([zero, zero]), np.vstack([8.0 * one, zero])
     state = home + jumps[0] * one, jumps[1] * one, (8.0 + jumps[2]) * one

@@ -165,7 +165,7 @@ def test_where_the_tool_turns_freely_its_axis_goes_along_the_great_arc() -> None
     for kinds in itertools.product(("axis", "quaternion", "cone"), repeat=3):
         points = [turned(rng, kind, [0.4, 0.1 * k, 0.3]) for k, kind in enumerate(kinds)]
         given = read_tool_path({"points": points})
-        even = given.evenly_turned()
+        even = given.subdivide()
         assert (even.turned <= 0.05 + 1e-9).all()
         for line in np.flatnonzero(given.free[:-1] | given.free[1:]):
             for u in (0.0, 0.2, 0.7, 1.0):

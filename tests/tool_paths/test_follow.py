@@ -174,7 +174,7 @@ def test_the_cone_that_would_do_is_told_and_does(orientation: dict[str, Any]) ->
 def test_what_is_out_of_reach_on_the_path_is_followed_inside_the_tube() -> None:
     """By less than the tube: the tool goes beside the path there."""
     path = line_of([[0.68, -0.08, 0.5], [0.6975, 0.08, 0.5]])
-    on_path = build_ladder(load("panda"), Tube(path.evenly_turned()))
+    on_path = build_ladder(load("panda"), Tube(path.subdivide()))
     assert on_path.along.max() < path.along[-1]
     found = follow(path, request=REQUEST, timing=None)
     assert found.outcome is Outcome.SOLVED

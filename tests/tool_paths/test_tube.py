@@ -6,8 +6,8 @@ import pytest
 from planner.constraints.tool_bound import Frame, ToolBound
 from planner.robot.robot import Robot
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.ladder import build_ladder, ladder_from
-from planner.tool_paths.tool_path import ToolPath, TubeSize, about
+from planner.tool_paths.ladder import build_ladder, continue_ladder
+from planner.tool_paths.tool_path import ToolPath, TubeSize, rotate_about
 from planner.tool_paths.tube import Tube
 from tests.kinematics.test_tool_bound import sliding
 from tests.tool_paths.judge import line_of, outside
@@ -42,7 +42,7 @@ def worst_on_arcs(ladder, rng: np.random.Generator, arcs: int = 12) -> float:
 def test_no_arc_of_a_ladder_leaves_the_tube(name: str, size: float) -> None:
     """kinova's continuous joints cross half a turn; tubes down to 10 um."""
     robot, rng = load(name), np.random.default_rng(3)
-    ladder = build_ladder(robot, Tube(line_of(WRIST, tube=(size, 2e-3)).evenly_turned()))
+    ladder = build_ladder(robot, Tube(line_of(WRIST, tube=(size, 2e-3)).subdivide()))
     assert len(ladder.arcs) > 10
     assert worst_on_arcs(ladder, rng) <= 1.0
 
@@ -53,7 +53,7 @@ def test_whole_orientations_that_turn_are_kept_too() -> None:
     turns = path.turns.copy()
     turns[1] = turns[1] @ np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1.0]])
     turned = type(path)(path.name, path.positions, turns, path.free, path.cones, path.given, path.tube)
-    ladder = build_ladder(robot, Tube(turned.evenly_turned()))
+    ladder = build_ladder(robot, Tube(turned.subdivide()))
     assert np.isin([0.0, ladder.stations[-1]], np.round(ladder.along, 12)).any()
     assert worst_on_arcs(ladder, rng) <= 1.0
 
@@ -86,7 +86,7 @@ def hardest(robot: Robot, tube: Tube, q: np.ndarray, rng: np.random.Generator, s
 
     It moves the coefficients of a curve, cubic at most, and keeps what is proven and worse.
     """
-    ladder, bound = ladder_from(robot, tube, q), ToolBound(robot)
+    ladder, bound = continue_ladder(robot, tube, q), ToolBound(robot)
     assert len(ladder.arcs)
     a, b = ladder.arcs[rng.integers(len(ladder.arcs))]
     delta = robot.difference(ladder.q[a], ladder.q[b])
@@ -112,7 +112,7 @@ def test_the_hardest_proven_curve_stays_in_the_tube(arm: str, size: float, urdf_
     axis = Frame.tool(robot).poses(robot, q[None])[0][0]
     way = np.array([0.0, 0.04, 0.0]) if arm == "a slide" else 0.04 * (axis[:, 0] + 0.3 * axis[:, 1])
     path = through(robot, q, way, tube=(size, 2e-3))
-    best, rose = hardest(robot, Tube(path.evenly_turned()), q, np.random.default_rng(1), 200)
+    best, rose = hardest(robot, Tube(path.subdivide()), q, np.random.default_rng(1), 200)
     assert rose > 1
     assert 0.3 < best <= 1.0  # it came near the boundary, not over it
 
@@ -129,7 +129,7 @@ def test_what_leaves_the_tube_is_refused_and_what_stays_is_proven() -> None:
     for size in (1.2 * off, 0.9 * off):
         axis = rotation[0, :, 2]
         path = line_of(position[[0, -1]], tube=(size, 0.4), axis=(axis / np.linalg.norm(axis)).tolist())
-        found = Tube(path.evenly_turned()).prove(bound, np.stack([q, delta])[None], np.zeros((1, 1), dtype=int))
+        found = Tube(path.subdivide()).prove(bound, np.stack([q, delta])[None], np.zeros((1, 1), dtype=int))
         verdicts.append(bool(found[0]))
     assert verdicts == [True, False]
 
@@ -142,7 +142,7 @@ def test_a_short_motion_past_a_point_of_the_path_is_proven() -> None:
     ends = Frame.tool(robot).poses(robot, np.stack([q - 1e-3 * delta, q + 1e-3 * delta]))[1]
     way = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
     points = position[0] + np.array([[-0.02], [0.0], [0.02]]) * way
-    tube, bound = Tube(line_of(points, axis=rotation[0, :, 2].tolist()).evenly_turned()), ToolBound(robot)
+    tube, bound = Tube(line_of(points, axis=rotation[0, :, 2].tolist()).subdivide()), ToolBound(robot)
     size = 1.4e-7 / np.linalg.norm(ends[1] - ends[0])
     curve = np.stack([q - size * delta, 2.5 * size * delta])[None]
     assert bound(curve)[0][0] < 1e-6
@@ -151,7 +151,7 @@ def test_a_short_motion_past_a_point_of_the_path_is_proven() -> None:
 
 
 def test_deviations_are_what_they_are() -> None:
-    tube = Tube(line_of([[0, 0, 0], [1, 0, 0]], axis=[0, 0, 1]).evenly_turned())
+    tube = Tube(line_of([[0, 0, 0], [1, 0, 0]], axis=[0, 0, 1]).subdivide())
     lean = np.array([[np.cos(0.3), 0, np.sin(0.3)], [0, 1, 0], [-np.sin(0.3), 0, np.cos(0.3)]])
     off, angle = tube.deviations(np.zeros((1, 1), dtype=int), lean[None], np.array([[0.5, 0.02, 0.0]]))
     assert off[0] == pytest.approx(0.02)
@@ -167,10 +167,10 @@ def test_nothing_passes_a_quaternion_that_is_turned_otherwise(bend: float) -> No
     at, down = np.array([[0.4, 0.0, 0.3], [0.4, 0.1, 0.3], [0.4 + bend, 0.0, 0.3]]), np.diag([1.0, -1.0, -1.0])
     points: list[dict] = [{"position": row.tolist(), "axis": [0, 0, -1]} for row in at]
     points[1] = {"position": at[1].tolist(), "quaternion": [1, 0, 0, 0]}
-    tube = Tube(read_tool_path({"points": points}).evenly_turned())
+    tube = Tube(read_tool_path({"points": points}).subdivide())
     lines, size = np.arange(len(tube.path.lengths))[None], tube.path.tube
     for turned, inside in ((0.0, True), (1.5 * size.angle, False)):
-        rotation = down @ about(np.array([[0.0, 0.0, 1.0]]), np.array([turned]))
+        rotation = down @ rotate_about(np.array([[0.0, 0.0, 1.0]]), np.array([turned]))
         for way in (at[0] - at[1], at[2] - at[1]):
             for off in (0.0, 0.5, 0.9):
                 position = at[1] + off * size.position * way / np.linalg.norm(way)
@@ -199,7 +199,7 @@ def test_what_a_cone_allows_changes_no_faster_than_the_proof_reckons(
     points: list[dict] = [{"position": [0.4, 0, 0.3], "cone": {"axis": [0, 0, -1], "angle": cone}}]
     points.append({"position": [0.41, 0, 0.3], "axis": [0, 0, -1]})
     path = read_tool_path({"points": points, "tube": {"position": 0.01, "angle": 0.3}})
-    tube, down, robot = Tube(path.evenly_turned()), np.diag([1.0, -1.0, -1.0])[None], load("panda")
+    tube, down, robot = Tube(path.subdivide()), np.diag([1.0, -1.0, -1.0])[None], load("panda")
     places = [np.array([[x, 0.0, 0.3]]) for x in np.linspace(0.4, 0.41, 101)]
     spare = np.array([tube.spare(np.zeros((1, 1), dtype=int), down, place)[0, 0, 1] for place in places])
     claimed: list[np.ndarray] = []

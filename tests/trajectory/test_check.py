@@ -26,7 +26,7 @@ from tests.coal_judge import CoalWorld
 from tests.worlds import checker_of, joint_xml, link_xml, load, make_post, scene_of
 
 ARM = load("planar_2r")
-LIMITS = MotionLimits.of(ARM)
+LIMITS = MotionLimits.from_robot(ARM)
 # behind the arm's way from q1 = -0.6 to 0, and in that of a swing beyond 0.2
 CHECKER = make_checker(ARM, scene_of((Box((0.1, 0.1, 0.1)), pose([0.75, 0.35, 0.0]))))
 STILL = [[-0.3, 0.0], [-0.3, 0.0]]
@@ -34,7 +34,7 @@ STILL = [[-0.3, 0.0], [-0.3, 0.0]]
 
 def report_of(times: list[float], *columns: list[list[float]], limits: MotionLimits = LIMITS) -> Report:
     arrays = (np.array(rows, dtype=float) for rows in columns)
-    motion = planner.Trajectory.through(ARM.joints, np.array(times), *arrays)
+    motion = planner.Trajectory.from_points(ARM.joints, np.array(times), *arrays)
     return assert_plain(check_trajectory(CHECKER, motion, limits))
 
 
@@ -196,7 +196,7 @@ def test_one_function_checks_paths_trajectories_and_plans(solved: Plan) -> None:
     assert not touching
     assert len(repr(touching)) < 300
     assert planner.check(path, robot="planar_2r", scene="empty", margin=0.01).checker.world.margin == 0.01
-    slower = MotionLimits.of(ARM, LimitsRequest(velocity_scale=0.1))
+    slower = MotionLimits.from_robot(ARM, LimitsRequest(velocity_scale=0.1))
     assert not planner.check(replace(made, limits=slower), checker=CHECKER).ok
     assert not planner.check(made, limits=slower, checker=CHECKER).ok
     assert planner.check(path, robot="planar_2r", scene="empty").ok
@@ -218,7 +218,7 @@ def test_points_that_are_free_and_a_curve_between_them_that_touches() -> None:
     times, columns = [0.0, 4.0, 4.5], ([*STILL, STILL[0]], [[1.2, 0.0], [0.0, 0.0], [0.0, 0.0]])
     swings = report_of(times, *columns)
     (finding,) = swings.findings
-    motion = planner.Trajectory.through(ARM.joints, np.array(times), *map(np.array, columns))
+    motion = planner.Trajectory.from_points(ARM.joints, np.array(times), *map(np.array, columns))
     t = np.linspace(0.0, 4.0, 201)
     free = np.array([CHECKER.first_contact(row) is None for row in motion.at(t)])
     assert abs(finding.where[0] - t[~free][0]) < 0.05
@@ -261,7 +261,7 @@ def test_a_fault_is_named(words: str) -> None:
 )
 def test_a_jump_is_beyond_every_limit_that_is_given(rows: tuple, limits: LimitsRequest, kind: str, words: str) -> None:
     """A limit that is merely assumed does not judge it, and the report says so."""
-    judged = report_of(LINES[0], *rows, limits=MotionLimits.of(ARM, limits))
+    judged = report_of(LINES[0], *rows, limits=MotionLimits.from_robot(ARM, limits))
     assert words in judged.sentence
     assert f"an infinite {kind} where the limit is" in judged.sentence
     assert (judged.findings[0].kind, judged.findings[0].value) == ("discontinuity", None)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from planner.base.polynomials import derivative, evaluate
-from planner.trajectory.curve import blends, rounded, without_standstill
+from planner.trajectory.curve import corner_parabolas, drop_standstills, round_corners
 
 PATH = np.random.default_rng(3).normal(size=(6, 3))
 
 
 @pytest.mark.parametrize("widths", [[1.0, 1.0, 1.0, 1.0], [0.3, 0.0, 1.0, 0.5], [0.0] * 4])
 def test_pieces_follow_each_other_in_place_and_direction(widths: list[float]) -> None:
-    curve = rounded(PATH, np.array(widths))
+    curve = round_corners(PATH, np.array(widths))
     pieces = curve.coefficients
     ends, speeds = (evaluate(c, np.ones(len(pieces))) for c in (pieces, derivative(pieces)))
     begins, first = (evaluate(c, np.zeros(len(pieces))) for c in (pieces, derivative(pieces)))
@@ -25,7 +25,7 @@ def test_pieces_follow_each_other_in_place_and_direction(widths: list[float]) ->
 
 
 def test_a_blend_touches_both_segments_at_its_width() -> None:
-    (start, slope, bend), path = blends(PATH[:3], np.array([0.4]))[0], PATH
+    (start, slope, bend), path = corner_parabolas(PATH[:3], np.array([0.4]))[0], PATH
     np.testing.assert_allclose(start, path[1] + 0.2 * (path[0] - path[1]))
     np.testing.assert_allclose(start + slope + bend, path[1] + 0.2 * (path[2] - path[1]))
     across = np.cross(slope, path[1] - path[0]), np.cross(slope + 2 * bend, path[2] - path[1])
@@ -34,5 +34,5 @@ def test_a_blend_touches_both_segments_at_its_width() -> None:
 
 def test_waypoints_that_do_not_move_on_go_and_the_ends_stay() -> None:
     path = np.array([[0.0, 0], [0, 1e-9], [1, 0], [1, 0], [1, 1e-8]])
-    np.testing.assert_array_equal(without_standstill(path), path[[0, 4]])
-    np.testing.assert_array_equal(without_standstill(path[:2]), path[:1])
+    np.testing.assert_array_equal(drop_standstills(path), path[[0, 4]])
+    np.testing.assert_array_equal(drop_standstills(path[:2]), path[:1])

@@ -17,11 +17,11 @@ from planner.problem.outcome import BlockedInTime
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
-from planner.trajectory.earliest import earliest_motion, why_not_in_time
+from planner.trajectory.earliest import earliest_motion, explain_blocked_in_time
 from planner.trajectory.limits import MotionLimits
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
-LIMITS = MotionLimits.of(load("planar_2r"))
+LIMITS = MotionLimits.from_robot(load("planar_2r"))
 FAR = pose([3.0, 3.0, 0.0])
 
 
@@ -59,7 +59,7 @@ WALLS = tuple(
 def test_what_is_in_the_way_is_named(moving: list[MovingObstacle], place: Any, names: tuple[str, ...]) -> None:
     checker, roadmap = among(*moving), post_roadmap()
     assert earliest_motion(roadmap, checker, LIMITS) is None
-    assert why_not_in_time(roadmap, checker, LIMITS) == BlockedInTime(place, names)
+    assert explain_blocked_in_time(roadmap, checker, LIMITS) == BlockedInTime(place, names)
     kept = [item for item in moving if item.name not in names]
     assert earliest_motion(roadmap, among(*kept), LIMITS) is not None
 
@@ -71,12 +71,12 @@ def test_without_those_that_are_named_there_is_a_motion_and_none_of_them_can_be_
     still = [ball(f"{k}", pose([*spot, 0.0]), radius=0.12) for k, spot in enumerate(spots)]
     checker, roadmap = among(*still), post_roadmap()
     assert earliest_motion(roadmap, checker, LIMITS) is None
-    reason = why_not_in_time(roadmap, checker, LIMITS)
+    reason = explain_blocked_in_time(roadmap, checker, LIMITS)
     for name in (None, *reason.obstacles):
         kept = [item for item in still if item.name not in reason.obstacles or item.name == name]
         why = None
         if earliest_motion(roadmap, among(*kept), LIMITS) is None:
-            why = why_not_in_time(roadmap, among(*kept), LIMITS)
+            why = explain_blocked_in_time(roadmap, among(*kept), LIMITS)
         if name is None:
             assert why is None or why.place != reason.place
         else:

@@ -52,7 +52,7 @@ def test_every_format_gives_the_same_polynomials(kind: Format, tmp_path: Path) -
 def test_what_has_no_accelerations_is_not_given_any(given: int, kind: Format, tmp_path: Path) -> None:
     """A controller would run other polynomials if it were."""
     still = [0.0 * MADE.knots(1)] * (given - 1)
-    plain = Trajectory.through(ARM.joints, MADE.times, MADE.knots(), *still)
+    plain = Trajectory.from_points(ARM.joints, MADE.times, MADE.knots(), *still)
     found = read_back(export(plain, kind), kind, tmp_path)
     assert found.interpolation == plain.interpolation == ("lines", "cubics")[given - 1]
     np.testing.assert_allclose(found.coefficients, plain.coefficients, atol=1e-14)

@@ -15,7 +15,7 @@ from planner.problem.request import LimitsRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
 from planner.trajectory.check import check_trajectory
-from planner.trajectory.export import export, off_the_curve, on_grid, period_of
+from planner.trajectory.export import deviation_from_curve, export, period_of, resample
 from planner.trajectory.limits import KINDS, USED, MotionLimits
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
@@ -40,7 +40,7 @@ def motion(robot: str, law: TimeLaw, waypoints: int, acceleration: float, jerk: 
     arm = load(robot)
     low, high = np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)
     path = np.random.default_rng(0).uniform(low, high, (waypoints, arm.dof))
-    limits = MotionLimits.of(arm, LimitsRequest(acceleration=acceleration, jerk=jerk))
+    limits = MotionLimits.from_robot(arm, LimitsRequest(acceleration=acceleration, jerk=jerk))
     return time_path(path, make_checker(arm, FAR), limits, time_law=law)
 
 
@@ -57,7 +57,7 @@ def shares(made: Trajectory, limits: MotionLimits | None) -> dict[str, float]:
 
 @pytest.mark.parametrize("rate", [7, 50, 125.0, 300, 1000, 1000.5, np.float64(240)])
 def test_every_row_is_on_the_grid_to_the_nanosecond(rate: float) -> None:
-    made, period = on_grid(MADE, rate), Fraction(10**9) / Fraction(str(rate))
+    made, period = resample(MADE, rate), Fraction(10**9) / Fraction(str(rate))
     away = [abs(int(t) - k * period) for k, t in enumerate(made.nanoseconds)]
     assert max(away) <= (0 if period.denominator == 1 else Fraction(1, 2))
     assert len(away) == -(-int(MADE.nanoseconds[-1]) // period) + 3, "no knot besides, and two periods for the mean"
@@ -73,10 +73,10 @@ def test_what_a_controller_makes_of_the_rows_keeps_the_limits(
     """By rational numbers. Rows of the curve itself break the limit on the jerk by up to 75 %."""
     made = motion(robot, law, waypoints, acceleration, jerk)
     try:
-        grid = on_grid(made, rate)
+        grid = resample(made, rate)
     except PlannerError as error:
         rate = float(str(error).split("give ")[1].split(" Hz")[0])  # the highest that rounding allows
-        grid = on_grid(made, rate)
+        grid = resample(made, rate)
     found = shares(part(grid), made.limits)
     assert max(found.values()) <= 1.0 + 1e-7, found
 
@@ -92,7 +92,7 @@ def test_no_rate_and_no_moment_of_a_switch_breaks_a_limit(seed: int) -> None:
     def worst(x: np.ndarray) -> tuple[float, float]:
         gaps = (1e6 * (3.0 + 40.0 * np.abs(np.sin(x[1:])))).astype(np.int64)
         made, limits = _bang_bang(gaps)
-        grid, naive = on_grid(made, 20.0 + 480.0 * abs(np.sin(x[0]))), 0.0
+        grid, naive = resample(made, 20.0 + 480.0 * abs(np.sin(x[0]))), 0.0
         for order, kind in enumerate(KINDS, 1):
             most = getattr(limits, kind)
             naive = max(naive, _naive(made, grid).worst(order, most)[0])
@@ -139,7 +139,7 @@ def _naive(made: Trajectory, grid: Trajectory) -> Trajectory:
 def test_lines_and_cubics_keep_what_they_say(columns: int) -> None:
     plain = Trajectory(ARM.joints, MADE.nanoseconds, MADE.columns[:columns])
     for rate in (20, 130.0, 1000):
-        grid = on_grid(plain, rate)
+        grid = resample(plain, rate)
         assert grid.interpolation == plain.interpolation
         for order in range(1, columns + 1):
             assert (grid.largest(order).max(axis=0) <= plain.largest(order).max(axis=0) * (1 + 1e-9) + 1e-9).all()
@@ -148,18 +148,18 @@ def test_lines_and_cubics_keep_what_they_say(columns: int) -> None:
 
 @pytest.mark.parametrize("rate", [20, 100, 1000])
 def test_it_leaves_the_curve_by_less_than_a_sixth_of_the_acceleration(rate: float) -> None:
-    grid = on_grid(MADE, rate)
-    assert 0 < off_the_curve(grid, MADE) <= 1.001 * MADE.largest(2).max() / 6 / rate**2
+    grid = resample(MADE, rate)
+    assert 0 < deviation_from_curve(grid, MADE) <= 1.001 * MADE.largest(2).max() / 6 / rate**2
     t = np.linspace(0, grid.duration, 3001)
     away = np.abs(grid.at(t) - MADE.at(np.maximum(t - 1 / rate, 0))).max()
-    assert away == pytest.approx(off_the_curve(grid, MADE), rel=0.05)
+    assert away == pytest.approx(deviation_from_curve(grid, MADE), rel=0.05)
 
 
 def test_it_is_proven_by_a_checker_only_and_where_it_is() -> None:
     checker = make_post()
     made = time_path(np.array([[-1.0, 0.8], [-1.1, 0.9], [-1.0, 1.0]]), checker)
-    assert not on_grid(made, 1000).proven
-    fine = on_grid(made, 1000, checker)
+    assert not resample(made, 1000).proven
+    fine = resample(made, 1000, checker)
     assert made.proven
     assert fine.proven
     assert fine.limits is made.limits is not None
@@ -170,30 +170,30 @@ def test_it_is_proven_by_a_checker_only_and_where_it_is() -> None:
 def test_a_floor_is_asked_for_again() -> None:
     checker = make_checker(ARM, FAR)
     made = time_path(PATH[:3], checker, floor=0.2)
-    assert on_grid(made, 500, checker).proof["floor"]["asked"] == 0.2
+    assert resample(made, 500, checker).proof["floor"]["asked"] == 0.2
 
 
 def test_what_does_not_rest_at_its_ends_is_refused() -> None:
     middle = replace(MADE, nanoseconds=MADE.nanoseconds[5:], columns=tuple(rows[5:] for rows in MADE.columns))
     with pytest.raises(PlannerError, match=r"the trajectory begins with a velocity of .* leave --rate out"):
-        on_grid(middle, 100)
+        resample(middle, 100)
 
 
 def test_rows_nearer_than_their_rounding_allows_are_refused() -> None:
-    slow = MotionLimits.of(ARM, LimitsRequest(acceleration=0.1, jerk=1e-4))
+    slow = MotionLimits.from_robot(ARM, LimitsRequest(acceleration=0.1, jerk=1e-4))
     made = time_path(PATH, make_checker(ARM, FAR), slow, time_law="stop-at-corners")
     with pytest.raises(PlannerError, match=r"rate 1000 Hz is too high .* give \d+\.\d Hz or less"):
-        on_grid(made, 1000.0)
-    assert on_grid(made, 50.0)
+        resample(made, 1000.0)
+    assert resample(made, 50.0)
 
 
 def test_bad_rates_and_too_many_rows_are_refused() -> None:
     ages = replace(MADE, nanoseconds=MADE.nanoseconds * 10**6, limits=None)
     for rate in (0.0, float("nan"), 1e6):
         with pytest.raises(PlannerError, match="is not usable"):
-            on_grid(MADE, rate)
+            resample(MADE, rate)
     with pytest.raises(PlannerError, match=r"makes .* rows of .* give one that makes 5000000 at most"):
-        on_grid(ages, 1000.0)
+        resample(ages, 1000.0)
 
 
 @pytest.mark.parametrize(("robot", "law", "waypoints", "acceleration", "jerk"), MOTIONS)

@@ -26,7 +26,7 @@ def file_of(tmp_path: Path, text: str) -> Path:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_robot_has_limits_and_says_where_they_come_from(name: str) -> None:
-    limits = MotionLimits.of(load(name))
+    limits = MotionLimits.from_robot(load(name))
     assert limits.joints == load(name).joints
     np.testing.assert_array_equal(limits.velocity, load(name).velocity)
     assert all(limits.source.values())
@@ -34,7 +34,7 @@ def test_every_robot_has_limits_and_says_where_they_come_from(name: str) -> None
 
 
 def test_panda_has_the_makers_figures() -> None:
-    limits = MotionLimits.of(load("panda"))
+    limits = MotionLimits.from_robot(load("panda"))
     assert limits.acceleration.tolist() == [15, 7.5, 10, 12.5, 15, 20, 20]
     assert limits.jerk.tolist() == [7500, 3750, 5000, 6250, 7500, 10000, 10000]
     assert "Franka" in limits.text()
@@ -42,12 +42,12 @@ def test_panda_has_the_makers_figures() -> None:
 
 def test_figures_go_by_joint_whichever_joints_are_planned() -> None:
     some = Robot.load("panda", tool="panda_link5")
-    limits = MotionLimits.of(some)
+    limits = MotionLimits.from_robot(some)
     assert limits.acceleration.tolist() == [15, 7.5, 10, 12.5, 15]
 
 
 def test_options_scale_and_replace() -> None:
-    limits = MotionLimits.of(ARM, LimitsRequest(velocity_scale=0.5, acceleration=8.0, acceleration_scale=0.25))
+    limits = MotionLimits.from_robot(ARM, LimitsRequest(velocity_scale=0.5, acceleration=8.0, acceleration_scale=0.25))
     np.testing.assert_allclose(limits.velocity, 0.5 * ARM.velocity)
     np.testing.assert_allclose(limits.acceleration, 2.0)
     np.testing.assert_allclose(limits.jerk, 800.0)
@@ -62,19 +62,19 @@ joint_limits:
   {A}: {{max_acceleration: 3.0, max_velocity: 1.5}}
   finger: {{max_velocity: 0.1}}
 """
-    limits = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
+    limits = MotionLimits.from_robot(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
     assert limits.velocity.tolist() == [0.75, 0.5]
     assert limits.acceleration.tolist() == [3.0, 5.0]
     assert limits.source["acceleration"].startswith("joint_limits.yaml, the rest assumed")
-    whole = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text), velocity_scale=1.0))
+    whole = MotionLimits.from_robot(ARM, LimitsRequest(limits=file_of(tmp_path, text), velocity_scale=1.0))
     assert whole.velocity.tolist() == [1.5, 1.0]
 
 
 def test_joints_that_a_moveit_file_does_not_name_keep_their_own_limits(tmp_path: Path) -> None:
     file = file_of(tmp_path, f"joint_limits: {{{B}: {{max_velocity: 0.5, max_effort: 1}}}}")
-    limits = MotionLimits.of(ARM, LimitsRequest(limits=file))
+    limits = MotionLimits.from_robot(ARM, LimitsRequest(limits=file))
     assert limits.velocity.tolist() == [ARM.velocity[0], 0.5]
-    np.testing.assert_array_equal(limits.acceleration, MotionLimits.of(ARM).acceleration)
+    np.testing.assert_array_equal(limits.acceleration, MotionLimits.from_robot(ARM).acceleration)
     told = f"joint_limits.yaml (of it efforts are passed over) (it names no {A}), the rest URDF"
     assert limits.source["velocity"] == told
 
@@ -84,7 +84,7 @@ def test_limits_of_joints_that_slide_are_in_metres(urdf_file: Callable[..., str]
         'velocity="1"', 'velocity="2"'
     )
     robot = Robot.load(urdf_file(link_xml("a") + link_xml("b") + link_xml("c", '<sphere radius="0.1"/>') + chain))
-    text = MotionLimits.of(robot).text(robot)
+    text = MotionLimits.from_robot(robot).text(robot)
     assert text.startswith("velocity up to 2 rad/s and 1 m/s (URDF); acceleration up to 5 rad/s² and 5 m/s² (assumed")
     alone = Robot.load(
         urdf_file(
@@ -92,8 +92,8 @@ def test_limits_of_joints_that_slide_are_in_metres(urdf_file: Callable[..., str]
             "rail",
         )
     )
-    assert "rad" not in MotionLimits.of(alone).text(alone)
-    assert "1 to 2 rad (m)/s" in MotionLimits.of(robot).text()
+    assert "rad" not in MotionLimits.from_robot(alone).text(alone)
+    assert "1 to 2 rad (m)/s" in MotionLimits.from_robot(robot).text()
 
 
 def test_what_does_not_narrow_positions_is_no_matter_and_braking_counts(tmp_path: Path) -> None:
@@ -102,7 +102,7 @@ joint_limits:
   {A}: {{max_acceleration: 3.0, max_deceleration: -2.0, max_effort: 87, has_position_limits: false, max_position: 0.1}}
   {B}: {{max_acceleration: 3.0, has_deceleration_limits: false, max_deceleration: -2.0, min_position: -99}}
 """
-    limits = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
+    limits = MotionLimits.from_robot(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
     assert limits.acceleration.tolist() == [2.0, 3.0]
     assert limits.source["acceleration"] == "joint_limits.yaml (of it efforts, wider positions are passed over)"
 
@@ -111,7 +111,7 @@ def test_the_shares_of_a_request_come_between_a_files_factors_and_the_options(tm
     text = f"default_velocity_scaling_factor: 0.5\njoint_limits: {{{A}: {{}}, {B}: {{}}}}"
     asked, file = replace(ARM, shares={"velocity": 0.25}), file_of(tmp_path, text)
     for robot, options, share in ((ARM, {}, 0.5), (asked, {}, 0.25), (asked, {"velocity_scale": 0.1}, 0.1)):
-        found = MotionLimits.of(robot, LimitsRequest(limits=file, **options))
+        found = MotionLimits.from_robot(robot, LimitsRequest(limits=file, **options))
         np.testing.assert_allclose(found.velocity, share * ARM.velocity)
 
 
@@ -154,20 +154,20 @@ def test_bad_options_are_refused(kind: type[LimitsRequest], words: dict[str, Any
 
 def test_an_option_that_no_motion_can_keep_is_refused_with_the_robot() -> None:
     with pytest.raises(PlannerError, match=f"acceleration limit 1e\\+09 of joint '{A}'") as caught:
-        MotionLimits.of(ARM, LimitsRequest(acceleration=1e9))
+        MotionLimits.from_robot(ARM, LimitsRequest(acceleration=1e9))
     assert caught.value.exit_code == 3
 
 
 @pytest.mark.parametrize(("text", "sentence"), BAD_FILES)
 def test_bad_files_are_refused(text: str, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(PlannerError, match=sentence) as caught:
-        MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
+        MotionLimits.from_robot(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
     assert caught.value.exit_code == 3
     assert "\n" not in str(caught.value)
 
 
 def test_a_urdf_without_velocities_gets_assumed_ones() -> None:
-    limits = MotionLimits.of(replace(ARM, velocity=np.array([0.0, 2.0])))
+    limits = MotionLimits.from_robot(replace(ARM, velocity=np.array([0.0, 2.0])))
     assert limits.velocity.tolist() == [1.0, 2.0]
     assert limits.source["velocity"] == f"assumed for {A}: the URDF gives none"
 

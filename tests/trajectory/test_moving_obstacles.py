@@ -14,7 +14,7 @@ from planner.trajectory.moving_obstacles import first_touch_in_time, prove_in_ti
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load
 
-STILL = Trajectory.through(("joint_1", "joint_2"), np.array([0.0, 4.0]), np.zeros((2, 2)))
+STILL = Trajectory.from_points(("joint_1", "joint_2"), np.array([0.0, 4.0]), np.zeros((2, 2)))
 
 
 @pytest.mark.parametrize("limit", [0.1, 0.4, 2.0])
@@ -36,7 +36,7 @@ def test_coal_sees_a_ball_when_it_arrives() -> None:
     assert found is not None
     assert found[0] == pytest.approx(gap / 0.3, abs=0.01)
     assert not prove_in_time(STILL, checker).whole
-    early = Trajectory.through(STILL.joints, np.array([0.0, 0.9 * gap / 0.3]), np.zeros((2, 2)))
+    early = Trajectory.from_points(STILL.joints, np.array([0.0, 0.9 * gap / 0.3]), np.zeros((2, 2)))
     assert first_touch_in_time(early, checker, [ball], 1e-3) is None
     assert prove_in_time(early, checker).whole
 
@@ -46,7 +46,7 @@ def test_the_first_contact_is_the_one_of_a_look_at_every_moment(seed: int) -> No
     rng, checker = np.random.default_rng(seed), make_checker(load("planar_2r"), Scene("none"))
     times, places = np.array([0.0, 1.0, 1.001, 2.5, 4.0]), rng.uniform(-1.2, 1.2, (5, 2))
     ball = MovingObstacle("ball", Sphere(0.05), KnownMotion(times, [pose([*place, 0.0]) for place in places]))
-    run = Trajectory.through(STILL.joints, np.array([0.0, 4.0]), rng.uniform(-2, 2, (2, 2)))
+    run = Trajectory.from_points(STILL.joints, np.array([0.0, 4.0]), rng.uniform(-2, 2, (2, 2)))
     looks = np.sort(np.concatenate([np.linspace(0, 4, 6001), np.linspace(1, 1.001, 3000)]))
     seen = CoalInTime(moving_world(checker.world, [ball.standing()]), {"ball": ball.motion}).first_touch(
         run.at(looks), looks

@@ -17,9 +17,9 @@ from planner.robot.shapes import Box, Obstacle, Shape
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.safe_intervals import (
     RoadmapInTime,
-    certified_stretches,
+    certify_intervals,
     earliest_route,
-    proven_for_good_from,
+    find_permanent_start,
     rest_to_rest,
 )
 from planner.trajectory.trajectory import Trajectory
@@ -111,11 +111,11 @@ def test_some_drawn_routes_wait_and_some_are_none() -> None:
 
 def test_a_motion_of_least_jerk_reaches_one_limit_and_exceeds_none() -> None:
     robot = load("iiwa14")
-    limits = MotionLimits.of(robot)
+    limits = MotionLimits.from_robot(robot)
     for delta in np.random.default_rng(0).uniform(-1, 1, (20, robot.dof)) * np.logspace(-3, 0.5, 20)[:, None]:
         takes = float(rest_to_rest(delta[None], limits)[0])
         rest = np.zeros((2, robot.dof))
-        found = Trajectory.through(robot.joints, np.array([0, takes]), np.stack([0 * delta, delta]), rest, rest)
+        found = Trajectory.from_points(robot.joints, np.array([0, takes]), np.stack([0 * delta, delta]), rest, rest)
         kinds = limits.velocity, limits.acceleration, limits.jerk
         shares = [(found.largest(order) / limit).max() for order, limit in enumerate(kinds, 1)]
         assert 1 - 1e-6 < max(shares) <= 1 + 1e-9
@@ -125,7 +125,7 @@ def test_edges_and_stays_are_free_whenever_their_stretches_say_so() -> None:
     checker, roadmap = make_checker(load("planar_2r"), Scene("none"), "coal"), post_roadmap()
     places = [pose([1.2, 0.8, 0]), pose([0.4, -0.3, 0], [0, 0, 1]), pose([-1.5, -1, 0])]
     prover = TimedProver(checker, [MovingObstacle("cart", Box((0.2, 0.3, 0.2)), KnownMotion([0, 2, 5], places))])
-    timed = RoadmapInTime(roadmap, prover, MotionLimits.of(load("planar_2r")))
+    timed = RoadmapInTime(roadmap, prover, MotionLimits.from_robot(load("planar_2r")))
     rng, partly = np.random.default_rng(0), 0
     for edge in rng.choice(len(roadmap.edges), 8, replace=False):
         i, j = roadmap.edges[edge].tolist()
@@ -134,7 +134,7 @@ def test_edges_and_stays_are_free_whenever_their_stretches_say_so() -> None:
         partly += len(windows) > 1
         for low, high in windows:
             begin = rng.uniform(low, min(high, 6.0))
-            run = Trajectory.through(("a", "b"), np.array([0, takes]), np.stack([a, b]), rest, rest)
+            run = Trajectory.from_points(("a", "b"), np.array([0, takes]), np.stack([a, b]), rest, rest)
             t = np.linspace(0, takes, 300)
             for q, when in zip(run.at(t)[::30], t[::30], strict=True):
                 standing = prover.world.obstacles[0]
@@ -169,13 +169,13 @@ def test_stretches_are_what_is_proven_and_no_more() -> None:
     counts = []
     for end in (15.0, 15_000.0):
         proven, corners = Asked(BLOCKED), np.linspace(0.0, end, int(2 * end) + 1)
-        found = certified_stretches(proven, corners)
+        found = certify_intervals(proven, corners)
         counts.append(proven.count)
         assert proven(found[:, 0], found[:, 1]).all()
         assert found[0, 0] == 0.0
         assert found[-1, 1] == end
         np.testing.assert_allclose(found[:-1, 1], BLOCKED[:, 0], atol=1 / 32)
         np.testing.assert_allclose(found[1:, 0], BLOCKED[:, 1], atol=1 / 32)
-        assert proven_for_good_from(proven, corners) == found[-1, 0]
+        assert find_permanent_start(proven, corners) == found[-1, 0]
     assert counts[1] < counts[0] + 60, "what is free as a whole is asked for as a whole"
-    assert proven_for_good_from(Asked(np.array([[3.0, 20.0]])), np.linspace(0.0, 15.0, 31)) == np.inf
+    assert find_permanent_start(Asked(np.array([[3.0, 20.0]])), np.linspace(0.0, 15.0, 31)) == np.inf

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.native.compiled import curve_knots
-from planner.trajectory.curve import mean_motion, quickest, rounded, window_for
+from planner.trajectory.curve import average_motion, fastest_phases, round_corners, smoothing_window
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 VELOCITY, ACCELERATION, JERK = np.array([1.0, 1.5]), np.array([4.0, 3.0]), np.array([100.0, 60.0])
@@ -15,18 +15,18 @@ PATH = np.array([[0.0, 0.0], [0.8, 0.1], [0.9, 0.9], [0.2, 1.0]])
 
 def motions(widths: tuple[float, float]) -> tuple[Trajectory, Trajectory, int]:
     """The motion before its mean is taken, its mean, and the window (ns)."""
-    curve, spacing = rounded(PATH, np.array(widths)), (window_for(ACCELERATION, JERK), 50_000)
-    phases, (window, apart) = quickest(curve, VELOCITY, ACCELERATION), spacing
+    curve, spacing = round_corners(PATH, np.array(widths)), (smoothing_window(ACCELERATION, JERK), 50_000)
+    phases, (window, apart) = fastest_phases(curve, VELOCITY, ACCELERATION), spacing
     clock, q, qd, _ = curve_knots(curve.coefficients, curve.stop, phases, 1.0, window, apart)
     base = Trajectory(("a", "b"), clock, (q, qd))
-    return base, mean_motion(curve, phases, 1.0, spacing, ("a", "b"))[0], window
+    return base, average_motion(curve, phases, 1.0, spacing, ("a", "b"))[0], window
 
 
 def test_the_window_limits_the_jerk() -> None:
-    window = window_for(ACCELERATION, JERK)
+    window = smoothing_window(ACCELERATION, JERK)
     assert (2 * ACCELERATION / (window * NANOSECOND) <= JERK).all()
     assert (2 * ACCELERATION / ((window - 1) * NANOSECOND) > JERK).any()
-    assert window_for(np.array([1.0]), np.array([1e9])) * NANOSECOND == pytest.approx(1e-3)
+    assert smoothing_window(np.array([1.0]), np.array([1e9])) * NANOSECOND == pytest.approx(1e-3)
 
 
 @pytest.mark.parametrize("widths", [(1.0, 1.0), (0.0, 0.5)])

@@ -55,7 +55,7 @@ def off_curve(motion: Trajectory, t: float, stop: Stop) -> float:
 def test_at_random_moments_it_brakes_along_the_curve_within_limits(
     law: TimeLaw, slow: LimitsRequest, solved: Plan
 ) -> None:
-    motion = time_path(solved.path, solved.checker, MotionLimits.of(solved.robot, slow), time_law=law)
+    motion = time_path(solved.path, solved.checker, MotionLimits.from_robot(solved.robot, slow), time_law=law)
     moments = np.random.default_rng(7).uniform(0.0, motion.duration, 20)
     for t in [0.0, *moments.tolist(), motion.duration - 1e-4, motion.duration]:
         braked(motion, t)
@@ -66,7 +66,7 @@ def test_no_moment_is_found_at_which_a_limit_is_exceeded(size: float, jerk: floa
     """By a search that climbs from the moment with the largest share of a limit; pieces are as short as the jerk."""
     arm = load("panda")
     path = np.cumsum(np.random.default_rng(26).normal(size=(8, 7)) * size, axis=0) * 0.5 + arm.home
-    limits = replace(MotionLimits.of(arm), jerk=np.full(7, jerk))
+    limits = replace(MotionLimits.from_robot(arm), jerk=np.full(7, jerk))
     motion = time_path(path, make_checker(arm, scene_of((Sphere(0.01), pose([3.0, 0, 0])))), limits)
     rng = np.random.default_rng(1)
 
@@ -136,8 +136,8 @@ def test_it_brakes_as_hard_as_one_joint_allows_on_a_line(solved: Plan) -> None:
     assert line.limits is not None
     for share in (0.2, 0.3, 0.4):
         stop, v = stop_at(line, share * line.duration), line.at(share * line.duration, 1)[0]
-        quickest = (np.abs(v) / line.limits.acceleration).max()
-        assert stop.trajectory.duration == pytest.approx(quickest, abs=5e-3)
+        fastest_phases = (np.abs(v) / line.limits.acceleration).max()
+        assert stop.trajectory.duration == pytest.approx(fastest_phases, abs=5e-3)
 
 
 def test_what_a_trajectory_breaks_itself_is_told_as_excess(solved: Plan) -> None:
@@ -151,6 +151,6 @@ def test_what_a_trajectory_breaks_itself_is_told_as_excess(solved: Plan) -> None
 
 
 def test_without_limits_it_says_so() -> None:
-    bare = Trajectory.through(("a",), np.array([0.0, 1.0]), np.array([[0.0], [1.0]]), np.zeros((2, 1)))
+    bare = Trajectory.from_points(("a",), np.array([0.0, 1.0]), np.array([[0.0], [1.0]]), np.zeros((2, 1)))
     with pytest.raises(PlannerError, match="no limits to brake within"):
         stop_at(bare, 0.5)

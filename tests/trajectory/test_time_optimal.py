@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from planner.trajectory import curve as curves
-from planner.trajectory.curve import Curve, duration_of, quickest, rounded
+from planner.trajectory.curve import Curve, duration_of, fastest_phases, round_corners
 from tests.trajectory.test_timing import zigzag
 
 
@@ -23,13 +23,13 @@ class Phase(NamedTuple):
 
 
 def phases_of(curve: Curve, v: np.ndarray, a: np.ndarray) -> list[Phase]:
-    return [Phase(int(piece), *row) for piece, *row in quickest(curve, v, a).tolist()]
+    return [Phase(int(piece), *row) for piece, *row in fastest_phases(curve, v, a).tolist()]
 
 
 def test_the_phases_integrate_to_the_curve() -> None:
     """The law against an integrator that knows only the accelerations of the parameter."""
     path = zigzag(4)
-    curve = rounded(path, np.array([1.0, 0.3, 0.0, 0.7, 1.0]))
+    curve = round_corners(path, np.array([1.0, 0.3, 0.0, 0.7, 1.0]))
     v, a = np.full(7, 2.0), np.full(7, 5.0)
     phases = phases_of(curve, v, a)
     for phase in phases:
@@ -63,17 +63,17 @@ def _joint_velocity(curve: Curve, phase: Phase, t: float) -> np.ndarray:
 def test_more_intervals_are_hardly_quicker_where_velocities_limit(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Limits on velocity hold at every place of an interval, not by what the quickest place of it allows."""
     v, a = np.full(7, 0.5 + seed), np.full(7, 30.0)
-    curve = rounded(zigzag(seed), np.ones(5))
-    found = duration_of(quickest(curve, v, a))
+    curve = round_corners(zigzag(seed), np.ones(5))
+    found = duration_of(fastest_phases(curve, v, a))
     monkeypatch.setattr(curves, "_CORNER", 400)
-    assert found < 1.005 * duration_of(quickest(curve, v, a))
+    assert found < 1.005 * duration_of(fastest_phases(curve, v, a))
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_velocities_hold_all_along_intervals_on_which_joints_turn_back(seed: int) -> None:
     rng = np.random.default_rng(seed)
     path = rng.normal(size=(3, 4)) * 10.0 ** rng.uniform(-2.0, 1.0, size=(1, 4))
-    curve, v, a = rounded(path, np.ones(1)), 10.0 ** rng.uniform(-1.0, 1.0, 4), np.full(4, 1e3)
+    curve, v, a = round_corners(path, np.ones(1)), 10.0 ** rng.uniform(-1.0, 1.0, 4), np.full(4, 1e3)
     largest = 0.0
     for phase in phases_of(curve, v, a):
         t = np.linspace(0.0, phase.duration, 50)[:, None]
@@ -86,9 +86,9 @@ def test_velocities_hold_all_along_intervals_on_which_joints_turn_back(seed: int
 
 def test_no_motion_on_a_finer_grid_of_speeds_is_quicker() -> None:
     """Dynamic programming over x on a fine grid, with other code, comes no lower and close."""
-    curve = rounded(zigzag(5, corners=1, dof=3), np.ones(1))
+    curve = round_corners(zigzag(5, corners=1, dof=3), np.ones(1))
     v, a = np.full(3, 2.0), np.full(3, 5.0)
-    found = duration_of(quickest(curve, v, a))
+    found = duration_of(fastest_phases(curve, v, a))
     assert found == pytest.approx(_by_forward_backward(curve, v, a), rel=0.02)
 
 

@@ -16,7 +16,7 @@ from planner.problem.options import TimeLaw
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box
-from planner.trajectory.timing import time_path, timed_curve
+from planner.trajectory.timing import time_curve, time_path
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load, scene_of
 
@@ -32,7 +32,7 @@ def length(motion: Trajectory) -> float:
 
 
 def test_they_are_quicker_and_no_longer_than_the_path() -> None:
-    (rounded, _), (found, _) = (timed_curve(PATH, CHECKER, None, law, 0.0) for law in ("blended", "shortcuts"))
+    (rounded, _), (found, _) = (time_curve(PATH, CHECKER, None, law, 0.0) for law in ("blended", "shortcuts"))
     assert found.proof["shortcuts"] > 0
     assert found.proven
     assert found.duration < 0.97 * rounded.duration
@@ -54,7 +54,7 @@ def test_what_is_allowed_beyond_is_kept_to_and_used() -> None:
     paid, durations = [], []
     laws: list[tuple[TimeLaw, float]] = [("blended", 0.0), *(("shortcuts", extra) for extra in (0.0, 1.0, 50.0))]
     for law, extra in laws:
-        motion, _ = timed_curve(PATH, CHECKER, None, law, 0.0, dear_off_the_path, extra)
+        motion, _ = time_curve(PATH, CHECKER, None, law, 0.0, dear_off_the_path, extra)
         q = motion.at(np.linspace(0.0, motion.duration, 20_001))
         paid.append(float(dear_off_the_path(q[:-1], q[1:]).sum()))
         durations.append(motion.duration)
@@ -76,7 +76,7 @@ def test_the_floor_holds_on_them() -> None:
 def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
     cost = make_timing_cost(solved)
     motion = time_path(solved.path, solved.checker, time_law="shortcuts", cost=cost, extra_cost=extra)
-    slower, _ = timed_curve(solved.path, solved.checker, None, "blended", 0.0)
+    slower, _ = time_curve(solved.path, solved.checker, None, "blended", 0.0)
     assert motion.proven
     assert motion.duration <= slower.duration
     assert first_seen(second_checker(solved.checker), motion.coefficients, 1e-3) is None

@@ -18,7 +18,7 @@ from planner.problem.options import TimeLaw
 from planner.problem.request import LimitsRequest
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
-from planner.trajectory.curve import blends, without_standstill
+from planner.trajectory.curve import corner_parabolas, drop_standstills
 from planner.trajectory.limits import KINDS, USED, MotionLimits
 from planner.trajectory.timing import DEVIATION, time_path
 from planner.trajectory.trajectory import Trajectory
@@ -47,7 +47,7 @@ def require_within(trajectory: Trajectory, limits: MotionLimits) -> None:
 @pytest.mark.parametrize("seed", [0, 1])
 def test_limits_hold_exactly_and_it_ends_where_the_path_does(law: TimeLaw, seed: int) -> None:
     path = 0.3 * zigzag(seed, dof=2)
-    limits = MotionLimits.of(ARM, LimitsRequest(velocity_scale=0.7))
+    limits = MotionLimits.from_robot(ARM, LimitsRequest(velocity_scale=0.7))
     found = time_path(path, FREE, limits, time_law=law)
     require_within(found, limits)
     np.testing.assert_allclose(found.at(np.array([0.0, found.duration])), path[[0, -1]], rtol=0, atol=1e-15)
@@ -75,7 +75,7 @@ GIVEN = {
 def test_a_given_path_is_passed_corner_by_corner(name: str, deviation: float | None, jerk: float | None) -> None:
     """In the order of the waypoints, by samples that know nothing of the curve; a low jerk takes more of the room."""
     robot = load("panda")
-    path, limits = robot.home + GIVEN[name], MotionLimits.of(robot, LimitsRequest(jerk=jerk))
+    path, limits = robot.home + GIVEN[name], MotionLimits.from_robot(robot, LimitsRequest(jerk=jerk))
     checker = make_checker(robot, scene_of((Sphere(0.01), pose([3.0, 0.0, 0.0]))))
     asked, allowed, row = {} if deviation is None else {"deviation": deviation}, deviation or DEVIATION, 0
     motion = time_path(path, checker, limits, **asked)
@@ -98,14 +98,14 @@ def test_a_deviation_is_a_length() -> None:
 
 def test_stopping_stays_on_the_path_and_takes_as_long_as_trapezoids_do() -> None:
     path = 0.3 * zigzag(2, dof=2)
-    limits = MotionLimits.of(ARM)
+    limits = MotionLimits.from_robot(ARM)
     found = time_path(path, FREE, limits, time_law="stop-at-corners")
     t, off = np.linspace(0.0, found.duration, 3001), np.full(3001, np.inf)
     for a, b in itertools.pairwise(path):
         share = np.clip((found.at(t) - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
         off = np.minimum(off, np.abs(a + share[:, None] * (b - a) - found.at(t)).max(axis=1))
     assert off.max() < 1e-9
-    window, limits = (2 * limits.acceleration / limits.jerk).max(), limits.times(USED)
+    window, limits = (2 * limits.acceleration / limits.jerk).max(), limits.scale_all(USED)
     want = 0.0
     for step in np.abs(np.diff(path, axis=0)):
         v, a = (limits.velocity / step).min(), (limits.acceleration / step).min()
@@ -124,7 +124,7 @@ def test_a_corner_next_to_an_obstacle_is_rounded_less_and_the_result_is_free() -
     """A ball is held where the flange comes by in the middle of the widest rounding."""
     robot = load("iiwa14")
     path = np.array([[-0.6, 1.3, -0.2, -1.5, 0.6, 0.8, -0.1], robot.home, [0.1, 0.8, 0.4, -1.8, 0.8, 1.2, -0.2]])
-    middle = evaluate(blends(path, np.ones(1)), np.array([0.5]))
+    middle = evaluate(corner_parabolas(path, np.ones(1)), np.array([0.5]))
     empty = make_checker(robot, scene_of((Sphere(0.01), pose([3.0, 0.0, 0.0]))))
     checker = make_checker(robot, scene_of((Sphere(0.01), pose(tool_positions(robot, middle)[0]))))
     wide, found = (time_path(path, each, deviation=np.inf) for each in (empty, checker))
@@ -152,7 +152,7 @@ def test_one_configuration_and_a_path_that_stands_still() -> None:
         assert found.duration > 0
         np.testing.assert_array_equal(found.at(np.array([found.duration])), path[:1])
     path = np.array([[0.0, 0.0], [0.0, 0.0], [0.5, 0.0], [0.5, 1e-9]])
-    np.testing.assert_array_equal(without_standstill(path), path[[0, 3]])
+    np.testing.assert_array_equal(drop_standstills(path), path[[0, 3]])
 
 
 def test_a_plan_is_rounded_and_the_same_every_time(solved: Plan) -> None:
@@ -162,4 +162,4 @@ def test_a_plan_is_rounded_and_the_same_every_time(solved: Plan) -> None:
     assert found.proof["corners_blended"] > 0
     assert found.proven
     assert first_seen(second_checker(solved.checker), found.coefficients, 1e-3) is None
-    require_within(found, MotionLimits.of(solved.robot))
+    require_within(found, MotionLimits.from_robot(solved.robot))

@@ -22,19 +22,19 @@ T = np.linspace(0.0, TIMES[-1], 4001)
 
 
 def test_lines() -> None:
-    found = Trajectory.through(JOINTS, TIMES, Q)
+    found = Trajectory.from_points(JOINTS, TIMES, Q)
     np.testing.assert_allclose(found.at(T), np.stack([np.interp(T, TIMES, column) for column in Q.T], axis=1))
     assert found.interpolation == "lines"
 
 
 def test_cubics() -> None:
-    found, want = Trajectory.through(JOINTS, TIMES, Q, QD), CubicHermiteSpline(TIMES, Q, QD)
+    found, want = Trajectory.from_points(JOINTS, TIMES, Q, QD), CubicHermiteSpline(TIMES, Q, QD)
     for order in range(4):
         np.testing.assert_allclose(found.at(T, order), want.derivative(order)(T) if order else want(T), atol=1e-8)
 
 
 def test_quintics() -> None:
-    found = Trajectory.through(JOINTS, TIMES, Q, QD, QDD)
+    found = Trajectory.from_points(JOINTS, TIMES, Q, QD, QDD)
     want = BPoly.from_derivatives(TIMES, np.stack([Q, QD, QDD], axis=1))
     for order in range(3):
         np.testing.assert_allclose(found.at(T, order), want(T, order), atol=1e-7)
@@ -44,7 +44,7 @@ def test_quintics() -> None:
 
 @pytest.mark.parametrize("given", [(Q,), (Q, QD), (Q, QD, QDD)])
 def test_extrema_are_those_of_dense_samples(given: Any) -> None:
-    found = Trajectory.through(JOINTS, TIMES, *given)
+    found = Trajectory.from_points(JOINTS, TIMES, *given)
     for order in range(3):
         low, high = found.extrema(order)
         values = found.at(T, order)
@@ -63,18 +63,18 @@ def test_extrema_are_those_of_dense_samples(given: Any) -> None:
 
 def test_no_joint_is_named_twice() -> None:
     with pytest.raises(ArrayError, match="name each once"):
-        Trajectory.through(("a", "a"), TIMES, np.zeros((len(TIMES), 2)))
+        Trajectory.from_points(("a", "a"), TIMES, np.zeros((len(TIMES), 2)))
 
 
 def test_before_and_after_it_stands_still() -> None:
-    found = Trajectory.through(JOINTS, TIMES, Q, QD)
+    found = Trajectory.from_points(JOINTS, TIMES, Q, QD)
     np.testing.assert_allclose(found.at(np.array([-1.0, TIMES[-1] + 1.0])), Q[[0, -1]])
     assert found.duration == TIMES[-1]
 
 
 @pytest.mark.parametrize("order", [4, 400, 10**18])
 def test_derivatives_beyond_the_degree_are_zero(order: int) -> None:
-    short = Trajectory.through(("a",), np.array([0.0, 0.01]), np.array([[0.0], [1.0]]), np.zeros((2, 1)))
+    short = Trajectory.from_points(("a",), np.array([0.0, 0.01]), np.array([[0.0], [1.0]]), np.zeros((2, 1)))
     for values in (short.at(0.005, order), short.knots(order), *short.ends(order), *short.extrema(order)):
         np.testing.assert_array_equal(values, 0.0)
 
@@ -83,7 +83,7 @@ def test_derivatives_beyond_the_degree_are_zero(order: int) -> None:
 @pytest.mark.parametrize("dt", [0.01, 0.0013])
 def test_samples_are_derivatives_of_each_other(given: Any, dt: float) -> None:
     """Central differences of one column are the next, within dt²/6 of the largest third derivative, off the knots."""
-    motion = Trajectory.through(JOINTS, TIMES, *given)
+    motion = Trajectory.from_points(JOINTS, TIMES, *given)
     found = motion.sample(dt)
     assert (found.times[0], found.times[-1]) == (TIMES[0], TIMES[-1])
     assert ((np.diff(found.times) > 0) & (np.diff(found.times) < 1.000001 * dt)).all()
@@ -99,7 +99,7 @@ def test_samples_are_derivatives_of_each_other(given: Any, dt: float) -> None:
 
 
 def test_a_step_that_ends_where_the_motion_ends_adds_no_sample() -> None:
-    motion = Trajectory.through(("a",), np.array([0.0, 0.7]), np.zeros((2, 1)))
+    motion = Trajectory.from_points(("a",), np.array([0.0, 0.7]), np.zeros((2, 1)))
     for dt, count in ((0.1, 8), (0.7, 2), (5.0, 2), (0.3, 4)):
         assert len(motion.sample(dt).times) == count
     for dt in (0.0, -1.0, np.nan, np.inf):
@@ -109,7 +109,7 @@ def test_a_step_that_ends_where_the_motion_ends_adds_no_sample() -> None:
 
 def test_samples_as_a_table() -> None:
     pandas = pytest.importorskip("pandas")
-    found = Trajectory.through(JOINTS, TIMES, Q, QD).sample(0.1)
+    found = Trajectory.from_points(JOINTS, TIMES, Q, QD).sample(0.1)
     table = found.to_pandas()
     assert isinstance(table, pandas.DataFrame)
     assert list(table.columns) == [
@@ -125,4 +125,4 @@ def test_without_pandas_the_remedy_is_an_extra(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(
         InstallationError, match=r"package pandas is missing: run pip install 'gabf-planner\[interop\]'"
     ):
-        Trajectory.through(JOINTS, TIMES, Q).sample(0.1).to_pandas()
+        Trajectory.from_points(JOINTS, TIMES, Q).sample(0.1).to_pandas()

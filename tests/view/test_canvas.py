@@ -30,7 +30,7 @@ def drawn() -> Canvas:
 
 def unpacked(canvas: Canvas) -> list[dict[str, Any]]:
     """The commands as the page's script decodes them."""
-    content, lengths = canvas.packed()
+    content, lengths = canvas.pack()
     data, ends = gzip.decompress(base64.b64decode(content)), np.cumsum(lengths)
     assert ends[-1] == len(data)
     return [umsgpack.unpackb(data[end - length : end]) for end, length in zip(ends, lengths, strict=True)]
@@ -44,7 +44,7 @@ def positions(canvas: Canvas) -> np.ndarray:
 
 
 def test_the_same_scene_is_the_same_bytes_and_no_two_objects_share_a_name() -> None:
-    assert drawn().packed() == drawn().packed()
+    assert drawn().pack() == drawn().pack()
     sent = [command["object"] for command in unpacked(drawn()) if command["type"] == "set_object"]
     names = [part["uuid"] for one in sent for part in (one["object"], *one["geometries"], *one["materials"])]
     assert len(set(names)) == len(names) == 3 * (len(SHAPES) + 2)

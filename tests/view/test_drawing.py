@@ -20,9 +20,9 @@ from planner.view.drawing import (
     draw_roadmap,
     draw_robot,
     draw_scene,
-    drawn_part,
     joint_matrices,
     moving_data,
+    select_drawn,
 )
 from tests.view.test_canvas import unpacked
 from tests.worlds import load, make_post, post_roadmap, random_q
@@ -67,20 +67,20 @@ def test_what_moves_is_drawn_where_it_begins_with_its_way() -> None:
 
 def test_a_roadmap_is_drawn_at_its_tool_positions() -> None:
     canvas, roadmap = Canvas(), post_roadmap()
-    data = draw_roadmap(canvas, roadmap, ROBOT, drawn_part(roadmap))
+    data = draw_roadmap(canvas, roadmap, ROBOT, select_drawn(roadmap))
     assert paths(canvas, "set_object") == ["roadmap/nodes", "roadmap/edges", "start/0", "goal/0"]
     assert data["edges"] == roadmap.edges.tolist()
     assert data["w"] == pytest.approx(roadmap.manipulability.tolist(), abs=1e-7)
     nothing = replace(roadmap.part(np.ones(len(roadmap.nodes), bool), np.zeros(len(roadmap.edges), bool)))
     canvas = Canvas()
-    draw_roadmap(canvas, nothing, ROBOT, drawn_part(nothing))
+    draw_roadmap(canvas, nothing, ROBOT, select_drawn(nothing))
     assert "roadmap/edges" not in paths(canvas, "set_object")
 
 
 def test_of_a_large_roadmap_some_edges_are_drawn_with_their_ends_and_true_components(monkeypatch) -> None:
     monkeypatch.setattr(drawing, "MOST_EDGES", 5)
     canvas, roadmap = Canvas(), post_roadmap()
-    nodes, edges = drawn_part(roadmap)
+    nodes, edges = select_drawn(roadmap)
     assert edges.sum() == 5
     assert nodes[roadmap.edges[edges]].all()
     assert nodes[roadmap.starts].all()

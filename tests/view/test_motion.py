@@ -19,10 +19,10 @@ from planner.view.motion import (
     ShownPath,
     configurations_at,
     ellipsoids,
+    find_worst_points,
     motion_data,
     path_shares,
-    shown_motion,
-    worst_points,
+    sample_motion,
 )
 from tests.worlds import ROBOTS, checker_of, load, random_q
 
@@ -40,7 +40,7 @@ def test_motion_is_even_in_joint_space(solved: Plan) -> None:
 
 def test_a_motion_is_even_in_time(solved: Plan) -> None:
     trajectory = time_path(solved.path, solved.checker)
-    data = motion_data(solved.robot, ShownPath(solved.path, [], motion=shown_motion(trajectory, solved.checker)))
+    data = motion_data(solved.robot, ShownPath(solved.path, [], motion=sample_motion(trajectory, solved.checker)))
     assert data["seconds"] == data["motion"]["duration"] == trajectory.duration
     q = trajectory.at(np.linspace(0.0, trajectory.duration, SHOWN_STATES))
     np.testing.assert_allclose(data["waypoints"], q, atol=1e-8)
@@ -62,7 +62,7 @@ def test_a_motion_is_even_in_time(solved: Plan) -> None:
 def test_the_tool_is_as_fast_whichever_rows_w_is_of(rows: str) -> None:
     checker, home = checker_of("panda", "empty"), load("panda").home
     trajectory = time_path(np.array([home, home + 0.3]), checker)
-    shown = ShownPath(trajectory.columns[0], [], motion=shown_motion(trajectory, checker))
+    shown = ShownPath(trajectory.columns[0], [], motion=sample_motion(trajectory, checker))
     speed = motion_data(replace(checker.robot, jacobian_rows=rows), shown)["motion"]["tool_speed"]
     q = trajectory.at(np.linspace(0.0, trajectory.duration, SHOWN_STATES))
     step = trajectory.duration / (SHOWN_STATES - 1)
@@ -89,7 +89,7 @@ def test_the_ellipsoid_holds_the_velocities_that_unit_joint_velocities_reach(rob
 
 def lowest(robot: Robot, path: np.ndarray) -> list[dict[str, Any]]:
     dense = dense_path(path)
-    return worst_points(robot, dense, path_shares(dense)[0])
+    return find_worst_points(robot, dense, path_shares(dense)[0])
 
 
 def test_worst_points_of_known_curves() -> None:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.robot.shapes import Mesh
-from planner.view.surfaces import smoothed, tube
+from planner.view.surfaces import smooth_mesh, tube
 from tests.random_shapes import QUICK, blob, box_mesh
 
 
@@ -30,16 +30,16 @@ def fine_sphere(rings: int = 24, sides: int = 48) -> Mesh:
 @pytest.mark.parametrize("mesh", [box_mesh((1, 2, 3)), fine_sphere(), blob(np.random.default_rng(1), 1.0)])
 def test_the_triangles_stay_where_they_are(mesh):
     for some in (mesh, soup(mesh)):
-        made = smoothed(some)
+        made = smooth_mesh(some)
         assert isinstance(made, Mesh)
         np.testing.assert_allclose(sorted_triangles(made), sorted_triangles(some), atol=1e-9)
 
 
 def test_a_box_stays_sharp_and_a_ball_is_welded():
-    box, ball = smoothed(soup(box_mesh((1, 2, 3)))), fine_sphere()
+    box, ball = smooth_mesh(soup(box_mesh((1, 2, 3)))), fine_sphere()
     assert isinstance(box, Mesh)
     assert len(box.vertices) == 24  # three at each corner
-    welded = smoothed(soup(ball))
+    welded = smooth_mesh(soup(ball))
     assert isinstance(welded, Mesh)
     assert len(welded.vertices) <= 1.2 * len(ball.vertices)
 

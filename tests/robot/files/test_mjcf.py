@@ -146,7 +146,7 @@ def test_bodies_joints_and_sites(tmp_path: Path) -> None:
     np.testing.assert_allclose(tool_positions(robot, q), expected, atol=1e-12)
     assert make_checker(robot, Scene("none")).first_contact(q) is None
     assert len(load_visuals(robot)) == 3
-    assert "assumed: the URDF gives none" in MotionLimits.of(robot).source["velocity"]
+    assert "assumed: the URDF gives none" in MotionLimits.from_robot(robot).source["velocity"]
 
 
 def test_included_files_and_folders_of_meshes_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

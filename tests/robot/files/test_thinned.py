@@ -12,7 +12,7 @@ from planner.robot.files.urdf_geometry import mesh_files
 from planner.robot.robot import Robot
 from planner.robot.shapes import Mesh
 from planner.robot.solids import is_watertight, solid_of
-from planner.view.drawing import drawn_bodies
+from planner.view.drawing import load_drawn_bodies
 from tests.coal_judge import coal_distance, coal_geometry
 from tests.worlds import load
 
@@ -117,4 +117,6 @@ def test_what_is_drawn_is_within_2_mm_of_the_file_and_the_file_of_it(name: str) 
             for place[:3, 3] in samples(surface, 300):
                 assert coal_distance(geometry, np.eye(4), coal.Sphere(1e-9), place) < 2e-3, file
     assert min(shares) < 0.6
-    assert all(thin is body for thin, body in zip(drawn_bodies(robot)[1], robot.bodies, strict=True)), "as they collide"
+    assert all(thin is body for thin, body in zip(load_drawn_bodies(robot)[1], robot.bodies, strict=True)), (
+        "as they collide"
+    )
