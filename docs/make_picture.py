@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 import planner
-from planner.tradeoff.sweep import with_alternatives
+from planner.tradeoff.sweep import add_alternatives
 from tests.browser import Tab, browser
 
 PICTURE = Path(__file__).parent / "_static" / "plan.webp"
@@ -28,7 +28,7 @@ def frame(tab: Tab, share: float) -> Image.Image:
 def main() -> None:
     """Write both."""
     with tempfile.TemporaryDirectory() as folder, browser() as tab:
-        with_alternatives(planner.plan()).save(folder)
+        add_alternatives(planner.plan()).save(folder)
         assert tab.open(Path(folder) / "plan.html")
         whole = [frame(tab, share) for share in np.linspace(0, 1, FRAMES)]
     whole[FRAMES // 3].convert("RGB").quantize(256).save(STILL, optimize=True)

@@ -181,7 +181,7 @@ CALLS: dict[str, Callable[[], object]] = {
     "paths_from, start": lambda: planner.paths_from(network(), planner.gabf.solve(network()), [0.5]),
     "cheapest_path, text": lambda: planner.gabf.cheapest_path(planner.gabf.solve(network()), "a"),
     "heal, text": lambda: planner.gabf.heal(network(), "a"),
-    "raised_start, complex": lambda: planner.gabf.raised_start(network(), 1j * np.ones(3)),
+    "raise_start, complex": lambda: planner.gabf.raise_start(network(), 1j * np.ones(3)),
     "control_input, text": lambda: planner.gabf.control_input(planner.gabf.SingularityFree(T=4.0), 0.1, "a"),
     "bellman_operator": lambda: planner.gabf.bellman_operator(network(), np.array([0.0, NAN, 1.0])),
     "value_iteration": lambda: planner.gabf.value_iteration(network(), np.ones(2)),

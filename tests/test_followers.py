@@ -14,7 +14,7 @@ from benchmarks.attack.certificates.mutations import Case
 from benchmarks.gate.attack import Attack
 from planner.base.polynomials import evaluate
 from planner.certificate import verify, verify_proof
-from planner.certificate.geometry import geometry_of
+from planner.certificate.geometry import extract_geometry
 from planner.certificate.verify_proof import Refused
 from planner.collision import BACKENDS, make_checker
 from planner.collision.coal import CoalInTime
@@ -58,7 +58,7 @@ def test_links_are_where_pinocchio_has_them(which: str | int) -> None:
     assert robot.followers
     assert len(robot.joints) == len(robot.model.names) - 1 - len(robot.followers)
     q = random_q(robot, 10)
-    rotation, position = joint_placements(Chain.of(robot), q)
+    rotation, position = joint_placements(Chain.from_arm(robot), q)
     for k, row in enumerate(q):
         for name, there in made.frames(row).items():
             frame = robot.model.frames[robot.model.getFrameId(name, pin.FrameType.BODY)]
@@ -73,7 +73,7 @@ def test_mimic_joints_are_those_of_pinocchio() -> None:
     robot, model = palletizer().robot, pin.buildModelFromUrdf(str(palletizer().path), mimic=True)
     assert (list(model.names), model.nq) == (list(robot.model.names), robot.dof)
     data, q = model.createData(), random_q(robot, 50)
-    rotation, position = joint_placements(Chain.of(robot), q)
+    rotation, position = joint_placements(Chain.from_arm(robot), q)
     for k, row in enumerate(q):
         pin.forwardKinematics(model, data, row)
         for j in range(1, model.njoints):
@@ -197,7 +197,7 @@ def test_no_point_moves_further_than_its_reach(which: str | int) -> None:
     q = random_q(robot, 40)
     delta = random_q(robot, 40, seed=1) - q
     delta *= rng.choice([0.01, 0.3, 1.0], (40, 1)) * (rng.random(delta.shape) < 0.5)
-    (turn, shift), (turned, shifted) = (joint_placements(Chain.of(robot), rows) for rows in (q, q + delta))
+    (turn, shift), (turned, shifted) = (joint_placements(Chain.from_arm(robot), rows) for rows in (q, q + delta))
     most = Reach.of(robot).motion(delta)
     for k, body in enumerate(robot.bodies):
         points = some_points(body, rng)
@@ -311,7 +311,7 @@ def test_the_checker_knows_how_far_all_joints_move_at_most(which: str | int) -> 
     made, rng = linkage(which), np.random.default_rng(6)
     curves = np.concatenate([curves_of(made.robot, 20, 3, seed=7), np.zeros((20, 2, made.robot.dof))], axis=1)
     low = rng.uniform(0.0, 0.9, 20)
-    data = geometry_of(World.of(made.robot, BALL, frozenset())) | {
+    data = extract_geometry(World.of(made.robot, BALL, frozenset())) | {
         "piece": np.arange(20),
         "low": low,
         "high": low + 0.1,

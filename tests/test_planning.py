@@ -24,7 +24,7 @@ from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import save_roadmap
 from planner.search.network import build_network, distance_cost
-from planner.tradeoff.sweep import with_alternatives
+from planner.tradeoff.sweep import add_alternatives
 from planner.trajectory.trajectory import Trajectory
 from tests.coal_judge import CoalWorld
 from tests.search.failing import collide
@@ -131,7 +131,7 @@ def test_every_law_finds_the_same_path(small, law):
     found = plan(request=small.with_options(law=law), timing=None)
     assert_sound(found)
     np.testing.assert_array_equal(found.path_nodes, plan(request=small, timing=None).path_nodes)
-    assert gabf.named_law(law).name
+    assert gabf.law_from_name(law).name
 
 
 def test_a_margin_is_kept_along_the_path(small):
@@ -188,7 +188,7 @@ def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, l
     collide(monkeypatch, before.roadmap, np.array([[i, j]]))
     starts = []
     real = gabf.heal
-    monkeypatch.setattr(gabf, "heal", lambda net, x, law: starts.append(gabf.raised_start(net, x)) or real(net, x, law))
+    monkeypatch.setattr(gabf, "heal", lambda net, x, law: starts.append(gabf.raise_start(net, x)) or real(net, x, law))
     after = plan(request=small.with_options(law=law), timing=None)
     assert after.edges_removed == 1
     assert_sound(after)
@@ -318,7 +318,7 @@ def test_among_what_moves_the_plan_is_in_time(moving, tmp_path):
         network.arcs.take(network.arcs_between(i, j))(np.zeros(1))[0] for i, j in itertools.pairwise(found.path_nodes)
     )
     np.testing.assert_allclose(found.cost.total, cost)
-    with_alternatives(found).save(tmp_path)
+    add_alternatives(found).save(tmp_path)
     record = json.loads((tmp_path / "plan.json").read_text())
     times = record["in_time"]["waypoints"]
     assert len(record["path"]) == len(times["arrivals"]) == len(times["departures"])

@@ -111,7 +111,7 @@ def _moved_beside(sweep: Sweep, turn: Floats, middle: Floats, rng: np.random.Gen
 
 def _frames(robot: Robot, q: Floats) -> Floats:
     """(joints + 1, 4, 4) of every joint in the world, by the chain that the checkers use."""
-    rotation, position = joint_placements(Chain.of(robot), q[None])
+    rotation, position = joint_placements(Chain.from_arm(robot), q[None])
     frames = np.tile(np.eye(4), (len(rotation), 1, 1))
     frames[:, :3, :3], frames[:, :3, 3] = rotation[:, 0], position[:, 0]
     return frames

@@ -81,11 +81,11 @@ def measure(network: str, repeats: int, rk45_repeats: int) -> list[dict[str, Any
     }
     outcomes = {"dijkstra": (0.0, None), "gabf": (gabf.max_error(result, x_star), result.steps)}
     if rk45_repeats:
-        assert result.dated_tau is not None
-        methods |= _runge_kutta(graph, TAU_SPARE * result.dated_tau, rk45_repeats)
+        assert result.estimated_tau is not None
+        methods |= _runge_kutta(graph, TAU_SPARE * result.estimated_tau, rk45_repeats)
     seconds = _interleaved(methods, outcomes, x_star)
     medians = {name: statistics.median(each) for name, each in seconds.items()}
-    shared = {"arcs": graph.n_arcs, "settling_tau": result.dated_tau}
+    shared = {"arcs": graph.n_arcs, "settling_tau": result.estimated_tau}
     shared |= {"memory_loaded_mib": loaded, "memory_peak_mib": peak}
     return [
         {

@@ -61,7 +61,7 @@ def clutter(count: int, rng: Rng) -> tuple[Obstacle, ...]:
 def thin_obstacle(robot: Robot, near: Floats, rng: Rng) -> Obstacle:
     """A wall, pole or ball of a few millimetres about where a link is in a configuration (dof,)."""
     body = robot.bodies[int(rng.integers(len(robot.bodies) // 2, len(robot.bodies)))]
-    rotation, position = joint_placements(Chain.of(robot), near[None])
+    rotation, position = joint_placements(Chain.from_arm(robot), near[None])
     at = position[body.joint, 0] + rotation[body.joint, 0] @ body.placement[:3, 3]
     thin, long = rng.uniform(5e-4, 5e-3), rng.uniform(0.05, 0.2)
     shapes: list[Shape] = [Box((thin, long, long)), Cylinder(thin, long), Sphere(thin)]

@@ -135,7 +135,7 @@ def greedy_cost(planner: TaskPlanner, beta: float = 0.5) -> float | None:
     for step in range(len(planner.task.steps)):
         ends = [way.last for way in network.transitions if way.step == step]
         part = replace(network, start=start, goals=np.array(ends, dtype=np.int64))
-        search = LazySearch(planner.candidates.modes, part, gabf.named_law("singularity-free", 4.0))
+        search = LazySearch(planner.candidates.modes, part, gabf.law_from_name("singularity-free", 4.0))
         _, arcs = search.path(beta)
         if not len(arcs):
             return None

@@ -26,7 +26,7 @@ from planner.batch.parallel import measured_cases
 from planner.planning.plan import plan
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.query.robots import sources_hash
-from planner.tradeoff.sweep import with_alternatives
+from planner.tradeoff.sweep import add_alternatives
 
 SOLVED, NO_PATH, REFUSED, TIMED_OUT, CRASHED = "solved", "no_path", "refused", "timed out", "crashed"
 CSV_NAME, ROW_NAME = "batch.csv", "row.json"
@@ -161,7 +161,7 @@ def _plan(request: PlanRequest, progress: Progress, folder: Path, pages: bool) -
         if progress.stopped:
             return {}
         if pages:
-            found = with_alternatives(found)
+            found = add_alternatives(found)
             found.save(folder)
         else:
             found.save_without_page(folder)

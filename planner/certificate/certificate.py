@@ -14,7 +14,7 @@ from planner.base.errors import FileError
 from planner.base.files import StrPath, write_whole
 from planner.base.yamlfile import shown
 from planner.certificate import verify_proof as checker
-from planner.certificate.geometry import Arrays, Cuts, geometry_of, moving_pairs, with_dents, words_of
+from planner.certificate.geometry import Arrays, Cuts, describe_world, extract_geometry, find_concave, moving_pairs
 from planner.certificate.witnesses import Search
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import World
@@ -57,7 +57,7 @@ class Certificate:
         write_whole(Path(path), self.content())
 
 
-def certificate_of(
+def make_certificate(
     checker_: CollisionChecker, path: Floats, motion: Trajectory | None = None, floor: float = 0.0
 ) -> Certificate:
     """Witnesses that no checked pair comes as near as the margin on any segment of a ``path`` (k, dof) or a ``motion``.
@@ -70,25 +70,25 @@ def certificate_of(
     found = _certificate(world, curves, cuts, floor)
     for slabs in _SLABS:
         close = {name.partition(", slab ")[0] for pair in found.open_pairs for name in pair}
-        cuts |= dict.fromkeys(with_dents(world, close), slabs)
+        cuts |= dict.fromkeys(find_concave(world, close), slabs)
         found = _certificate(world, curves, cuts, floor) if cuts and not found.whole else found
     return found
 
 
 def _certificate(world: World, curves: Arrays, cuts: Cuts, floor: float) -> Certificate:
-    words = words_of(world, cuts)
-    arrays: Arrays = geometry_of(world, cuts) | curves | {"floor": floor}
+    words = describe_world(world, cuts)
+    arrays: Arrays = extract_geometry(world, cuts) | curves | {"floor": floor}
     rows, proven = checker.ROWS[words["rows"]], arrays["left"] == checker.PROVEN
     pairs = moving_pairs(arrays["joint"])[proven]
-    witnesses, lost = Search(Chain.of(world.robot), arrays, pairs, checker.curves(arrays), rows).run()
+    witnesses, lost = Search(Chain.from_arm(world.robot), arrays, pairs, checker.curves(arrays), rows).run()
     arrays["left"][proven] = np.where(lost, checker.OPEN, checker.PROVEN)
     opened = tuple((words["items"][a], words["items"][b]) for a, b in pairs[lost].tolist())
     return Certificate(_as_written(arrays | witnesses), words, opened)
 
 
-def certificate_of_motion(checker_: CollisionChecker, motion: Trajectory) -> Certificate:
+def make_motion_certificate(checker_: CollisionChecker, motion: Trajectory) -> Certificate:
     """The same of a ``motion`` alone, with the straight path through its knots."""
-    return certificate_of(checker_, motion.knots(), motion)
+    return make_certificate(checker_, motion.knots(), motion)
 
 
 def _curves(path: Floats, motion: Trajectory | None) -> Arrays:
@@ -145,9 +145,9 @@ def require_same_world(proof: Path, world: World) -> None:
     cuts = words.get("cuts")
     named = isinstance(cuts, dict) and all(isinstance(count, int) and 0 < count <= 1000 for count in cuts.values())
     checker.require(named, f"{proof} does not say how shapes are cut.")
-    for name, said in words_of(world, words["cuts"]).items():
+    for name, said in describe_world(world, words["cuts"]).items():
         checker.require(words.get(name) == said, f"{proof} says another {name} than what plan.json names.")
-    expected = geometry_of(world, words["cuts"])
+    expected = extract_geometry(world, words["cuts"])
     proven = expected["left"] == checker.PROVEN  # those that could not be are open: the checker names one
     if data["left"].shape == proven.shape:
         expected["left"] = np.where(proven & (data["left"] == checker.OPEN), checker.OPEN, expected["left"])

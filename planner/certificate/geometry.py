@@ -34,7 +34,7 @@ class Part:
     radius: float
 
 
-def geometry_of(world: World, cuts: Cuts = _WHOLE) -> Arrays:
+def extract_geometry(world: World, cuts: Cuts = _WHOLE) -> Arrays:
     """The arrays that say what stands where and what is checked."""
     parts = _parts(world, cuts)
     items = _items(world, parts)
@@ -42,7 +42,7 @@ def geometry_of(world: World, cuts: Cuts = _WHOLE) -> Arrays:
     return _joints(world) | items | {"left": left, "margin": world.margin}
 
 
-def words_of(world: World, cuts: Cuts = _WHOLE) -> dict[str, Any]:
+def describe_world(world: World, cuts: Cuts = _WHOLE) -> dict[str, Any]:
     """What the certificate says in words."""
     robot, model, rows = world.robot, world.robot.model, world.robot.rows
     own = np.array_equal(robot.lower, model.lowerPositionLimit[rows]) and np.array_equal(
@@ -77,16 +77,16 @@ def _states(world: World) -> dict[str, list[str]]:
     return made
 
 
-def names_of(world: World) -> list[str]:
+def unique_names(world: World) -> list[str]:
     """A name of its own for each body and obstacle."""
     names = [item.name for item in world.items]
     twice = {name for name in names if names.count(name) > 1}
     return [f"{name} ({k})" if name in twice else name for k, name in enumerate(names)]
 
 
-def with_dents(world: World, names: set[str]) -> list[str]:
+def find_concave(world: World, names: set[str]) -> list[str]:
     """Those of the items of these names that are meshes with dents, so that slabs of them are less than their hull."""
-    named = zip(names_of(world), world.items, strict=True)
+    named = zip(unique_names(world), world.items, strict=True)
     return [
         name for name, item in named if name in names and isinstance(item.shape, Mesh) and hull_of(item.shape)[1] > 0
     ]
@@ -94,7 +94,7 @@ def with_dents(world: World, names: set[str]) -> list[str]:
 
 def _parts(world: World, cuts: Cuts) -> list[Part]:
     made = []
-    for k, (name, item) in enumerate(zip(names_of(world), world.items, strict=True)):
+    for k, (name, item) in enumerate(zip(unique_names(world), world.items, strict=True)):
         hulls = [(name, *_points(item))]
         if name in cuts and isinstance(item.shape, Mesh):
             slabs = _slabs(item.shape, cuts[name])
@@ -137,7 +137,7 @@ def _slabs(mesh: Mesh, count: int) -> list[Floats]:
 
 
 def _joints(world: World) -> Arrays:
-    robot, chain = world.robot, Chain.of(world.robot)
+    robot, chain = world.robot, Chain.from_arm(world.robot)
     carrier, tool = tool_joint(robot)
     return {
         "parent": chain.parent,
@@ -184,12 +184,12 @@ def _left(world: World, parts: list[Part], pairs: Ints) -> Ints:
     return np.where((listed | listed.T)[first, second], PROVEN, EXEMPT)
 
 
-def shapes_of(arrays: Arrays) -> list[Shape]:
+def split_shapes(arrays: Arrays) -> list[Shape]:
     """The shape of each item, in the frame of what carries it, as the checker has it."""
     points = np.split(arrays["points"], np.cumsum(arrays["count"])[:-1])
     return list(zip(points, arrays["radius"].tolist(), arrays["cylinder"].tolist(), strict=True))
 
 
-def middles_of(shapes: list[Shape]) -> Floats:
+def centers_of(shapes: list[Shape]) -> Floats:
     """A point (items, 3) in the middle of each shape."""
     return np.array([0.5 * (points.min(axis=0) + points.max(axis=0)) for points, *_ in shapes])

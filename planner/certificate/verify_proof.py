@@ -126,13 +126,13 @@ def check(out: Path, urdf: Path | None = None) -> str:
     require((out / "proof.npz").is_file(), f"{out / 'proof.npz'} not found: plan with --certificate, which writes it.")
     try:
         data, meta = read(out / "proof.npz")
-        compared = "" if urdf is None else take_urdf(data, meta, urdf)
+        compared = "" if urdf is None else apply_urdf(data, meta, urdf)
         require_sound(data, meta)
         plan, pieces = require_same_files(data, meta, out), curves(data)
-        take_parts(data, meta, pieces)
+        assign_witnesses(data, meta, pieces)
         rounding, judged = require_witnesses(data, meta, pieces), require_limits(data, meta, pieces)
-        ends = f"{require_ends(data, meta, plan)}\n{floor_kept(data, meta, plan)}"
-        return sentence(data, meta, rounding, judged, ends, compared)
+        ends = f"{require_ends(data, meta, plan)}\n{describe_floor(data, meta, plan)}"
+        return describe(data, meta, rounding, judged, ends, compared)
     except Refused:
         raise
     except Exception as error:  # whatever a damaged zip, JSON or URDF ends in
@@ -155,10 +155,10 @@ def read(file: Path) -> tuple[Data, Data]:
         require((array >= least) & (array <= most), f"{name} holds a number that is not finite, or absurd.")
     points = np.split(data["points"], np.cumsum(data["count"])[:-1])
     data["shapes"] = list(zip(points, data["radius"].tolist(), (data["cylinder"] > 0).tolist(), strict=True))
-    return data, json.loads(data["meta"].tobytes(), object_pairs_hook=once)
+    return data, json.loads(data["meta"].tobytes(), object_pairs_hook=reject_duplicates)
 
 
-def once(named: list[tuple[str, Any]]) -> Data:
+def reject_duplicates(named: list[tuple[str, Any]]) -> Data:
     """An object of JSON; refused where a name stands twice, of which readers take one or the other."""
     require(len(dict(named)) == len(named), "a name stands twice in a file.")
     return dict(named)
@@ -185,13 +185,16 @@ def require_sound(data: Data, meta: Data) -> None:
 
 def require_same_files(data: Data, meta: Data, folder: Path) -> Data:
     """What plan.json holds; the path is the one in there, the motion that of trajectory.json, number by number."""
-    plan, beside = json.loads((folder / "plan.json").read_bytes(), object_pairs_hook=once), folder / "trajectory.json"
+    plan, beside = (
+        json.loads((folder / "plan.json").read_bytes(), object_pairs_hook=reject_duplicates),
+        folder / "trajectory.json",
+    )
     for key, said in (*((key, meta[key]) for key in ("robot", "scene", "joints")), ("path", data["path"].tolist())):
         require(plan[key] == said, f"plan.json is of another {key}.")
     require(data["margin"] >= plan["config"]["margin"], "plan.json asks for a larger margin.")
     require(beside.exists() == (len(data["clock"]) > 0), "trajectory.json is missing, or not certified.")
     if beside.exists():
-        motion, knots = json.loads(beside.read_bytes(), object_pairs_hook=once), data["knots"]
+        motion, knots = json.loads(beside.read_bytes(), object_pairs_hook=reject_duplicates), data["knots"]
         found = [[point[key] for point in motion["points"]] for key in ("t", "q", "qd", "qdd")[: len(knots) + 1]]
         found += [motion["joints"], motion["interpolation"], [motion["limits"][kind] for kind in KINDS]]
         said = [(data["clock"] / 1e9).tolist(), *knots.tolist(), meta["joints"], INTERPOLATED[len(knots) - 1]]
@@ -210,14 +213,14 @@ def require_ends(data: Data, meta: Data, plan: Data) -> str:
     require(goal in (None, *map(str.strip, choices)), "plan.json reaches a goal that it does not ask for.")
     for end, text, q in (("start", config.get("start"), data["path"][0]), ("goal", goal, data["path"][-1])):
         texts = [text] if ":" in str(text) else meta["states"].get(text, [])
-        offs = [missed(data, q, each) for each in texts]
+        offs = [end_error(data, q, each) for each in texts]
         require(not offs or not all(off > 1.0 for off in offs), f"the path's {end} is not {text!r}.")
         met = [each for each, off in zip(texts, offs, strict=True) if off <= 1.0]
         said.append(f"Its {end} is {text!r}, {met[0]!r}." if met else f"Whether its {end} is {text!r} is not judged.")
     return " ".join(said)
 
 
-def missed(data: Data, q: Array, text: str) -> float:
+def end_error(data: Data, q: Array, text: str) -> float:
     """How far a configuration is off joint values, a position or a pose, over what it may be; 0/0 of other texts."""
     kind, _, rest = text.partition(":")
     if kind not in ENDS or "&" in text:
@@ -343,7 +346,7 @@ def farthest(shape: Shape, direction: Array) -> Array:
     return reached + radius * np.linalg.norm(np.cross(direction, along / length), axis=1)
 
 
-def take_parts(data: Data, meta: Data, pieces: Array) -> None:
+def assign_witnesses(data: Data, meta: Data, pieces: Array) -> None:
     """Which pairs are proven apart; of which pair, or in the end of w, and of which part of a piece each witness is."""
     joint, parts, high, names = data["joint"], data["parts"], data["high"], meta["items"]
     pairs = np.argwhere(np.triu((joint[:, None] != joint) & (np.maximum(joint[:, None], joint) > 0)))
@@ -360,7 +363,7 @@ def take_parts(data: Data, meta: Data, pieces: Array) -> None:
     require((data["low"] < high) & (high[first - 1] == 1.0).all(), "a piece is not covered from 0 to 1.")
 
 
-def floor_kept(data: Data, meta: Data, plan: Data) -> str:
+def describe_floor(data: Data, meta: Data, plan: Data) -> str:
     """Where w is shown to keep the floor, in words, and what was asked for."""
     of_w, asked = data["pair"] == len(data["pairs"]), float(plan["config"].get("min_manipulability", 0.0))
     low, high, piece, shown = (data[name][of_w] for name in ("low", "high", "piece", "normal"))
@@ -442,7 +445,7 @@ def least_w(data: Data, pieces: Array, reach: Array, spare: float, count: int, r
     return np.maximum(least, 0.0).prod(axis=1) / ROUNDED
 
 
-def take_urdf(data: Data, meta: Data, file: Path) -> str:
+def apply_urdf(data: Data, meta: Data, file: Path) -> str:
     """The URDF's joints, tool and shapes take the place of those in the certificate; what that leaves, in words."""
     root: Any = ET.parse(file).getroot()
     joints, unread = {joint.get("name"): joint for joint in root.findall("joint")}, list[str]()
@@ -549,7 +552,7 @@ def shape_in(shape: Any, file: Path) -> Shape | None:
     return None
 
 
-def sentence(data: Data, meta: Data, rounding: float, judged: list[str], ends: str, urdf: str) -> str:
+def describe(data: Data, meta: Data, rounding: float, judged: list[str], ends: str, urdf: str) -> str:
     """What is proven of what, and what is not."""
     by_scene, bodies = data["joint"][data["exempt"]].min(axis=1, initial=0) < 0, meta["items"]
     exempt = [f"{bodies[a]!r} and {bodies[b]!r}" for a, b in data["exempt"][np.argsort(by_scene, kind="stable")]]

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.certificate import verify_proof as checker
-from planner.certificate.geometry import Arrays, middles_of, shapes_of
+from planner.certificate.geometry import Arrays, centers_of, split_shapes
 from planner.kinematics.forward import Chain, joint_placements
 from planner.native.compiled import NativeWorld
 
@@ -65,10 +65,10 @@ class Search:
 
     def __init__(self, chain: Chain, arrays: Arrays, pairs: Ints, pieces: Floats, rows: int) -> None:
         self._chain, self._pieces, self._rows = chain, pieces, rows
-        self._arrays = arrays | {"pairs": pairs, "shapes": shapes_of(arrays)}
+        self._arrays = arrays | {"pairs": pairs, "shapes": split_shapes(arrays)}
         self._native, self._numbers = _native(chain, self._arrays)
         self._joint = np.maximum(arrays["joint"], 0)
-        self._middles = middles_of(self._arrays["shapes"])
+        self._middles = centers_of(self._arrays["shapes"])
         self._reach, self._spare = checker.reaches(self._arrays, pieces)
 
     def run(self) -> tuple[Arrays, Bools]:
@@ -176,7 +176,7 @@ def _native(chain: Chain, arrays: Arrays) -> tuple[NativeWorld, Ints]:
     """The items in the compiled library, and the numbers (p,) that the pairs have there."""
     native, bodies = NativeWorld(chain.native, 0.0), int((arrays["joint"] >= 0).sum())
     for item, ((points, radius, cylinder), middle) in enumerate(
-        zip(arrays["shapes"], middles_of(arrays["shapes"]), strict=True)
+        zip(arrays["shapes"], centers_of(arrays["shapes"]), strict=True)
     ):
         joint = int(arrays["joint"][item])
         far = np.linalg.norm(points - middle, axis=1).max() + radius

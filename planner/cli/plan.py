@@ -77,10 +77,10 @@ def plan(
     """
     motion = timing_of(limits, no_timing)
     from planner.planning.plan import plan as find_plan
-    from planner.tradeoff.sweep import with_alternatives
+    from planner.tradeoff.sweep import add_alternatives
 
     def find(progress: Progress) -> Plan:
-        return with_alternatives(
+        return add_alternatives(
             find_plan(request=PlanRequest(what, quality), timing=motion, progress=progress), progress
         )
 
@@ -123,10 +123,10 @@ def follow(
     """
     motion = timing_of(limits, no_timing)
     from planner.planning.follow import follow as find_plan
-    from planner.tradeoff.sweep import with_alternatives
+    from planner.tradeoff.sweep import add_alternatives
 
     def find(progress: Progress) -> Plan:
-        return with_alternatives(
+        return add_alternatives(
             find_plan(path, request=FollowRequest(what, quality), timing=motion, progress=progress), progress
         )
 

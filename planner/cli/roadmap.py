@@ -37,12 +37,12 @@ def build(
     """
     require_writable_file(file)
     from planner.query.query import make_query
-    from planner.roadmap.load_or_build import obtain_roadmap
+    from planner.roadmap.load_or_build import load_or_build_roadmap
     from planner.roadmap.storage import save_roadmap
 
     with working() as progress:
         query = make_query(what, in_time=True)  # of the world that stands
-        result = obtain_roadmap(quality, query, progress)
+        result = load_or_build_roadmap(quality, query, progress)
         outcome = (
             Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.is_connected else Outcome.NO_PATH
         )
@@ -64,9 +64,9 @@ def info(file: File, json: Flag = False, debug: Debug = False) -> int:
         file: A roadmap.npz.
         json: Print it as JSON.
     """
-    from planner.roadmap.storage import load_roadmap, summary
+    from planner.roadmap.storage import load_roadmap, summarize
 
-    found = summary(load_roadmap(file))
+    found = summarize(load_roadmap(file))
     if json:
         say(json_text(found))
     else:

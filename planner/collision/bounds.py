@@ -47,9 +47,9 @@ class ClearanceBound:
         ``motions``: of obstacles by name; elsewhere than in proofs in time they are where they begin.
         """
         self.world = world
-        self.native = NativeWorld(Chain.of(world.robot).native, world.margin)
+        self.native = NativeWorld(Chain.from_arm(world.robot).native, world.margin)
         old = {} if known is None else {item: k for k, item in enumerate(known.world.items)}
-        arm = None if known else _arm(world.bodies, Chain.of(world.robot).native)
+        arm = None if known else _arm(world.bodies, Chain.from_arm(world.robot).native)
         for k, body in enumerate(world.bodies):
             if arm is not None:
                 self.native.take(arm, k)
@@ -66,7 +66,7 @@ class ClearanceBound:
         scene = np.stack([bodies, len(world.bodies) + obstacles], axis=1)
         checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
         self.native.set_pairs(np.concatenate([scene, world.self_pairs]), checked)
-        chain = Chain.of(world.robot)
+        chain = Chain.from_arm(world.robot)
         if chain.prismatic.any():
             slides = [travel(world.robot.without_payload, chain, row) for row in range(len(chain.parent))]
             self.native.set_travel(np.where(chain.prismatic, slides, np.inf))
@@ -95,7 +95,7 @@ class ClearanceBound:
         row = self.native.first_near(q)
         if row == len(q):
             return None
-        rotation, position = joint_placements(Chain.of(self.world.robot), q[row : row + 1])
+        rotation, position = joint_placements(Chain.from_arm(self.world.robot), q[row : row + 1])
         pairs = np.flatnonzero(self.coarse(rotation, position)[0] <= self.world.margin)
         gaps = self.close(rotation, position, np.zeros_like(pairs), pairs)
         return row, int(pairs[gaps.argmin()])

@@ -98,7 +98,7 @@ class _Part:
 
     def __init__(self, world: World, shapes: Sequence[Any], obstacles: Ints, own: bool) -> None:
         self.alone, self.own, self._bodies = threading.Lock(), own, len(world.bodies)
-        geometry, self.rows = geometry_of(world, shapes, obstacles, own)
+        geometry, self.rows = extract_geometry(world, shapes, obstacles, own)
         self.placed: list[Obstacle | None] = [world.obstacles[k] for k in obstacles]
         pairs = _numbers(self.rows, world, obstacles)
         self.pool = Pool(
@@ -134,14 +134,14 @@ class _View:
         """(n,) which configurations (n, dof) bring a pair as near as its margin, of all ``margins`` (pairs,) m."""
         with self.part.alone:
             self._place(world)
-            q = Chain.of(world.robot).values(q)
+            q = Chain.from_arm(world.robot).values(q)
             return self.part.pool.touching(q, np.where(self.pairs >= 0, margins[self.pairs], 0.0))
 
     def touching_pairs(self, world: World, q: Floats) -> Ints:
         """The numbers of the pairs that touch at a configuration (dof,)."""
         with self.part.alone:
             self._place(world)
-            return self.pairs[self.part.pool.touching_rows(Chain.of(world.robot).values(q))]
+            return self.pairs[self.part.pool.touching_rows(Chain.from_arm(world.robot).values(q))]
 
     def _place(self, world: World) -> None:
         for row, k in enumerate(self.numbers.tolist()):
@@ -260,7 +260,7 @@ def _numbers(rows: Ints, world: World, obstacles: Ints) -> Ints:
     return np.where(rows[:, 0] >= 0, scene, world.checked.size + rows[:, 1])
 
 
-def geometry_of(world: World, shapes: Sequence[Any], obstacles: Ints, own: bool) -> tuple[pin.GeometryModel, Ints]:
+def extract_geometry(world: World, shapes: Sequence[Any], obstacles: Ints, own: bool) -> tuple[pin.GeometryModel, Ints]:
     """Pinocchio's geometry of the bodies and some obstacles, and the rows (pairs, 2) of a :class:`_Part`.
 
     ``shapes`` of all items; ``own``: with the pairs of bodies.

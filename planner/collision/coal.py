@@ -13,7 +13,7 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats, Ints
 from planner.collision.bounding_volumes import widened
 from planner.collision.bounds import ClearanceBound
-from planner.collision.broad_phase import LazyBroadPhase, Pool, differ_in_places_only, geometry_of, of_one_arm
+from planner.collision.broad_phase import LazyBroadPhase, Pool, differ_in_places_only, extract_geometry, of_one_arm
 from planner.collision.checker import CollisionChecker, StatesOn, configurations
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
@@ -39,7 +39,7 @@ class CoalChecker(CollisionChecker):
     def __init__(self, world: World, known: CoalChecker | None = None, bound: ClearanceBound | None = None) -> None:
         """``bound``: that of another checker in this world."""
         self.world = world
-        self.chain = Chain.of(world.robot)
+        self.chain = Chain.from_arm(world.robot)
         self.bound = bound or ClearanceBound(world, known.bound if known else None)
         self.queries, self.second = 0, []
         self._geometries = [_geometry(item.shape) for item in world.items]
@@ -65,7 +65,7 @@ class CoalChecker(CollisionChecker):
     @property
     def geometry_model(self) -> pin.GeometryModel:
         """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
-        return geometry_of(self.world, self._geometries, np.arange(len(self.world.obstacles)), own=True)[0]
+        return extract_geometry(self.world, self._geometries, np.arange(len(self.world.obstacles)), own=True)[0]
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`."""
@@ -240,7 +240,7 @@ class CoalInTime:
             return self._pool.touching(whole, margins)
 
     def _whole(self, q: Floats, t: Floats) -> Floats:
-        own = Chain.of(self.world.robot).values(q)
+        own = Chain.from_arm(self.world.robot).values(q)
         return np.hstack([own, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
 
 

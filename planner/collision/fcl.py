@@ -135,7 +135,7 @@ class FclChecker(CollisionChecker):
 
     def __init__(self, world: World, known: FclChecker | None = None) -> None:
         self.world, self._alone = world, threading.Lock()
-        self.chain = Chain.of(world.robot)
+        self.chain = Chain.from_arm(world.robot)
         self.bound = ClearanceBound(world, known.bound if known else None)
         self.queries = 0
         self.second = known.second if known else []

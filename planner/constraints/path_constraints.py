@@ -195,7 +195,7 @@ class PathConstraints:
         groups, pieces = self._groups, [piece for group in self._groups for piece in group.pieces]
         none = np.zeros((0, 4, 4)), np.zeros((0, 12)), np.zeros(0)
         return NativeKeeping(
-            Chain.of(self.robot).native,
+            Chain.from_arm(self.robot).native,
             np.array([group.frame.joint for group in groups], dtype=np.int64),
             np.concatenate([none[0], *(group.frame.placement[None] for group in groups)]),
             np.array([len(group.pieces) for group in groups], dtype=np.int64),

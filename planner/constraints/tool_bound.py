@@ -58,7 +58,7 @@ class Frame:
 
     def poses(self, robot: Robot, q: Floats) -> tuple[Floats, Floats]:
         """Rotations (n, 3, 3) and positions (n, 3) of the frame in the world at configurations (n, dof)."""
-        rotation, position = (array[self.joint] for array in joint_placements(Chain.of(robot), q))
+        rotation, position = (array[self.joint] for array in joint_placements(Chain.from_arm(robot), q))
         return rotation @ self.placement[:3, :3], position + rotation @ self.placement[:3, 3]
 
 
@@ -68,7 +68,7 @@ def column_rates(robot: Robot, frame: Frame | None = None) -> tuple[Floats, Floa
     Valid for every configuration within the joint limits; the tool's, if no frame is given. Where joints follow others
     the column of a planned one is the sum of theirs.
     """
-    reach, chain = (frame or Frame.tool(robot)).reach(robot), Chain.of(robot)
+    reach, chain = (frame or Frame.tool(robot)).reach(robot), Chain.from_arm(robot)
     turns, carries, share = ~chain.prismatic, reach > 0, np.abs(chain.coupling)
     both = carries[:, None] & carries[None, :]
     index = np.arange(len(reach))
@@ -93,7 +93,7 @@ class ToolBound:
 
     def __init__(self, robot: Robot, frame: Frame | None = None) -> None:
         self.robot, self.frame = robot, frame or Frame.tool(robot)
-        reach, chain = self.frame.reach(robot), Chain.of(robot)
+        reach, chain = self.frame.reach(robot), Chain.from_arm(robot)
         share, turns = np.abs(chain.coupling), (reach > 0) & ~chain.prismatic
         self.reach, self.turns = reach @ share, turns.astype(float) @ share
         self.rates = column_rates(robot, self.frame)[0]

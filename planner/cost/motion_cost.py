@@ -12,7 +12,7 @@ from planner.base.arrays import Floats
 from planner.base.resolutions import TOOL_ALONG_EDGE, W_IN_COST, W_STATES_PER_EDGE
 from planner.cost.scale import CostScale, cost_number, length_cost, manipulability_cost
 from planner.kinematics.forward import Chain
-from planner.kinematics.manipulability import measured, measured_tool
+from planner.kinematics.manipulability import evaluate_measure, tool_and_rows
 from planner.native.compiled import Charge
 from planner.problem.request import Objective
 from planner.robot.robot import Robot
@@ -52,7 +52,7 @@ class MotionCost:
     states: int = W_STATES_PER_EDGE
 
     @staticmethod
-    def of_length(robot: Robot) -> MotionCost:
+    def from_length(robot: Robot) -> MotionCost:
         """What motions cost that are to be short: how far all joints together go (rad)."""
         unit = CostScale(w_low=1.0, w_high=2.0, joint_length=1.0, tool_length=1.0, zeta=0.0)
         return MotionCost(robot, unit, Objective(1.0), longest=np.inf)
@@ -62,7 +62,7 @@ class MotionCost:
         return replace(self, objective=replace(self.objective, floor=floor))
 
     @property
-    def of_pieces(self) -> MotionCost:
+    def for_pieces(self) -> MotionCost:
         """The same without the least length that an edge is charged: pieces of a motion cost together what it does.
 
         That length is zeta, and omega is zeta + (1 - zeta) of what it is from 0 on: beta takes the first part of it.
@@ -82,9 +82,9 @@ class MotionCost:
         by_joints = objective.metric == "joint"
         unit, chord = (scale.joint_length, 0.0) if by_joints else (scale.tool_length, TOOL_ALONG_EDGE)
         numbers = (scale.w_low, scale.w_high, scale.zeta, unit, objective.beta, objective.floor)
-        joint, point, rows = measured_tool(self.robot)
+        joint, point, rows = tool_and_rows(self.robot)
         return Charge(
-            Chain.of(self.robot).native,
+            Chain.from_arm(self.robot).native,
             numbers=(*numbers, self.longest, W_IN_COST, chord),
             kind=cost_number(objective.manipulability_cost),
             at_end=objective.cost_integration == "nodes",
@@ -93,10 +93,10 @@ class MotionCost:
             joint=joint,
             point=point,
             rows=rows,
-            measure=None if self.robot.measure == "yoshikawa" else partial(measured, self.robot),
+            measure=None if self.robot.measure == "yoshikawa" else partial(evaluate_measure, self.robot),
         )
 
-    def of_edges(self, edges: MeasuredEdges) -> Floats:
+    def charge_edges(self, edges: MeasuredEdges) -> Floats:
         """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them.
 
         Their scale is this one.

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
-from planner.figures.style import PAGE, journal, labelled, sheet, single, stroke
+from planner.figures.style import PAGE, journal, label_axes, sheet, single, stroke
 
 _SHOWN = 40
 _FLOOR = 1e-10  # smaller errors are drawn here: a log axis has no zero
@@ -42,7 +42,7 @@ def convergence(results: Mapping[str, gabf.CostToGo], nodes: Ints | None = None,
             axes.axvline(deadline, label="$T_p$", **_DEADLINE)
         if result.settling_time is not None:
             axes.axvline(result.settling_time, label="every node settled", **_SETTLED)
-        labelled(axes, "time $t$ (s)", f"state $x_i$ ({unit})", label)
+        label_axes(axes, "time $t$ (s)", f"state $x_i$ ({unit})", label)
         axes.set_xlim(0.0, 1.02 * t[-1])
     for axes in panels[len(results) :]:
         axes.set_axis_off()
@@ -55,7 +55,7 @@ def convergence(results: Mapping[str, gabf.CostToGo], nodes: Ints | None = None,
 
 @journal
 def error_decay(results: Mapping[str, gabf.CostToGo], unit: str = "no unit") -> Figure:
-    """Largest |x_i - x_i*| over the nodes against t, on a log axis; T_p is marked where a result has one.
+    """Largest |x_i - x_i*| over the nodes against t, on a log axis; T_p is stroke_with_markers where a result has one.
 
     x* is Dijkstra's; an error below 1e-10 is drawn there. The time axis ends at one and a half of the latest T_p, if
     any result has one. Raises :class:`OptionError` for a result that was solved without ``save``.

@@ -11,7 +11,17 @@ from matplotlib.figure import Figure
 from planner.base.arrays import Floats, lengths_along, numbers
 from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker
-from planner.figures.style import COLUMN, RAMP, SMALL, journal, labelled, leave_headroom, marked, sheet, single
+from planner.figures.style import (
+    COLUMN,
+    RAMP,
+    SMALL,
+    journal,
+    label_axes,
+    leave_headroom,
+    sheet,
+    single,
+    stroke_with_markers,
+)
 from planner.kinematics.manipulability import manipulability as w_at
 from planner.kinematics.manipulability import measure_name, unit_of
 from planner.planning.result import Plan
@@ -61,7 +71,7 @@ class DrawnPath:
         return t, clearance_in_time(require_motion(self.motion), self.checker, t)
 
 
-def drawn_paths(shown: Shown, checker: CollisionChecker | None = None) -> list[DrawnPath]:
+def paths_to_draw(shown: Shown, checker: CollisionChecker | None = None) -> list[DrawnPath]:
     """What ``shown`` holds to draw, with ``checker`` as the world of what comes without one."""
     if isinstance(shown, Tradeoff):
         return [DrawnPath(f"$\\beta$ {i.betas}", shown.checker, i.path) for i in intervals_of(shown)]
@@ -105,7 +115,7 @@ def manipulability(shown: Shown, over: Over = "path", checker: CollisionChecker 
         x, q = way.states(over)
         return x, w_at(way.checker.robot, q)
 
-    drawn = drawn_paths(shown, checker)
+    drawn = paths_to_draw(shown, checker)
     return _profile(drawn, over, w_label(drawn[0].checker.robot), w_of)
 
 
@@ -118,7 +128,7 @@ def clearance(shown: Shown, over: Over = "path", checker: CollisionChecker | Non
     Arguments and errors as of :func:`manipulability`. Over time obstacles that move are where they are then; along a
     path only what stands still counts.
     """
-    return _profile(drawn_paths(shown, checker), over, "clearance (m)", lambda way: way.clearance(over))
+    return _profile(paths_to_draw(shown, checker), over, "clearance (m)", lambda way: way.clearance(over))
 
 
 def w_label(robot: Robot) -> str:
@@ -143,7 +153,7 @@ def _profile(drawn: list[DrawnPath], over: Over, label: str, curve: Callable[[Dr
 
 def _look(k: int, count: int) -> dict[str, Any]:
     """The look of the k-th of ``count`` lines; where they are many they differ in lightness, from the first dark on."""
-    look = {"linestyle": "-", "color": "black"} if count == 1 else marked(k, every=0.24)
+    look = {"linestyle": "-", "color": "black"} if count == 1 else stroke_with_markers(k, every=0.24)
     return look | {"color": RAMP(0.8 * k / (count - 1))} if count > 4 else look
 
 
@@ -171,12 +181,12 @@ def motion(shown: Plan | TaskPlan | Trajectory, robot: Robot | None = None) -> F
     rows = figure.subplots(4, 1, sharex=True)
     t = np.linspace(shown.times[0], shown.times[-1], _MOMENTS)
     for order, (axes, name) in enumerate(zip(rows, _ROWS, strict=True)):
-        labelled(axes, y=name.format(unit))
+        label_axes(axes, y=name.format(unit))
         values = shown.at(t, order)
         for k, (joint, column) in enumerate(zip(shown.joints, values.T, strict=True)):
-            axes.plot(t, column, label=joint, **marked(k, every=0.3, linewidth=0.8, markersize=3.0))
+            axes.plot(t, column, label=joint, **stroke_with_markers(k, every=0.3, linewidth=0.8, markersize=3.0))
         leave_headroom(axes, *_draw_limits(axes, _limits(shown, robot, order), values, t))
-    labelled(rows[-1], "time (s)", rows[-1].get_ylabel())
+    label_axes(rows[-1], "time (s)", rows[-1].get_ylabel())
     rows[-1].set_xlim(t[0], t[-1] + (t[-1] - t[0]) * _MARGIN * (1 + len(shown.joints)))
     rows[-1].set_xticks([tick for tick in rows[-1].get_xticks() if t[0] <= tick <= t[-1]])
     same, names = _shortened(shown.joints)
@@ -214,7 +224,7 @@ def _draw_limits(axes: Axes, limits: Floats, values: Floats, t: Floats) -> Float
     for k in range(dof):
         for value in limits[near[:, k], k]:
             axes.axhline(value, color="0.55", linewidth=0.5, zorder=1)
-            axes.plot(t[-1] + apart * (1 + k), value, **marked(k, linestyle="none", markersize=3.0))
+            axes.plot(t[-1] + apart * (1 + k), value, **stroke_with_markers(k, linestyle="none", markersize=3.0))
     far = np.abs(limits[np.isfinite(limits) & ~near])
     if len(far):
         axes.text(0.5, 0.92, f"limits from $\\pm${far.min():.4g} on, not shown", transform=axes.transAxes, **_NOTE)
@@ -239,7 +249,7 @@ def pareto_front(tradeoff: Tradeoff) -> Figure:
     intervals = intervals_of(tradeoff)
     figure, axes = single(COLUMN, 2.8, OMEGA, DISTANCE)
     points = np.array([[i.manipulability_cost, i.distance_cost] for i in intervals])
-    axes.plot(*points.T, zorder=3, **marked(0))
+    axes.plot(*points.T, zorder=3, **stroke_with_markers(0))
     leave_headroom(axes)
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     axes.set_xlim(left, right + 0.45 * (right - left))
@@ -272,7 +282,7 @@ def over_beta(tradeoff: Tradeoff, rows: Sequence[Row] = ("cost", "duration", "w"
     panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
     betas = np.array([[item.beta_min, item.beta_max] for item in intervals])
     for axes, row in zip(panels, rows, strict=True):
-        labelled(axes, y=labels.get(row, "clearance (m)"))
+        label_axes(axes, y=labels.get(row, "clearance (m)"))
         if knee is not None:
             axes.axvspan(knee.beta_min, knee.beta_max, color="0.88", zorder=0, label="knee")
         if row == "cost":
@@ -287,7 +297,7 @@ def over_beta(tradeoff: Tradeoff, rows: Sequence[Row] = ("cost", "duration", "w"
         corners = {"marker": "o", "markerfacecolor": "white"} if row == "cost" else {}
         axes.plot(betas.ravel(), values.ravel(), color="black", label="the best path", **corners)
         leave_headroom(axes, bottom=0.0)
-    labelled(panels[-1], BETA, panels[-1].get_ylabel())
+    label_axes(panels[-1], BETA, panels[-1].get_ylabel())
     panels[-1].set_xlim(-0.02, 1.02)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker, is_free
-from planner.figures.style import COLUMN, PAGE, RAMP, SMALL, journal, labelled, sheet
+from planner.figures.style import COLUMN, PAGE, RAMP, SMALL, journal, label_axes, sheet
 from planner.kinematics.manipulability import jacobians
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
@@ -59,7 +59,7 @@ def configuration_space(
     top = max(float(np.max(x, where=np.isfinite(x), initial=0.0)) for x in fields.values())
     dots: Any = None
     for axes, (label, x) in zip(panels.flat, fields.items(), strict=False):
-        labelled(axes, title=label).grid(visible=False)
+        label_axes(axes, title=label).grid(visible=False)
         axes.contourf(*grid, blocked, levels=[0.5, 1.5], **_HATCHED)
         axes.contour(*grid, determinant, levels=[0.0], **_SINGULAR)
         _draw_edges(axes, robot, roadmap, np.zeros(0, dtype=np.int64) if lost is None else lost)

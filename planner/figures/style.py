@@ -44,12 +44,12 @@ def sheet(width: float, height: float) -> JournalFigure:
 
 
 def single(width: float, height: float, x: str = "", y: str = "") -> tuple[Figure, Axes]:
-    """A figure (inches) of one panel, named as :func:`labelled` does."""
+    """A figure (inches) of one panel, named as :func:`label_axes` does."""
     figure = sheet(width, height)
-    return figure, labelled(figure.add_subplot(), x, y)
+    return figure, label_axes(figure.add_subplot(), x, y)
 
 
-def labelled(axes: Axes, x: str = "", y: str = "", title: str = "") -> Axes:
+def label_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> Axes:
     """The panel with the names of its axes, its title and a faint grid."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
@@ -64,7 +64,7 @@ def stroke(k: int) -> dict[str, Any]:
     return {"linestyle": DASHES[k % 7], "color": SHADES[k % 7]}
 
 
-def marked(k: int, every: float | None = None, **more: Any) -> dict[str, Any]:
+def stroke_with_markers(k: int, every: float | None = None, **more: Any) -> dict[str, Any]:
     """The k-th line's look with a marker at its points, or at one in ``every`` share of the panel, and ``more``."""
     apart = None if every is None else (every * (0.2 + 0.11 * (k % 7)), every)
     look = {"marker": MARKS[k % 7], "markerfacecolor": "white", "markeredgewidth": 0.8, "markevery": apart}

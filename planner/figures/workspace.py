@@ -11,7 +11,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
-from planner.figures.paths import Shown, drawn_paths, w_label
+from planner.figures.paths import Shown, paths_to_draw, w_label
 from planner.figures.style import COLUMN, MARKS, RAMP, SMALL, JournalFigure, journal, stroke
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.kinematics.manipulability import manipulability
@@ -44,7 +44,7 @@ def tool_paths(shown: Shown, shade: Literal["path", "w"] = "path", checker: Coll
     Arguments and errors as of :func:`~planner.figures.manipulability`. Dots are waypoints; with ``shade="w"`` lines are
     as light as w is high. The arm is a line through its joints.
     """
-    drawn = drawn_paths(shown, checker)
+    drawn = paths_to_draw(shown, checker)
     robot, dense = drawn[0].checker.robot, [dense_path(way.path) for way in drawn]
     lines, arms = [tool_positions(robot, q) for q in dense], [_arm(robot, q) for q in drawn[0].path[[0, -1]]]
     figure, axes = _panel(drawn[0].checker, np.concatenate([*lines, *arms]))
@@ -86,7 +86,7 @@ def roadmap(shown: Plan | Tradeoff) -> Figure:
     edges = tool_positions(robot, q.reshape(-1, robot.dof)).reshape(*q.shape[:2], 3)
     axes.add_collection3d(Line3DCollection(edges, **_EDGES))
     dots = axes.scatter(*nodes.T, c=roadmap.manipulability, **_DOTS)
-    for way in drawn_paths(shown) if shown.solved else []:
+    for way in paths_to_draw(shown) if shown.solved else []:
         line = tool_positions(robot, dense_path(way.path)).T
         axes.plot(*line, color="white", linewidth=2.8, zorder=5)
         axes.plot(*line, color="black", linewidth=1.4, zorder=6)
@@ -113,7 +113,7 @@ def _panel(checker: CollisionChecker, points: Floats) -> tuple[Figure, Any]:
     axes.set_box_aspect(size)
     axes.view_init(*_VIEW)
     faces = [face for item in checker.world.scene.obstacles for face in faces_of(item.shape, item.placement)]
-    shown = [cut for face in faces if len(cut := clipped(face, low, high))]
+    shown = [cut for face in faces if len(cut := clip_face(face, low, high))]
     axes.add_collection3d(Poly3DCollection(shown, zorder=1, **_OBSTACLES))
     if planar:
         axes.view_init(90.0, -90.0)
@@ -140,7 +140,7 @@ def _mark(axes: Any, name: str, places: Floats) -> None:
 
 def _arm(robot: Robot, q: Floats) -> Floats:
     """Points (joints + 2, 3) from the base through the joints to the tool."""
-    joints = joint_placements(Chain.of(robot), q[None])[1][:, 0]
+    joints = joint_placements(Chain.from_arm(robot), q[None])[1][:, 0]
     return np.vstack([robot.base[:3, 3], joints[1:], tool_positions(robot, q)])
 
 
@@ -166,7 +166,7 @@ def _triangles(mesh: Mesh) -> Polygons:
     return list(mesh.vertices[mesh.triangles])
 
 
-def clipped(face: Floats, low: Floats, high: Floats) -> Floats:
+def clip_face(face: Floats, low: Floats, high: Floats) -> Floats:
     """The part (k, 3) of a convex flat face inside the box from ``low`` to ``high`` (Sutherland and Hodgman 1974)."""
     for axis in range(3):
         for sign, bound in ((1.0, low[axis]), (-1.0, high[axis])):

@@ -11,7 +11,7 @@ Needs NumPy and the compiled library. Nothing here knows of robots.
 from planner.base.errors import ArrayError, AssumptionError, OptionError, PlannerError, StateError
 from planner.gabf import learning
 from planner.gabf.certificates import Assumption, Certificate, T_star, certify
-from planner.gabf.healing import Healing, heal, raised_start
+from planner.gabf.healing import Healing, heal, raise_start
 from planner.gabf.kernels import (
     Additive,
     EdgeIntegral,
@@ -31,7 +31,7 @@ from planner.gabf.laws import (
     UniformClock,
     UserLaw,
     control_input,
-    named_law,
+    law_from_name,
 )
 from planner.gabf.network import Network
 from planner.gabf.oracle import (
@@ -86,12 +86,12 @@ __all__ = [
     "control_input",
     "extract_path",
     "heal",
+    "law_from_name",
     "learning",
     "max_error",
-    "named_law",
     "oracle",
     "overestimate",
-    "raised_start",
+    "raise_start",
     "solve",
     "structure",
     "true_parents",

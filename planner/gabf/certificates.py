@@ -167,11 +167,11 @@ def _settling(
 
 def _date(result: CostToGo, bound: float) -> tuple[float, float, float] | tuple[None, None, None]:
     """The settling tau to compare with a ``bound`` on it, and between what it is proved to lie, see Certificate."""
-    if result.dated_tau is None:
+    if result.estimated_tau is None:
         return None, None, None
     for width in (WIDTH, 0.1, 0.01):
         earliest, latest = result.settling_within(width) or (0.0, math.inf)
-        date = min(max(result.dated_tau, earliest), latest)
+        date = min(max(result.estimated_tau, earliest), latest)
         if not earliest <= bound < date:
             return date, earliest, latest
     return bound, earliest, latest

@@ -12,7 +12,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.errors import AssumptionError, OptionError
-from planner.gabf.laws import Law, law_of
+from planner.gabf.laws import Law, resolve_law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
 from planner.gabf.problem import check_states, reduce_network
@@ -49,7 +49,7 @@ class Healing:
 
 
 def heal(net: Network, x: Floats, law: Law | str | None = None, since_tau: float = 0.0, **options: Any) -> Healing:
-    """The field of ``net`` from the states ``x`` (n,) that another network left behind, see :func:`raised_start`.
+    """The field of ``net`` from the states ``x`` (n,) that another network left behind, see :func:`raise_start`.
 
     ``since_tau`` 0 starts a new clock, as is needed after T_p, where the gain is zero. The reading of a clock that
     still runs (``result.end_tau`` of a run that ``until_tau`` ended) lets the change act within that clock: in tau the
@@ -58,16 +58,16 @@ def heal(net: Network, x: Floats, law: Law | str | None = None, since_tau: float
     """
     if not (math.isfinite(since_tau) and since_tau >= 0):
         raise OptionError(f"since_tau is {since_tau}, no reading of a clock: give 0 or more.")
-    if (law := law_of(law)).needs_overestimate:
+    if (law := resolve_law(law)).needs_overestimate:
         remedy = "start again with solve(net, law), or take the SingularityFree law"
         raise AssumptionError(f"the {law.name} law needs starts above x*, but most of a field is at it: {remedy}")
-    start, before = raised_start(net, x), np.asarray(x, dtype=np.float64)
+    start, before = raise_start(net, x), np.asarray(x, dtype=np.float64)
     result = solve(net, law, x0=start, **options)
     raised, moved = (np.flatnonzero(np.isfinite(result.x) & (now != before)) for now in (start, result.x))
     return Healing(result, frozen(raised, np.int64), frozen(moved, np.int64), since_tau)
 
 
-def raised_start(net: Network, x: Floats) -> Floats:
+def raise_start(net: Network, x: Floats) -> Floats:
     """(n,) overestimates of x* that keep ``x`` (n,) wherever a chain of arcs to a source bears it; +inf as in x*.
 
     An arc (i, j) bears x_i if f_i(x_j, w_ij) <= x_i. Along such arcs from the sources on, x_i >= x_i* follows from x_j

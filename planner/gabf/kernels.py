@@ -116,7 +116,7 @@ class Kernel(ABC):
     """A family f_i(a, b): the set that it is defined on, and the function that it becomes on each arc of a network.
 
     zeta of eq. (progressive), L of eq. (Lipschitz) and monotonicity follow from the bound arcs on the interval that a
-    run stays in (:func:`planner.gabf.problem.premises`), since several kernels have none on all of R.
+    run stays in (:func:`planner.gabf.problem.check_premises`), since several kernels have none on all of R.
     """
 
     domain: Domain = Domain()

@@ -272,7 +272,7 @@ def control_input(law: Law, tau: float | Floats, xhat: Floats) -> Floats:
     return np.copysign(size, -rate)
 
 
-def named_law(name: str, T: float = 4.0) -> Law:
+def law_from_name(name: str, T: float = 4.0) -> Law:
     """The law called ``name``, with the paper's parameters; those without a prescribed time ignore ``T`` (s).
 
     Raises :class:`OptionError` for an unknown name.
@@ -283,10 +283,10 @@ def named_law(name: str, T: float = 4.0) -> Law:
     return laws[name]
 
 
-def law_of(law: Law | str | None) -> Law:
+def resolve_law(law: Law | str | None) -> Law:
     """The law itself, the one of that name, or the default one; TypeError for anything else."""
     if law is None or isinstance(law, str):
-        return SingularityFree() if law is None else named_law(law)
+        return SingularityFree() if law is None else law_from_name(law)
     if not isinstance(law, Law):
         raise TypeError(f"law must be a name or a law, such as gabf.Nominal(), got {law!r}.")
     return law

@@ -1,7 +1,7 @@
 """Learning-based path planning, section 4.3: GABF settles x on the current weights, then x trains the weights.
 
 >>> ways = np.array([[1, 0], [2, 1], [2, 3], [3, 0]])  # two ways from 2 to 0, by 1 and by 3
->>> network = gabf.learning.untrained_network(*ways.T, sources=[0], n_nodes=4)
+>>> network = gabf.learning.make_untrained_network(*ways.T, sources=[0], n_nodes=4)
 >>> rule, distances = gabf.learning.ErrorDriven(beta=0.1), np.array([2.0, 2.0, 1.0, 1.0])
 >>> gabf.learning.learn(network, rule, distances, iterations=6)[-1].path(2)
 array([2, 3, 0])
@@ -50,7 +50,7 @@ class LearningRule(ABC):
         return f"{self.title}, alpha = {self.alpha:g}, beta = {self.beta:g}"
 
     @abstractmethod
-    def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
+    def update(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
         """The weights (k,) in (0, 1) after one iteration, from the activities 1 - x at both ends and the distances d.
 
         All arrays are (k,), one entry per arc.
@@ -79,10 +79,10 @@ class Hebbian(LearningRule):
         if not 0.0 < self.floor < self.ceiling < 1.0:
             raise OptionError(f"floor and ceiling must rise between 0 and 1, got {self.floor, self.ceiling}.")
 
-    def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
-        return np.clip(self.unbounded(wbar, activity_i, activity_j, d), self.floor, self.ceiling)
+    def update(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
+        return np.clip(self.update_unbounded(wbar, activity_i, activity_j, d), self.floor, self.ceiling)
 
-    def unbounded(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
+    def update_unbounded(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
         """The weights (k,) by the printed rule alone, which may leave (0, 1)."""
         return wbar + self.alpha * activity_i * activity_j * (1.0 - self.beta * d)
 
@@ -105,7 +105,7 @@ class ErrorDriven(LearningRule):
     name: ClassVar[str] = "error_driven"
     title: ClassVar[str] = "error-driven"
 
-    def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
+    def update(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
         target = self.target(d)
         moved = wbar + np.clip(self.alpha * activity_i * activity_j, 0.0, 1.0) * (target - wbar)
         # a mean of wbar and target, both in (0, 1), which rounding can carry past the nearer one, to 1.0 at worst
@@ -152,7 +152,9 @@ class Stage:
         return extract_path(self.network, self.field, start)
 
 
-def untrained_network(tails: Ints, heads: Ints, sources: Ints, n_nodes: int, wbar: float = FIRST_WEIGHT) -> Network:
+def make_untrained_network(
+    tails: Ints, heads: Ints, sources: Ints, n_nodes: int, wbar: float = FIRST_WEIGHT
+) -> Network:
     """The network of eq. (wb) before learning, of arcs (tails[k], heads[k]): every weight ``wbar`` in (0, 1).
 
     On paths of more than 50 arcs of weight 0.5 x rounds to 1 and a planning stage raises AssumptionError: begin with
@@ -178,7 +180,7 @@ def learn(
     stages = [planning_stage(network, law=law)]
     for k in range(1, iterations + 1):
         activity = stages[-1].activity
-        weight = rule.updated(network.weight, activity[network.tails], activity[network.indices], d)
+        weight = rule.update(network.weight, activity[network.tails], activity[network.indices], d)
         network = replace(network, weight=weight)
         stages.append(planning_stage(network, stages[-1].field.x, stages[-1].field.law, k))
     return tuple(stages)

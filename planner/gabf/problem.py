@@ -191,15 +191,15 @@ def overestimate(net: Network) -> Floats:
     f_ij(a) towards k - 1 hops: a fewest-hops path costs at most U_k. Nodes of k hops start at g_k(U_k) > U_k.
     """
     problem = reduce_network(net)
-    return problem.unpack(start_above(problem))
+    return problem.unpack(default_start(problem))
 
 
-def start_above(problem: Problem) -> Floats:
+def default_start(problem: Problem) -> Floats:
     starts = [0.0, *(problem.hop_bound(k, rung) for k, rung in enumerate(problem.rungs().tolist()) if k)]
     return problem.with_sources(np.array(starts)[problem.hops])
 
 
-def premises(problem: Problem, y0: Floats) -> Premises:
+def check_premises(problem: Problem, y0: Floats) -> Premises:
     """Check kernel and start; raises AssumptionError naming the node and arc that break an assumption.
 
     The interval: lemma (globalbound) from below, where x_i >= min{xbar_1*, min x(0)}, loosened to the sources' smallest
@@ -250,7 +250,7 @@ def require_overestimate(problem: Problem, y0: Floats, y_star: Floats, law: str)
 def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
     """The start as the solver holds it: ``x0`` (n,) or one number for all; sources keep their values."""
     if x0 is None:
-        return start_above(problem)
+        return default_start(problem)
     x = plain_numbers("x0", x0, AssumptionError)
     x = np.full(problem.network.n_nodes, float(x)) if x.ndim == 0 else x
     return problem.pack(check_finite_states(problem, x, "x0"))

@@ -13,10 +13,18 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import AssumptionError, OptionError
 from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.flows import Flow
-from planner.gabf.laws import Law, control_input, law_of
+from planner.gabf.laws import Law, control_input, resolve_law
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
-from planner.gabf.problem import Premises, Problem, State, pack_start, premises, reduce_network, require_overestimate
+from planner.gabf.problem import (
+    Premises,
+    Problem,
+    State,
+    check_premises,
+    pack_start,
+    reduce_network,
+    require_overestimate,
+)
 from planner.gabf.splitting import Splitting, run
 
 
@@ -52,7 +60,7 @@ class CostToGo:
     """The field x (n,), +inf at nodes that reach no source, and the record of the run that computed it.
 
     :attr:`settling_tau`: the first tau from which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i and for
-    ever; ``dated_tau`` is its date by this run's steps alone, None if it was not reached, and
+    ever; ``estimated_tau`` is its date by this run's steps alone, None if it was not reached, and
     :attr:`settling_tau_bracket` encloses it by proof, whatever the steps. ``residual`` is max |x_i - min_j f_i(x_j,
     w_ij)|, 0 where x is proved to be x* to the last bit. ``lowest`` and ``highest`` are the extreme states of
     non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt| there: a figure of this run, which a
@@ -66,7 +74,7 @@ class CostToGo:
     problem: Problem
     premises: Premises
     outcome: Ending
-    dated_tau: float | None
+    estimated_tau: float | None
     end_tau: float
     residual: float
     lowest: float
@@ -78,7 +86,7 @@ class CostToGo:
     _brackets: dict[float, tuple[float, float]] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
-        end = "settled" if self.dated_tau is not None else "not settled"
+        end = "settled" if self.estimated_tau is not None else "not settled"
         return f"<CostToGo: {len(self.x)} nodes, {self.law.name} law, {end} by tau = {self.end_tau:.3g}>"
 
     @property
@@ -87,9 +95,13 @@ class CostToGo:
 
     @property
     def settling_tau(self) -> float | None:
-        """The tau of :attr:`settling_tau_bracket` that is nearest to ``dated_tau``: a few times a run's work."""
+        """The tau of :attr:`settling_tau_bracket` that is nearest to ``estimated_tau``: a few times a run's work."""
         bracket = self.settling_tau_bracket
-        return None if bracket is None or self.dated_tau is None else min(max(self.dated_tau, bracket[0]), bracket[1])
+        return (
+            None
+            if bracket is None or self.estimated_tau is None
+            else min(max(self.estimated_tau, bracket[0]), bracket[1])
+        )
 
     @property
     def settling_time(self) -> float | None:
@@ -116,9 +128,9 @@ class CostToGo:
         """
         if not 0.0 < width <= 1.0:
             raise OptionError(f"width must be above 0 and at most 1, a share of the latest, got {width:g}.")
-        if self.dated_tau is not None and width not in self._brackets:
+        if self.estimated_tau is not None and width not in self._brackets:
             ends = self.problem.pack(self.x0), self.problem.pack(self.x)
-            band, guess = self.settle_tolerance, self.dated_tau
+            band, guess = self.settle_tolerance, self.estimated_tau
             flow, bounds = self.law.flow, self.premises
             self._brackets[width] = bracket_settling(self.problem, flow, *ends, bounds, band, guess, width)
         return self._brackets.get(width)
@@ -158,12 +170,12 @@ def solve(
     """
     if not (settle_tolerance > 0 and until_tau >= 0 and max_steps >= 0 and save_every >= 0):
         raise OptionError("settle_tolerance must be positive, max_steps, until_tau and save_every not negative.")
-    law, problem = law_of(law), reduce_network(net)
+    law, problem = resolve_law(law), reduce_network(net)
     y0 = pack_start(problem, x0)
-    bounds = premises(problem, y0)
+    bounds = check_premises(problem, y0)
     if law.needs_overestimate and x0 is not None:
         require_overestimate(problem, y0, problem.pack(oracle(net)), law.name)
-    course = Course(law.flow, bounds, settle_tolerance)
+    course = SettlingMonitor(law.flow, bounds, settle_tolerance)
     states = run(problem, law.flow, y0, solver or Splitting(), until_tau)
     step, state, kept = _run(states, course, save_every, max_steps, until_tau)
     settled = state.residual == 0.0
@@ -176,7 +188,7 @@ def solve(
         problem=problem,
         premises=bounds,
         outcome=Ending.SETTLED if settled else Ending.BUDGET_SPENT,
-        dated_tau=course.settling_tau(state.y) if settled else None,
+        estimated_tau=course.settling_tau(state.y) if settled else None,
         end_tau=state.tau,
         residual=state.residual,
         lowest=course.lowest,
@@ -189,7 +201,7 @@ def solve(
 
 
 def _run(
-    states: Iterator[State], course: Course, save_every: int, max_steps: int, until_tau: float
+    states: Iterator[State], course: SettlingMonitor, save_every: int, max_steps: int, until_tau: float
 ) -> tuple[int, State, list[State]]:
     """How many steps a run takes until it settles or its budget is spent, its last state, and those to keep."""
     kept: list[State] = []
@@ -222,7 +234,7 @@ def require_rooted(problem: Problem, y: Floats) -> None:
 
 
 @dataclass(eq=False)
-class Course:
+class SettlingMonitor:
     """The extremes of a run's states, and those since the last one that was provably not settled.
 
     All that the settling time depends on are the latter. If every error were within the tolerance band, the residual

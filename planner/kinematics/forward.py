@@ -72,13 +72,13 @@ class Chain:
         return self.factor[:, None] * (self.leader[:, None] == np.arange(self.dof))
 
     @staticmethod
-    def of(arm: Arm) -> Chain:
+    def from_arm(arm: Arm) -> Chain:
         """The joint tree of ``arm``, its base placement included."""
-        return Chain._of_arm(arm.without_payload)
+        return Chain._cached_from_arm(arm.without_payload)
 
     @staticmethod
     @lru_cache(maxsize=16)
-    def _of_arm(arm: Arm) -> Chain:
+    def _cached_from_arm(arm: Arm) -> Chain:
         model = arm.model
         data = model.createData()
         joints, leader = range(1, model.njoints), np.zeros(model.njoints - 1, dtype=np.int64)
@@ -120,7 +120,7 @@ def tool_joint(arm: Arm) -> tuple[int, pin.SE3]:
 def tool_positions(arm: Arm, q: Floats) -> Floats:
     """Positions (n, 3) of the tool frame in the world (m) for configurations (n, dof)."""
     joint, placement = tool_joint(arm)
-    return Chain.of(arm).native.points(np.atleast_2d(q), joint, placement.translation)
+    return Chain.from_arm(arm).native.points(np.atleast_2d(q), joint, placement.translation)
 
 
 def tool_path_lengths(arm: Arm, start: Floats, delta: Floats) -> Floats:
@@ -130,13 +130,13 @@ def tool_path_lengths(arm: Arm, start: Floats, delta: Floats) -> Floats:
     """
     pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
     joint, placement = tool_joint(arm)
-    return Chain.of(arm).native.path_lengths(start, delta, pieces, joint, placement.translation)
+    return Chain.from_arm(arm).native.path_lengths(start, delta, pieces, joint, placement.translation)
 
 
 def tool_pose(arm: Arm, q: Floats) -> pin.SE3:
     """The tool frame's placement in the world for one configuration (dof,)."""
     data = arm.model.createData()
-    pin.framesForwardKinematics(arm.model, data, Chain.of(arm).values(np.asarray(q, dtype=float)))
+    pin.framesForwardKinematics(arm.model, data, Chain.from_arm(arm).values(np.asarray(q, dtype=float)))
     return data.oMf[arm.tool_id].copy()
 
 

@@ -65,7 +65,7 @@ def solve_each(
     times metres and radians are least in squares.
     """
     (joint, placement), limits = tool_joint(arm), (arm.lower, arm.upper, arm.continuous)
-    return Chain.of(arm).native.inverse(
+    return Chain.from_arm(arm).native.inverse(
         seeds, joint, placement.homogeneous, targets, oriented, limits, _ITERATIONS, turns_freely, weight
     )
 
@@ -97,7 +97,7 @@ def beyond_reach(arm: Arm, position: Floats) -> float:
     This is a proof, not an estimate: the sphere's centre is a joint whose origin does not move, and its radius is the
     sum of the chain's offsets from there to the tool.
     """
-    chain = Chain.of(arm)
+    chain = Chain.from_arm(arm)
     _, home = joint_placements(chain, np.zeros((1, arm.dof)))
     joint, placement = tool_joint(arm)
     total, best = length(placement.translation), 0.0

@@ -43,7 +43,7 @@ def full_jacobians(arm: Arm, q: Floats, frame: int | None = None) -> Floats:
 
     Linear rows first (m/rad), then angular ones.
     """
-    model, aligned, chain = arm.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, Chain.of(arm)
+    model, aligned, chain = arm.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, Chain.from_arm(arm)
     data, matrices = model.createData(), np.zeros((len(q), 6, model.nv))
     frame = arm.tool_id if frame is None else frame
     for k, row in enumerate(chain.values(q)):
@@ -70,8 +70,8 @@ def manipulability(arm: Arm, q: Floats) -> Floats:
     """
     q = np.atleast_2d(np.asarray(q, dtype=float))
     if arm.measure != "yoshikawa":
-        return measured(arm, q)
-    return Chain.of(arm).native.manipulability(q, *measured_tool(arm))
+        return evaluate_measure(arm, q)
+    return Chain.from_arm(arm).native.manipulability(q, *tool_and_rows(arm))
 
 
 def node_manipulability(arm: Arm, q: Floats) -> Floats:
@@ -81,7 +81,7 @@ def node_manipulability(arm: Arm, q: Floats) -> Floats:
     """
     q = np.atleast_2d(np.asarray(q, dtype=float))
     if arm.measure != "yoshikawa":
-        return measured(arm, q)
+        return evaluate_measure(arm, q)
     rows = jacobians(arm, q)
     return _volumes(rows if rows.shape[1] <= rows.shape[2] else rows.swapaxes(1, 2))
 
@@ -90,8 +90,8 @@ def manipulability_along(arm: Arm, start: Floats, delta: Floats, shares: Floats)
     """w (n, k) along straight motions from ``start`` by ``delta`` (n, dof), after each of ``shares`` (k,) of them."""
     if arm.measure != "yoshikawa":
         states = start[:, None] + shares[:, None] * delta[:, None]
-        return measured(arm, states.reshape(-1, arm.dof)).reshape(states.shape[:2])
-    return Chain.of(arm).native.manipulability_along(start, delta, shares, *measured_tool(arm))
+        return evaluate_measure(arm, states.reshape(-1, arm.dof)).reshape(states.shape[:2])
+    return Chain.from_arm(arm).native.manipulability_along(start, delta, shares, *tool_and_rows(arm))
 
 
 def is_always_singular(arm: Arm) -> bool:
@@ -100,7 +100,7 @@ def is_always_singular(arm: Arm) -> bool:
     return bool(manipulability(arm, q).max() < _ALWAYS)
 
 
-def measured(arm: Arm, q: Floats) -> Floats:
+def evaluate_measure(arm: Arm, q: Floats) -> Floats:
     """The arm's measure (n,) in place of w at configurations (n, dof); :class:`OptionError` where it is negative."""
     if callable(arm.measure):
         values = numbers("manipulability", arm.measure(q), (len(q),))
@@ -139,7 +139,7 @@ def _volumes(rows: Floats) -> Floats:
     return volumes
 
 
-def measured_tool(arm: Arm) -> tuple[int, Floats, tuple[int, int]]:
+def tool_and_rows(arm: Arm) -> tuple[int, Floats, tuple[int, int]]:
     """The joint that carries the tool, where the tool is in its frame, and :func:`rows_of` its Jacobian."""
     joint, placement = tool_joint(arm)
     return joint, placement.translation, rows_of(arm)

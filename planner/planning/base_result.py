@@ -24,7 +24,7 @@ from planner.problem.request import Request, SweepQuality, TaskQuality
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
-from planner.search.manipulability_floor import rounded_down
+from planner.search.manipulability_floor import round_down
 from planner.search.network import PathCost
 from planner.trajectory.file import parse_json
 from planner.trajectory.report import floor_text
@@ -280,7 +280,7 @@ class FieldRecord(Record):
             remaining = best["log10_remaining"]
             ahead = "" if remaining is None else ", before T_p"
             if remaining is not None and remaining > -300:
-                ahead = f", {rounded_down(10**remaining):.2g} s before T_p"
+                ahead = f", {round_down(10**remaining):.2g} s before T_p"
             rows.append(
                 ("certified", f"to settle by tau = {outward(best['bound'], 1, up=True)}{ahead} ({best['name']})")
             )

@@ -23,7 +23,7 @@ from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import FollowRequest, Objective, TimingRequest, request_of
 from planner.query.query import Query, open_world, states_of
 from planner.query.resolve import other_turns, resolve
-from planner.roadmap.load_or_build import obtain_roadmap
+from planner.roadmap.load_or_build import load_or_build_roadmap
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network
@@ -120,7 +120,7 @@ class Follower:
             return draft
         if request.what.start is not None:
             with clock("roadmap"):
-                grown = obtain_roadmap(request.quality, self._make_query(request, draft), progress)
+                grown = load_or_build_roadmap(request.quality, self._make_query(request, draft), progress)
                 free = improve_plan(replace(draft, roadmap=grown), progress)
                 if progress.stopped:
                     return draft

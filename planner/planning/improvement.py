@@ -13,7 +13,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import reached
 from planner.planning.result import Curve, Plan
 from planner.problem.request import PlanQuality, SweepQuality
-from planner.roadmap.improve import Improvement, improve, without_last_grown
+from planner.roadmap.improve import Improvement, improve, remove_last_grown
 from planner.roadmap.roadmap import Roadmap, edge_motions, path_waypoints
 from planner.search.manipulability_floor import layered_network
 from planner.search.network import build_network, cheapest_steps
@@ -151,7 +151,7 @@ def trim_roadmap(roadmap: Roadmap, grown: int, quality: PlanQuality, clearance: 
     if len(roadmap.nodes) <= quality.nodes:
         return roadmap
     best = _best_nodes(roadmap, quality, quality.beta, clearance)
-    return without_last_grown(roadmap, grown, quality.nodes, best)
+    return remove_last_grown(roadmap, grown, quality.nodes, best)
 
 
 def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance: float) -> Ints:

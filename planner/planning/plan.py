@@ -12,7 +12,7 @@ from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import CannotFollow, Outcome
 from planner.problem.request import Objective, PlanRequest, TimingRequest, request_of
 from planner.query.query import make_query
-from planner.roadmap.load_or_build import obtain_roadmap
+from planner.roadmap.load_or_build import load_or_build_roadmap
 from planner.tool_paths.ladder_roadmap import roadmap_of_nodes
 from planner.trajectory.limits import MotionLimits
 
@@ -55,7 +55,7 @@ def plan(
         nowhere = roadmap_of_nodes(query.checker, query.ends, request.quality.seed)
         return Plan(request, Outcome.NO_PATH, roadmap=nowhere, reason=legs, **begun)
     with clock("roadmap"):
-        roadmap = obtain_roadmap(request.quality, legs.query_between(query), progress)
+        roadmap = load_or_build_roadmap(request.quality, legs.query_between(query), progress)
     draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
     with clock("improve"):
         better = draft if progress.stopped else legs.attach(improve_plan(draft, progress))

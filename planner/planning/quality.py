@@ -15,7 +15,7 @@ from planner.problem.outcome import Record, Rows
 from planner.problem.request import DEFAULT_MEASURE, Objective, PlanQuality
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
-from planner.search.manipulability_floor import first_violation, highest_floor
+from planner.search.manipulability_floor import find_violation, highest_floor
 from planner.search.network import PathCost, build_network
 from planner.trajectory.measure import dense_path, path_manipulability, w_along_path
 
@@ -61,7 +61,7 @@ class QualityRecord(Record):
         bound, finely = cost_lower_bound(roadmap, robot, quality.objective), None
         if quality.cost_integration == "edges":
             alone, states = replace(quality.objective, beta=0.0, floor=0.0), dense_path(path)
-            cost = MotionCost(robot, roadmap.scale, alone, longest=np.inf, states=3).of_pieces
+            cost = MotionCost(robot, roadmap.scale, alone, longest=np.inf, states=3).for_pieces
             finely = float(cost(states[:-1], states[1:]).sum())
         points = [PointRecord(rounds=rounds, cost=cost) for rounds, cost in curve]
         gap = total / bound - 1.0 if bound > 0 else None
@@ -143,7 +143,7 @@ class ManipulabilityRecord(Record):
         w, record = path_manipulability(robot, path), None
         if floor > 0:
             start, goal = (float(end) for end in manipulability(robot, path[[0, -1]]))
-            holds = first_violation(robot, path, floor) is None
+            holds = find_violation(robot, path, floor) is None
             record = FloorRecord(asked=floor, start=start, goal=goal, reached=bool(w.max() >= floor), holds=holds)
         return cls(
             min=float(w.min()),

@@ -12,7 +12,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.files import StrPath
-from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
+from planner.certificate.certificate import PROOF_NAME, Certificate, make_certificate
 from planner.collision.checker import CollisionChecker
 from planner.planning.base_result import (
     JSON_NAME,
@@ -223,7 +223,7 @@ class Plan(Result[PlanRecord]):
         """The plan with its proof, for a checker that trusts no planner; None where there is no path."""
         if not self.solved:
             return None
-        return certificate_of(self.checker, self.path, self.trajectory, self.request.quality.min_manipulability)
+        return make_certificate(self.checker, self.path, self.trajectory, self.request.quality.min_manipulability)
 
     def _write(self, folder: Path) -> None:
         """Write ``roadmap.npz``, and ``trajectory.json`` where there is a motion, into an empty ``folder``."""

@@ -17,11 +17,11 @@ from planner.planning.result import Plan
 from planner.problem.outcome import FloorTooHigh, NoPath, Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.infeasibility import why_apart
-from planner.roadmap.roadmap import path_waypoints, roomy_part
+from planner.roadmap.infeasibility import explain_separation
+from planner.roadmap.roadmap import path_waypoints, with_min_clearance
 from planner.search.manipulability_floor import highest_floor
 from planner.search.network import build_network, path_cost
-from planner.search.search import RoadmapPaths, search, second_looks
+from planner.search.search import RoadmapPaths, make_recheck, search
 from planner.trajectory.earliest import earliest_motion, explain_blocked_in_time
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.timing import time_curve
@@ -60,10 +60,10 @@ def find_path(draft: Plan, progress: Progress, clock: Stopwatch) -> Plan:
 def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, progress: Progress = QUIET) -> Plan:
     """The plan with its field and the cheapest path; edges that fail a second look are removed from its roadmap."""
     request, robot = draft.request, draft.checker.robot
-    look, floor = second_looks(draft.checker, draft.roadmap, progress=progress), request.quality.min_manipulability
+    look, floor = make_recheck(draft.checker, draft.roadmap, progress=progress), request.quality.min_manipulability
     with clock("path"):
         paths = RoadmapPaths(draft.roadmap, robot, network, floor, look)
-    found = search(paths, gabf.named_law(request.quality.law, request.quality.prescribed_time), clock=clock)
+    found = search(paths, gabf.law_from_name(request.quality.law, request.quality.prescribed_time), clock=clock)
     steps, failed = found.steps, Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH
     return replace(
         draft,
@@ -81,7 +81,7 @@ def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, progres
 def find_earliest(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
     """The earliest motion through the plan's roadmap in place of its path, or the reason why there is none."""
     none = replace(found, path=found.path[:0], path_nodes=found.path_nodes[:0], goal=None, cost=None)
-    roomy = roomy_part(found.roadmap, found.clearance_kept)
+    roomy = with_min_clearance(found.roadmap, found.clearance_kept)
     earliest = earliest_motion(roomy, found.checker, limits, progress)
     if progress.stopped:
         return replace(none, outcome=Outcome.INTERRUPTED)
@@ -119,7 +119,7 @@ def why_no_path(failed: Plan, progress: Progress = QUIET) -> NoPath | None:
     if progress.stopped:
         return None
     if not roadmap.is_connected:
-        apart = why_apart(roadmap, checker, progress)
+        apart = explain_separation(roadmap, checker, progress)
         return None if progress.stopped else apart
     if floor <= 0:
         return None  # every path fell below its own ends, or failed the second check
@@ -158,7 +158,7 @@ def make_timing_cost(found: Plan) -> MotionCost:
     Motions in time are priced in short chords, on which the ends and the middle are enough.
     """
     objective = replace(found.request.quality.objective, cost_integration="edges", floor=0.0)
-    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3).of_pieces
+    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3).for_pieces
 
 
 def require_earliest(request: PlanRequest, timing: TimingRequest | None = None) -> None:

@@ -15,8 +15,8 @@ from planner.query.resolve import free_configurations
 from planner.roadmap.connections import LINKS, connect
 from planner.roadmap.edges import RecordingProver
 from planner.roadmap.grow import ROADMAP, GrowthSettings, grow
-from planner.roadmap.measure import measure_anew, unchecked, with_checked_nodes
-from planner.roadmap.roadmap import Roadmap, origin_of
+from planner.roadmap.measure import check_nodes, measure_roadmap, unchecked
+from planner.roadmap.roadmap import Roadmap, record_origin
 from planner.roadmap.shortcuts import add_refined_paths
 from planner.robot.robot import Robot
 
@@ -120,7 +120,7 @@ def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints,
     """The roadmap of proven ``edges`` (m, 2), sorted, with what its costs are made of, and its certificates."""
     robot = prover.robot
     edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))]
-    w, scale, measures = measure_anew(robot, nodes, edges)
+    w, scale, measures = measure_roadmap(robot, nodes, edges)
     clearance, samples = prover.certificates(nodes, edges)
     roadmap = Roadmap(
         nodes=nodes,
@@ -134,6 +134,6 @@ def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints,
         samples=samples,
         checked_by=unchecked(len(nodes)),
         scale=scale,
-        origin=origin_of(prover.checker, seed),
+        origin=record_origin(prover.checker, seed),
     )
-    return with_checked_nodes(roadmap, prover.checker)
+    return check_nodes(roadmap, prover.checker)

@@ -10,13 +10,13 @@ from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.query.resolve import free_configurations
-from planner.roadmap.connections import NEIGHBOURS, nearest_of
-from planner.roadmap.edges import MotionChecker, RecordingProver, enlarged
+from planner.roadmap.connections import NEIGHBOURS, find_nearest
+from planner.roadmap.edges import MotionChecker, RecordingProver, enlarge_roadmap
 from planner.roadmap.first_path import FirstPathSearch
 from planner.roadmap.forest import Forest
 from planner.roadmap.grow import GrowthSettings, join_settings
 from planner.roadmap.roadmap import Roadmap, component_labels
-from planner.roadmap.shortcuts import DraftRoadmap, in_pieces, prove_shortcuts, straight_paths
+from planner.roadmap.shortcuts import DraftRoadmap, prove_shortcuts, prove_straight_paths, split_motions
 from planner.robot.robot import Robot
 
 SAME = 1e-9  # rad: a configuration this near a node is that node
@@ -66,7 +66,7 @@ def attach(
     linked = DraftRoadmap(roadmap, builder.nodes[n:], builder.edges[m:], first, last)
     found = prove_shortcuts(linked, builder.prover, settings.range, progress)
     edges = np.concatenate([linked.added_edges, found.edges()])
-    return enlarged(roadmap, builder.prover, found.nodes()[n:], edges, (first, last))
+    return enlarge_roadmap(roadmap, builder.prover, found.nodes()[n:], edges, (first, last))
 
 
 class _Builder:
@@ -122,7 +122,9 @@ class _Builder:
 
     def link_straight(self, starts: Ints, goals: Ints, longest: float) -> None:
         """Add the straight motions from ``starts`` to ``goals`` that are proven, in pieces."""
-        self._add_paths(straight_paths(MotionChecker(self.prover), self.nodes[starts], self.nodes[goals], longest))
+        self._add_paths(
+            prove_straight_paths(MotionChecker(self.prover), self.nodes[starts], self.nodes[goals], longest)
+        )
 
     def bring_together(self, start: int, goals: Ints) -> None:
         """Grow until ``start`` and one of the ``goals`` are joined, through the largest component if that helps."""
@@ -200,7 +202,7 @@ def bridges(
     for ends in _batches(pairs):
         free = prover.free(ends[:, 0], robot.difference(ends[:, 0], ends[:, 1]))
         if free.any() or progress.stopped:
-            return [in_pieces(prover, pair, settings.range) for pair in ends[free]]
+            return [split_motions(prover, pair, settings.range) for pair in ends[free]]
     rng = np.random.default_rng(seed)
     search = FirstPathSearch(MotionChecker(prover), join_settings(settings, robot), rng, progress)
     path = search.join_near(part, other, pairs[0]) if len(pairs) else None
@@ -215,7 +217,7 @@ def _near_pairs(robot: Robot, part: Floats, other: Floats) -> Floats:
         return np.zeros((0, 2, robot.dof))
     swapped = len(part) < len(other)
     many, few = (other, part) if swapped else (part, other)
-    length, row = nearest_of(robot, many, few, min(_PER_NODE, len(many)))
+    length, row = find_nearest(robot, many, few, min(_PER_NODE, len(many)))
     order = np.argsort(length, axis=None, kind="stable")[:_MOST]
     ends = few[order // length.shape[1]], many[row.ravel()[order]]
     return np.stack(ends if swapped else ends[::-1], axis=1)

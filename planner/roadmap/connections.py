@@ -25,13 +25,13 @@ def nearest_neighbours(robot: Robot, nodes: Floats, count: int) -> tuple[Ints, F
     """The ``count`` nearest others of every node (n, dof), nearest first: indices and joint distances, (n, count)."""
     n = len(nodes)
     count = max(min(count, n - 1), 0)
-    length, order = nearest_of(robot, nodes, nodes, count + 1)
+    length, order = find_nearest(robot, nodes, nodes, count + 1)
     # a node is its own nearest, but for others that coincide with it
     keep = np.argsort(order == np.arange(n)[:, None], axis=1, kind="stable")[:, :count]
     return np.take_along_axis(order, keep, axis=1), np.take_along_axis(length, keep, axis=1)
 
 
-def nearest_of(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tuple[Floats, Ints]:
+def find_nearest(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tuple[Floats, Ints]:
     """Distances and rows (k, count) of the ``nodes`` (n, dof), n >= count, nearest to each of ``queries`` (k, dof)."""
     if len(nodes) * len(queries) <= _FEW_PAIRS:
         return _nearest_of_few(robot, nodes, queries, count)

@@ -14,7 +14,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, MotionCheck, Proofs
 from planner.collision.path_moves import cheapest_chain
 from planner.kinematics.manipulability import manipulability, node_manipulability
-from planner.roadmap.measure import measure_edges, unchecked, with_checked_nodes
+from planner.roadmap.measure import check_nodes, measure_edges, unchecked
 from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
 
 
@@ -96,7 +96,7 @@ class MotionChecker:
         looks_free = self._ends_look_free(first, delta) and self._well_conditioned(first, delta)
         return looks_free and self._is_free(first, delta)
 
-    def shortest_way(self, path: Floats) -> Floats:
+    def shorten_path(self, path: Floats) -> Floats:
         """The states (k, dof) of a ``path`` (n, dof) of proven motions that the shortest way along it passes.
 
         Motions that skip others are proven, and leave ``room``; they turn no joint by half a turn, as angles of such
@@ -132,13 +132,13 @@ class MotionChecker:
         return kept and (self.floor <= 0 or bool((manipulability(self.robot, states) >= self.floor).all()))
 
 
-def enlarged(
+def enlarge_roadmap(
     roadmap: Roadmap, prover: RecordingProver, nodes: Floats, edges: Ints, ends: tuple[Ints, Ints] | None = None
 ) -> Roadmap:
     """The roadmap with ``nodes`` (k, dof) after its own and those proven ``edges`` (j, 2) that it lacks.
 
     ``ends``: its starts and goals from then on. The new nodes are checked as
-    :func:`planner.roadmap.measure.with_checked_nodes` has it. The margin is that of the weaker proofs; whatever was
+    :func:`planner.roadmap.measure.check_nodes` has it. The margin is that of the weaker proofs; whatever was
     proven with a larger one has so much more clearance.
     """
     robot, everything = prover.robot, np.vstack([roadmap.nodes, nodes])
@@ -167,7 +167,7 @@ def enlarged(
         origin=replace(roadmap.origin, margin=margin),
         **{name: _merged(old[name], fresh[name], is_old) for name in EDGE_ARRAYS},
     )
-    return with_checked_nodes(bigger, prover.checker, first=len(roadmap.nodes))
+    return check_nodes(bigger, prover.checker, first=len(roadmap.nodes))
 
 
 def _merged(old: NDArray[Any], fresh: NDArray[Any], is_old: Bools) -> NDArray[Any]:

@@ -14,11 +14,11 @@ from planner.base.arrays import Floats, length
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH, W_IN_GROWTH
 from planner.cost.motion_cost import MotionCost
-from planner.kinematics.manipulability import measured_tool
+from planner.kinematics.manipulability import tool_and_rows
 from planner.roadmap.edges import MotionChecker
 from planner.roadmap.ompl_planners import JointSpace
 from planner.roadmap.refine import PathRefiner
-from planner.roadmap.shortcuts import in_pieces, straight_paths
+from planner.roadmap.shortcuts import prove_straight_paths, split_motions
 from planner.robot.robot import Robot
 
 _THINNEST = 1e-9  # rad: in a box without any extent OMPL cannot sample
@@ -114,7 +114,7 @@ class FirstPathSearch:
         found, total = list[Floats](), self.checked + len(starts) * len(goals)
         for start in starts:
             self._progress(FIRST_PATH, self.checked, total)
-            found += straight_paths(self._motions, start[None], goals, self._settings.range)
+            found += prove_straight_paths(self._motions, start[None], goals, self._settings.range)
             self.checked += len(goals)
         self._progress(FIRST_PATH, total, total)
         return found
@@ -168,7 +168,7 @@ class FirstPathSearch:
     def _finished(self, path: Floats) -> Floats:
         """A proven path after shortcuts, in pieces."""
         self._progress(FIRST_PATH, self.checked, self.checked)
-        return in_pieces(self._motions.prover, self._shorten(path), self._settings.range)
+        return split_motions(self._motions.prover, self._shorten(path), self._settings.range)
 
     def _search(
         self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
@@ -198,7 +198,7 @@ class FirstPathSearch:
     ) -> tuple[Floats | None, int]:
         """What ``NativeWorld.tree_path`` finds in ``space``, and how many motions it looked at."""
         bound, seed = self._motions.prover.checker.bound, int(self._rng.integers(2**63))
-        longest, tool = np.inf if self._within is None else self._within.longest, measured_tool(self._robot)
+        longest, tool = np.inf if self._within is None else self._within.longest, tool_and_rows(self._robot)
         limits, floor = (space.lower, space.upper), (self._motions.floor, W_IN_GROWTH)
         asked = bound.of_all, limits, space.wrap, longest, tool, *floor
         return bound.native.tree_path(*asked, starts, goals, step, sample, seed, limit)
@@ -245,16 +245,16 @@ class FirstPathSearch:
         if self._settings.shortcuts < 1:
             return path
         robot, prover, floor, longest = self._robot, self._motions.prover, self._motions.floor, self._settings.range
-        roomy, cost = MotionChecker(prover, floor, EXTRA_CLEARANCE), MotionCost.of_length(robot)
+        roomy, cost = MotionChecker(prover, floor, EXTRA_CLEARANCE), MotionCost.from_length(robot)
         tries, seed = self._settings.shortcuts, int(self._rng.integers(2**31))
         refiner = PathRefiner(prover, cost, EXTRA_CLEARANCE, seed, self._progress, tries, floor)
-        path = roomy.shortest_way(path)
+        path = roomy.shorten_path(path)
         shorter = robot.normalise(refiner.partial_shortcuts(robot.unwound(path)))
         shorter[[0, -1]] = path[[0, -1]]  # to the last bit: they are nodes already
-        return roomy.shortest_way(in_pieces(prover, shorter, longest))
+        return roomy.shorten_path(split_motions(prover, shorter, longest))
 
 
-def shorter_path(
+def find_shorter_path(
     motions: MotionChecker,
     settings: JoinSettings,
     starts: Floats,

@@ -13,7 +13,7 @@ from planner.base.resolutions import MOTION_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.edges import MotionChecker
-from planner.roadmap.first_path import FirstPathSearch, JoinSettings, shorter_path
+from planner.roadmap.first_path import FirstPathSearch, JoinSettings, find_shorter_path
 from planner.roadmap.forest import Forest
 from planner.roadmap.ompl_planners import JointSpace
 from planner.robot.robot import Robot
@@ -120,7 +120,7 @@ def _add_shorter_paths(
     join = join_settings(settings, robot)
     while longest > enough and checked < limit and len(forest) < _SHARE_OF_PATHS * nodes and not progress.stopped:
         within_limit = replace(join, motions=limit - checked)
-        found, tried = shorter_path(motions, within_limit, starts, goals, longest, rng, progress)
+        found, tried = find_shorter_path(motions, within_limit, starts, goals, longest, rng, progress)
         checked += max(tried, 1)  # a search that could not even begin counts, so that this ends
         progress("shorter paths", min(checked, limit), limit)
         if found is not None:

@@ -16,14 +16,14 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.cost.motion_cost import MotionCost
-from planner.roadmap.edges import MotionChecker, RecordingProver, enlarged
-from planner.roadmap.first_path import shorter_path
+from planner.roadmap.edges import MotionChecker, RecordingProver, enlarge_roadmap
+from planner.roadmap.first_path import find_shorter_path
 from planner.roadmap.forest import Forest
 from planner.roadmap.grow import GrowthSettings, join_settings
 from planner.roadmap.informed import LazyRoadmap, informed_samples
-from planner.roadmap.refine import PathRefiner, simplified
+from planner.roadmap.refine import PathRefiner, simplify
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.shortcuts import parts_is_below_half_turn
+from planner.roadmap.shortcuts import count_parts
 from planner.robot.robot import Robot
 
 IMPROVING = "improve"  # a stage of progress
@@ -42,7 +42,7 @@ class Improvement:
     """The ``roadmap`` with the refined paths as nodes and edges, and the best cost after each round.
 
     ``curve`` are pairs (rounds spent, cost of the cheapest path known), the cost as the network charges it; empty where
-    no path was known. The last one is that after :func:`planner.roadmap.refine.simplified`, which may raise it.
+    no path was known. The last one is that after :func:`planner.roadmap.refine.simplify`, which may raise it.
     """
 
     roadmap: Roadmap
@@ -123,7 +123,7 @@ class _Search:
             return
         if best.gains:
             best.path = self.finisher.finish(best.path, best.rounds)
-        best.path = simplified(self.finisher, best.path, self._rng)
+        best.path = simplify(self.finisher, best.path, self._rng)
         best.cost = self.refiner.total(best.path)
 
     def _explore(self) -> _Candidate | None:
@@ -153,13 +153,13 @@ class _Search:
         if cost.objective.beta < 1.0:  # a shorter path is no better one there, and refined as soon
             settings = replace(settings, shortcuts=0)
         ends = self.graph.starts, self.graph.goals
-        return shorter_path(motions, settings, *ends, longest, rng, refiner.progress)[0]
+        return find_shorter_path(motions, settings, *ends, longest, rng, refiner.progress)[0]
 
     def _cut(self, path: Floats) -> Floats:
         """The path without motions that have no cost: those that are too long, or that their ends do not tell."""
         cost = self.refiner.cost
         longest = cost.longest if cost.objective.beta < 1.0 else np.inf
-        return cut(path, parts_is_below_half_turn(cost.robot, np.diff(path, axis=0), longest))
+        return cut(path, count_parts(cost.robot, np.diff(path, axis=0), longest))
 
 
 def improve(
@@ -207,7 +207,7 @@ def improve(
     search.finish()
     curve[-1] = (curve[-1][0], search.best.cost)
     kept = [c.path for c in search.candidates if c.cost < _HOPELESS * search.best.cost]
-    return Improvement(with_paths(roadmap, prover, kept), tuple(curve))
+    return Improvement(add_paths(roadmap, prover, kept), tuple(curve))
 
 
 def _has_settled(curve: list[tuple[int, float]], refinement_rounds: int) -> bool:
@@ -220,7 +220,7 @@ def _nearest(robot: Robot, nodes: Floats, q: Floats) -> int:
     return int(np.linalg.norm(robot.difference(q, nodes), axis=1).argmin())
 
 
-def with_paths(roadmap: Roadmap, prover: RecordingProver, paths: list[Floats]) -> Roadmap:
+def add_paths(roadmap: Roadmap, prover: RecordingProver, paths: list[Floats]) -> Roadmap:
     """The roadmap with ``paths`` of proven motions between its nodes as more nodes and edges."""
     robot: Robot = prover.robot
     forest = Forest(roadmap.nodes)
@@ -230,10 +230,10 @@ def with_paths(roadmap: Roadmap, prover: RecordingProver, paths: list[Floats]) -
             rows[end] = roadmap.nodes[_nearest(robot, roadmap.nodes, rows[end])]
         forest.add_path(rows)
     new, edges = forest.nodes()[len(roadmap.nodes) :], forest.edges()
-    return enlarged(roadmap, prover, new.reshape(-1, robot.dof), edges)
+    return enlarge_roadmap(roadmap, prover, new.reshape(-1, robot.dof), edges)
 
 
-def without_last_grown(roadmap: Roadmap, grown: int, nodes: int, path: Ints) -> Roadmap:
+def remove_last_grown(roadmap: Roadmap, grown: int, nodes: int, path: Ints) -> Roadmap:
     """The roadmap with ``nodes`` nodes: as many as were added to the first ``grown`` ones go, the last grown first.
 
     It is as if the tree had stopped earlier: nodes before them do not need them. What refined paths and ``path`` (k,)

@@ -17,7 +17,7 @@ from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, with_conditions
 from planner.collision.edge_prover import EdgeProver
 from planner.problem.outcome import BudgetSpent, ConstraintsTooNarrow, Gap, NoWay, Separated
-from planner.roadmap.connections import nearest_of
+from planner.roadmap.connections import find_nearest
 from planner.roadmap.roadmap import Roadmap
 
 _PARTS = 12  # the largest parts, from whose nodes links are tried, beside those of starts and goals
@@ -40,7 +40,7 @@ class _Links:
         return _Links(self.pairs[rows], self.length[rows])
 
 
-def why_apart(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> NoWay:
+def explain_separation(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> NoWay:
     """The reason why the starts of a roadmap lie in other parts of it than its goals.
 
     The obstacles that it names suffice: without them, and without constraints on the path, straight motions between the
@@ -79,7 +79,7 @@ def _across(roadmap: Roadmap, checker: CollisionChecker, inside: Bools, others: 
     if not len(first) or not len(last):
         return _Links(np.zeros((0, 2), dtype=np.int64), np.zeros(0))
     count = min(_NEAREST, len(last))
-    length, rows = nearest_of(checker.robot, roadmap.nodes[last], roadmap.nodes[first], count)
+    length, rows = find_nearest(checker.robot, roadmap.nodes[last], roadmap.nodes[first], count)
     pairs = np.column_stack([np.repeat(first, count), last[rows.ravel()]])
     order = np.argsort(length.ravel(), kind="stable")
     return _Links(pairs[order], length.ravel()[order])

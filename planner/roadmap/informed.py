@@ -7,7 +7,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, product
 from planner.kinematics.manipulability import manipulability
 from planner.native.compiled import cheapest_path
-from planner.roadmap.connections import nearest_of
+from planner.roadmap.connections import find_nearest
 from planner.roadmap.refine import PathRefiner, split_evenly
 from planner.robot.robot import Robot
 
@@ -50,7 +50,7 @@ class LazyRoadmap:
         self._take(free)
         count = math.ceil(math.e * (1.0 + 1.0 / self._robot.dof) * math.log(max(len(self.nodes), 2)))
         # each is its own nearest node
-        _, near = nearest_of(self._robot, self.nodes, free, min(count + 1, len(self.nodes)))
+        _, near = find_nearest(self._robot, self.nodes, free, min(count + 1, len(self.nodes)))
         pairs = np.stack(np.broadcast_arrays(near, np.arange(first, len(self.nodes))[:, None]), axis=2).reshape(-1, 2)
         pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
         self._link(pairs, proven=False)
@@ -58,7 +58,7 @@ class LazyRoadmap:
     def add_path(self, path: Floats) -> None:
         """Take up a ``path`` (k, dof) from a start to a goal, which are nodes; its motions are proven like links."""
         first, inner = len(self.nodes), path[1:-1]
-        _, ends = nearest_of(self._robot, self.nodes, path[[0, -1]], 1)
+        _, ends = find_nearest(self._robot, self.nodes, path[[0, -1]], 1)
         rows = np.array([ends[0, 0], *range(first, first + len(inner)), ends[1, 0]])
         self._take(inner)
         self._link(np.column_stack([rows[:-1], rows[1:]]), proven=False)
@@ -81,7 +81,7 @@ class LazyRoadmap:
 
     def penalise(self, path: Floats) -> None:
         """From now on paths like this one cost more, where a path of another kind is asked for."""
-        away, _ = nearest_of(self._robot, split_evenly(path, 0.5 * _NEAR), self.nodes, 1)
+        away, _ = find_nearest(self._robot, split_evenly(path, 0.5 * _NEAR), self.nodes, 1)
         self._penalty += _LIKENESS * (away[:, 0] < _NEAR)
 
     def cheapest_path(self, other: bool = False) -> Floats | None:

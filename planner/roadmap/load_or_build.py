@@ -15,8 +15,8 @@ from planner.problem.request import PAPER_NODES, PlanQuality, RoadmapQuality, Sw
 from planner.query.query import Query
 from planner.query.resolve import brought_within
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.measure import measure_anew, unchecked, with_checked_nodes
-from planner.roadmap.roadmap import Roadmap, edge_motions, kept_part, origin_of
+from planner.roadmap.measure import check_nodes, measure_roadmap, unchecked
+from planner.roadmap.roadmap import Roadmap, edge_motions, record_origin, restrict_to_constraints
 from planner.roadmap.storage import load_roadmap, same_world
 from planner.robot.robot import Robot
 
@@ -25,7 +25,7 @@ _log = logging.getLogger(__name__)
 _FEWEST_NODES = 2  # those of the first paths, and no links: they pass no states that they need not
 
 
-def obtain_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = QUIET) -> Roadmap:
+def load_or_build_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = QUIET) -> Roadmap:
     """A roadmap whose starts and goals are the query's: kept, or grown; of a path only nothing grows around it.
 
     A roadmap from a file is used as far as it holds in this world. Raises
@@ -49,9 +49,9 @@ def obtain_roadmap(quality: RoadmapQuality, query: Query, progress: Progress = Q
             kept,
             len(roadmap.nodes),
         )
-    roadmap = in_this_world(roadmap, query.checker, progress)
-    roadmap = kept_part(roadmap, query.checker.world.constraints)
-    roadmap = with_checked_nodes(roadmap, query.checker)
+    roadmap = reprove_if_needed(roadmap, query.checker, progress)
+    roadmap = restrict_to_constraints(roadmap, query.checker.world.constraints)
+    roadmap = check_nodes(roadmap, query.checker)
     return attach(roadmap, query.checker, query.starts, query.goals, quality.seed, progress=progress)
 
 
@@ -59,7 +59,7 @@ _BATCH = 128  # edges proven between two looks whether to stop
 _LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back
 
 
-def in_this_world(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> Roadmap:
+def reprove_if_needed(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> Roadmap:
     """The roadmap if it was proven in the checker's world, else the part that holds there, which a message counts.
 
     Raises :class:`FileError` as :func:`reprove` does.
@@ -101,10 +101,10 @@ def reprove(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QU
         proven=free,
         clearance=np.maximum(clearance, 0.0),
         samples=samples,
-        origin=origin_of(checker, roadmap.origin.seed),
+        origin=record_origin(checker, roadmap.origin.seed),
     )
-    part = with_checked_nodes(whole.part(nodes, free), checker)
-    w, scale, measures = measure_anew(robot, part.nodes, part.edges)
+    part = check_nodes(whole.part(nodes, free), checker)
+    w, scale, measures = measure_roadmap(robot, part.nodes, part.edges)
     return replace(part, manipulability=w, scale=scale, **measures)
 
 

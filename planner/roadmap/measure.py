@@ -31,7 +31,7 @@ def measure_edges(robot: Robot, nodes: Floats, edges: Ints, scale: CostScale) ->
     return _measured(robot, nodes, edges, lambda joint, tool: scale)[1]
 
 
-def measure_anew(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, CostScale, EdgeMeasures]:
+def measure_roadmap(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, CostScale, EdgeMeasures]:
     """Manipulability (n,) of ``nodes``, the scale that these and ``edges`` (m, 2) set, and their measures on it."""
     w = node_manipulability(robot, nodes)
     return w, *_measured(robot, nodes, edges, lambda joint, tool: measure_scale(w, joint, tool))
@@ -57,7 +57,7 @@ def unchecked(count: int) -> NDArray[np.int8]:
     return np.zeros(count, dtype=np.int8)
 
 
-def with_checked_nodes(roadmap: Roadmap, checker: CollisionChecker, first: int = 0) -> Roadmap:
+def check_nodes(roadmap: Roadmap, checker: CollisionChecker, first: int = 0) -> Roadmap:
     """The roadmap after the library of ``checker`` has looked at all nodes from ``first`` on that it had not.
 
     It is one query a state. What it refuses is left out with its edges, and the log says so: it contradicts a proof.

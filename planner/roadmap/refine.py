@@ -107,7 +107,7 @@ class PathRefiner:
         stretches = EvenStretches(points, *self._stretches(*points.shape), _LEAST_GAIN, _PROVEN_STRETCHES)
         return straighten(self.prover, self.cost.charge, stretches, self.room, self._test)
 
-    def first_allowed(self, start: Floats, end: Floats, motions: Ints, alternatives: Ints) -> Ints:
+    def find_first_allowed(self, start: Floats, end: Floats, motions: Ints, alternatives: Ints) -> Ints:
         """For each item its first alternative of motions from ``start`` to ``end`` (m, dof) that are all allowed.
 
         See :func:`planner.collision.path_moves.first_free`.
@@ -205,7 +205,7 @@ _RANDOM_CANDIDATES = 24  # candidates around these
 _PROVEN = 48  # candidates of all pairs whose motions are proven
 
 
-def simplified(refiner: PathRefiner, path: Floats, rng: np.random.Generator) -> Floats:
+def simplify(refiner: PathRefiner, path: Floats, rng: np.random.Generator) -> Floats:
     """The path (k, dof) with as few waypoints as are found for at most 1 + ``TOLERANCE`` times its cost.
 
     Its ends stay, its motions are proven, and keep above the floor of the cost. One of infinite cost, which does not
@@ -234,7 +234,7 @@ def _merged(refiner: PathRefiner, path: Floats, limit: float, rng: np.random.Gen
     order = order[step.sum() + rise[order] <= limit][:_PROVEN]
     start = np.stack([before[order], flat[order]], axis=1).reshape(-1, robot.dof)
     end = np.stack([flat[order], after[order]], axis=1).reshape(-1, robot.dof)
-    best = refiner.first_allowed(start, end, np.full(len(order), 2), np.array([len(order)]))[0]
+    best = refiner.find_first_allowed(start, end, np.full(len(order), 2), np.array([len(order)]))[0]
     if best < 0:
         return None
     row = order[best]

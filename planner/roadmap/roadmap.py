@@ -43,7 +43,7 @@ class Origin:
     world: str  # content_hash of everything that is checked
 
 
-def origin_of(checker: CollisionChecker, seed: int) -> Origin:
+def record_origin(checker: CollisionChecker, seed: int) -> Origin:
     """Which robot and scene a roadmap grown with this checker belongs to."""
     world = checker.world
     return Origin(
@@ -65,7 +65,7 @@ def origin_of(checker: CollisionChecker, seed: int) -> Origin:
 def world_hash(world: World) -> str:
     """A hash of what is checked: kinematics, shapes and placements of bodies and obstacles, and the checked pairs."""
     obstacles = [content for item in world.obstacles for content in (item.placement, *item.shape.content())]
-    kinematics = _kinematics_hash(Chain.of(world.robot))
+    kinematics = _kinematics_hash(Chain.from_arm(world.robot))
     return content_hash([kinematics, *map(_body_hash, world.bodies), world.self_pairs, *obstacles, world.checked])
 
 
@@ -282,18 +282,18 @@ def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
     return frozen(robot.unwound(roadmap.nodes[nodes]))
 
 
-def roomy_part(roadmap: Roadmap, clearance: float) -> Roadmap:
+def with_min_clearance(roadmap: Roadmap, clearance: float) -> Roadmap:
     """The roadmap of the edges that keep ``clearance`` (m)."""
     return roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), roadmap.clearance >= clearance)
 
 
 def roomy_where_joined(roadmap: Roadmap, clearance: float) -> Roadmap:
-    """The :func:`roomy_part` where it still leads from a start to a goal, else the roadmap."""
-    roomy = roomy_part(roadmap, clearance)
+    """The :func:`with_min_clearance` where it still leads from a start to a goal, else the roadmap."""
+    roomy = with_min_clearance(roadmap, clearance)
     return roomy if roomy.is_connected else roadmap
 
 
-def kept_part(roadmap: Roadmap, constraints: PathConstraints) -> Roadmap:
+def restrict_to_constraints(roadmap: Roadmap, constraints: PathConstraints) -> Roadmap:
     """The part of a roadmap that is proven to keep what motions keep, whatever was kept when it grew."""
     if not constraints:
         return roadmap

@@ -51,7 +51,7 @@ def add_refined_paths(
     forest = Forest(nodes, edges)
     for beta in BETAS:
         cost = MotionCost(robot, scale, Objective(beta), longest=np.inf)
-        path = best_path(nodes, edges, cost(a, a + robot.difference(a, b)), starts, goals)
+        path = find_best_path(nodes, edges, cost(a, a + robot.difference(a, b)), starts, goals)
         if path is None or progress.stopped:
             break
         above = np.flatnonzero(manipulability(robot, path) >= floor)
@@ -81,7 +81,7 @@ def _with_dips(robot: Robot, path: Floats) -> Floats:
     return np.insert(path, dips + 1, states[dips, lowest[dips]], axis=0)
 
 
-def best_path(nodes: Floats, edges: Ints, cost: Floats, starts: Ints, goals: Ints) -> Floats | None:
+def find_best_path(nodes: Floats, edges: Ints, cost: Floats, starts: Ints, goals: Ints) -> Floats | None:
     """The configurations (k, dof) of the cheapest path from a start to a goal; None if there is none."""
     rows = cheapest_nodes(len(nodes), np.concatenate([edges, edges[:, ::-1]]), np.tile(cost, 2), starts, goals)
     return nodes[rows] if len(rows) else None
@@ -91,7 +91,7 @@ _LEAST_GAIN = 1e-4  # relative
 _MOST_PER_PATH = 60  # of the motions past waypoints, those that save most
 
 
-def straight_paths(motions: MotionChecker, starts: Floats, goals: Floats, longest: float) -> list[Floats]:
+def prove_straight_paths(motions: MotionChecker, starts: Floats, goals: Floats, longest: float) -> list[Floats]:
     """The proven ones of the straight motions from every row of ``starts`` (s, dof) to every row of ``goals`` (g, dof).
 
     Each is a path (k, dof) of pieces no longer than ``longest`` (rad).
@@ -101,30 +101,30 @@ def straight_paths(motions: MotionChecker, starts: Floats, goals: Floats, longes
     for a, b in itertools.product(starts, goals):
         delta = robot.difference(a, b)
         if delta.any() and motions.proven(a, delta):
-            paths.append(in_pieces(motions.prover, np.array([a, b]), longest))
+            paths.append(split_motions(motions.prover, np.array([a, b]), longest))
     return paths
 
 
-def in_pieces(prover: EdgeProver, path: Floats, longest: float) -> Floats:
+def split_motions(prover: EdgeProver, path: Floats, longest: float) -> Floats:
     """A path (k, dof) of proven motions in pieces no longer than ``longest`` (rad): they are proven as the motions are.
 
     Each has its motion's certificate.
     """
-    rows, parts = subdivided(prover.robot, path, longest)
+    rows, parts = subdivide(prover.robot, path, longest)
     prover.note_pieces(path, rows, parts)
     return rows
 
 
-def subdivided(robot: Robot, path: Floats, longest: float) -> tuple[Floats, Ints]:
+def subdivide(robot: Robot, path: Floats, longest: float) -> tuple[Floats, Ints]:
     """The path (k, dof) with no motion longer than ``longest`` (rad), and into how many parts (m,) each was cut."""
     delta = robot.difference(path[:-1], path[1:])
-    parts = parts_is_below_half_turn(robot, delta, longest)
+    parts = count_parts(robot, delta, longest)
     rows = robot.normalise(cut(path, parts, delta))
     rows[so_far(parts)] = path
     return rows, parts
 
 
-def parts_is_below_half_turn(robot: Robot, delta: Floats, longest: float) -> Ints:
+def count_parts(robot: Robot, delta: Floats, longest: float) -> Ints:
     """Into how many parts (m,) motions (m, dof) are cut so that their ends tell each, and none is over ``longest``."""
     parts = parts_of(np.array([length(motion) for motion in delta]), longest)
     return np.where(robot.is_below_half_turn(delta), parts, np.maximum(parts, 2))
@@ -157,7 +157,7 @@ class DraftRoadmap:
     def costs(self, cost: MotionCost) -> Floats:
         """(m,) what the edges cost."""
         a, b = self.nodes[self.added_edges.T]
-        return np.concatenate([cost.of_edges(self.roadmap), cost(a, a + cost.robot.difference(a, b))])
+        return np.concatenate([cost.charge_edges(self.roadmap), cost(a, a + cost.robot.difference(a, b))])
 
 
 def prove_shortcuts(
@@ -183,7 +183,7 @@ def prove_shortcuts(
                 pairs[int(nodes[i]), int(nodes[j])] = None
     forest = Forest(linked.nodes)
     for pair in pairs:
-        forest.add_path(in_pieces(prover, linked.nodes[list(pair)], longest))
+        forest.add_path(split_motions(prover, linked.nodes[list(pair)], longest))
     return forest
 
 

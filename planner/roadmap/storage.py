@@ -144,7 +144,7 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
         raise ValueError("its edges are not in order")
 
 
-def world_in(config: Mapping[str, Any], where: str) -> WorldRequest:
+def read_world_request(config: Mapping[str, Any], where: str) -> WorldRequest:
     """The robot and the scene in the ``config`` of a plan.json; :class:`FileError` for options that are not valid."""
     names = {field.name for field in fields(WorldRequest)}  # type: ignore[arg-type]
     try:
@@ -158,7 +158,7 @@ def reopen_plan(config: Mapping[str, Any], path: StrPath) -> CollisionChecker:
 
     Raises :class:`PlannerError` where it cannot be opened, or differs from what the roadmap was proven in.
     """
-    request = world_in(config, f"next to {path}")
+    request = read_world_request(config, f"next to {path}")
     roadmap = load_roadmap(path)
     checker = open_world(request, config.get("request"), lambda _: roadmap.nodes[roadmap.starts[0]])
     robot, origin = checker.robot, roadmap.origin
@@ -174,7 +174,7 @@ def reopen_plan(config: Mapping[str, Any], path: StrPath) -> CollisionChecker:
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
 
-def summary(roadmap: Roadmap) -> dict[str, Any]:
+def summarize(roadmap: Roadmap) -> dict[str, Any]:
     """Everything about ``roadmap`` that fits on a page; lengths in m, joint motion in rad, None for no finite number.
 
     ``components`` are sizes, largest first; ``clearance`` is what the certificates promise beyond the margin.

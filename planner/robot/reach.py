@@ -33,7 +33,7 @@ class Reach:
         """Reach of the robot's own bodies, or of any others that its joints carry."""
         if bodies is None:
             return _own_reach(robot)
-        chain, reach = Chain.of(robot), [_reach_of(robot.without_payload, body) for body in bodies]
+        chain, reach = Chain.from_arm(robot), [_reach_of(robot.without_payload, body) for body in bodies]
         return Reach(frozen(np.reshape(reach, (len(bodies), len(chain.parent)))), chain)
 
     def motion(self, delta: Floats) -> Floats:
@@ -55,7 +55,7 @@ def _own_reach(robot: Robot) -> Reach:
 @lru_cache(maxsize=2048)
 def _reach_of(robot: Robot, body: Body) -> Floats:
     """Walking down from the body: the distance from a joint's origin to the body's farthest point, never too small."""
-    chain = Chain.of(robot)
+    chain = Chain.from_arm(robot)
     reach = np.zeros(len(chain.parent))
     if body.joint == 0:
         return frozen(reach)
@@ -87,7 +87,7 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
 @lru_cache(maxsize=2048)
 def _pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
     reach = Reach.of(robot, (first, second)).relative(np.array([[0, 1]]))[0]
-    chain, radius = Chain.of(robot), 0.0
+    chain, radius = Chain.from_arm(robot), 0.0
     for number, joint in enumerate(_joints_down_to(chain, first.joint, second.joint)):
         if number == 0:
             across, radius = _from_below(robot, first, joint)
@@ -104,7 +104,7 @@ def _pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
 def _from_below(robot: Robot, body: Body, joint: int) -> tuple[float, float]:
     """How far a body is at most from the axis and the origin of the ``joint`` below the one that carries it."""
     turned = robot.model.jointPlacements[joint].inverse().homogeneous @ body.placement
-    axis = Chain.of(robot).axis[joint - 1]
+    axis = Chain.from_arm(robot).axis[joint - 1]
     return farthest_from_axis(body.shape, turned, axis), farthest(body.shape, turned)
 
 

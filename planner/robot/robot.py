@@ -118,7 +118,7 @@ class Robot(Arm):
         """
         rows, shape = self._configurations(q)
         at = self.model.frames[self._frame(frame)]
-        rotation, position = (each[int(at.parentJoint)] for each in joint_placements(Chain.of(self), rows))
+        rotation, position = (each[int(at.parentJoint)] for each in joint_placements(Chain.from_arm(self), rows))
         poses = np.tile(np.eye(4), (len(rows), 1, 1))
         poses[:, :3, :3] = rotation @ at.placement.rotation
         poses[:, :3, 3] = position + rotation @ at.placement.translation

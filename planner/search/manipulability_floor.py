@@ -74,7 +74,7 @@ class LayeredNetwork:
 def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0) -> LayeredNetwork:
     """The network of all paths on ``roadmap`` that keep to ``floor`` (w), with the costs of its ``network``.
 
-    Along an edge w is known only at the states kept with the roadmap: check the path with :func:`first_violation`.
+    Along an edge w is known only at the states kept with the roadmap: check the path with :func:`find_violation`.
     """
     if floor <= 0:
         return LayeredNetwork(network, np.arange(network.n_nodes), roadmap.starts)
@@ -139,7 +139,7 @@ def _ends(ends: Ints, w: Floats, floor: float, layers: list[_Layer], up: bool) -
     return np.array(list(itertools.chain(*numbers)), dtype=np.int64)
 
 
-def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
+def find_violation(robot: Robot, path: Floats, floor: float) -> int | None:
     """The first segment on which a joint path (k, dof) breaks the floor; None if none does.
 
     Sampled every 0.001 rad, and ever finer around the lowest samples: w = 0 may lie between two that are above.
@@ -166,16 +166,16 @@ def highest_floor(robot: Robot, roadmap: Roadmap, network: gabf.Network, asked: 
     it are tried too, from above, as paths to them may begin and end lower: a lower floor may forbid a path that a
     higher one allows. Floors above all w on the roadmap allow the same paths: the highest w is tried first.
     """
-    all_above = rounded_down(_highest_bottleneck(robot, roadmap, network))
+    all_above = round_down(_highest_bottleneck(robot, roadmap, network))
     if asked is None:
         return all_above
-    floor = top = rounded_down(_LOWER * min(asked, roadmap.edge_manipulability.max(initial=0.0)))
+    floor = top = round_down(_LOWER * min(asked, roadmap.edge_manipulability.max(initial=0.0)))
     while floor > max(all_above, _LEAST * top):
         layered = layered_network(roadmap, network, floor)
         path = path_waypoints(roadmap, robot, layered.roadmap_node[cheapest_steps(layered.network, layered.starts)])
-        if len(path) and first_violation(robot, path, floor) is None:
+        if len(path) and find_violation(robot, path, floor) is None:
             return floor
-        floor = rounded_down(_LOWER * floor)
+        floor = round_down(_LOWER * floor)
     return min(all_above, top) if all_above > _LEAST * top else 0.0
 
 
@@ -236,7 +236,7 @@ def _dips(robot: Robot, q: Floats, w: Floats) -> Floats:
     return dips
 
 
-def rounded_down(w: float) -> float:
+def round_down(w: float) -> float:
     """``w`` >= 0 with two significant digits, never above it."""
     if w <= 0.0:
         return 0.0

@@ -18,7 +18,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.looks import second_look, straight
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.robot import Robot
-from planner.search.manipulability_floor import LayeredNetwork, first_violation, layered_network
+from planner.search.manipulability_floor import LayeredNetwork, find_violation, layered_network
 from planner.search.network import edge_rows
 
 
@@ -136,7 +136,7 @@ class RoadmapPaths:
         if len(failed):
             self.remove(failed)
             return False
-        low = first_violation(self._robot, self.waypoints(steps), self._floor)
+        low = find_violation(self._robot, self.waypoints(steps), self._floor)
         if low is not None:
             self.layered = self.layered.without_arcs_between(int(steps[low]), int(steps[low + 1]))
         return low is None
@@ -151,7 +151,7 @@ class RoadmapPaths:
         return path_waypoints(self._roadmap, self._robot, self.layered.roadmap_node[steps])
 
 
-def second_looks(
+def make_recheck(
     checker: CollisionChecker, roadmap: Roadmap, seen: set[bytes] | None = None, progress: Progress = QUIET
 ) -> Callable[[Ints], Ints]:
     """The proof of a path whose edges are all proven: a second look at them, see :func:`second_look`.

@@ -17,9 +17,16 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.roadmap.load_or_build import in_this_world
-from planner.roadmap.measure import unchecked, with_checked_nodes
-from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, edge_motions, kept_part, origin_of
+from planner.roadmap.load_or_build import reprove_if_needed
+from planner.roadmap.measure import check_nodes, unchecked
+from planner.roadmap.roadmap import (
+    EDGE_ARRAYS,
+    NODE_ARRAYS,
+    Roadmap,
+    edge_motions,
+    record_origin,
+    restrict_to_constraints,
+)
 from planner.robot.shapes import Carried, Obstacle, Shape, corners
 
 ARM = ""  # the part that all links of the robot are
@@ -237,8 +244,8 @@ class LiveRoadmap:
 
     def with_foreign_roadmap(self, roadmap: Roadmap) -> LiveRoadmap:
         """With a roadmap of the same joints in any world, as far as it holds in this one."""
-        roadmap = in_this_world(roadmap, self.checker)
-        return self.with_roadmap(with_checked_nodes(kept_part(roadmap, self.world.constraints), self.checker))
+        roadmap = reprove_if_needed(roadmap, self.checker)
+        return self.with_roadmap(check_nodes(restrict_to_constraints(roadmap, self.world.constraints), self.checker))
 
     def in_world(self, checker: CollisionChecker) -> LiveRoadmap:
         """The same roadmap in the world of another ``checker``."""
@@ -260,7 +267,7 @@ class LiveRoadmap:
             self.roadmap,
             proven=self.proofs.free,
             clearance=clearance,
-            origin=origin_of(self.checker, self.roadmap.origin.seed),
+            origin=record_origin(self.checker, self.roadmap.origin.seed),
         )
         return whole.part(np.ones(len(whole.nodes), dtype=bool), edges)
 

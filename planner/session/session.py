@@ -84,7 +84,7 @@ class Session:
         request = request_of(
             PlanRequest.from_options(refinement_rounds=0, extra_clearance=0.0), objective, options, robot, scene
         )
-        dynamics = gabf.named_law(request.quality.law, request.quality.prescribed_time)
+        dynamics = gabf.law_from_name(request.quality.law, request.quality.prescribed_time)
         if dynamics.needs_overestimate:
             raise OptionError(
                 f"the {request.quality.law} law needs strict overestimates, so its field cannot heal: take another law."

@@ -27,7 +27,7 @@ from planner.query.query import Query
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.grow import GrowthSettings
-from planner.roadmap.infeasibility import why_apart
+from planner.roadmap.infeasibility import explain_separation
 from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import build_network, edge_rows, path_cost
@@ -188,7 +188,7 @@ def _find_earliest(
     live = live.prove(np.flatnonzero(live.proofs.open))
     alone = replace(alone, roadmap=live.with_edges(live.proofs.free))
     if not alone.solved:
-        return live, replace(alone, outcome=Outcome.NO_PATH, reason=why_apart(alone.roadmap, live.checker))
+        return live, replace(alone, outcome=Outcome.NO_PATH, reason=explain_separation(alone.roadmap, live.checker))
     found = find_earliest(alone, limits, planning.progress)
     raise_if_stopped(planning.progress)
     assert isinstance(found, SessionPlan)  # it is the same plan with another path

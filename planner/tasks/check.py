@@ -31,7 +31,7 @@ from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import open_world
 from planner.query.robots import let_go, placement_of, take
-from planner.roadmap.storage import world_in
+from planner.roadmap.storage import read_world_request
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried, with_tool, without_carried
 from planner.robot.shapes import Carried, Obstacle, extremes
@@ -150,7 +150,7 @@ def _with_config(given: PartialWorld, config: Mapping[str, Any]) -> WorldRequest
         options = {name: value for name, value in options.items() if name not in ("group", "joints")}
     own = {each.name: getattr(given, each.name) for each in fields(given)}  # type: ignore[arg-type]
     own = {name: value for name, value in own.items() if value not in (None, ())}
-    return replace(world_in(options, "next to it"), **own)
+    return replace(read_world_request(options, "next to it"), **own)
 
 
 def _check_task_in(folder: Path, data: dict[str, Any], checker: CollisionChecker, step: float) -> Report:

@@ -22,7 +22,7 @@ from planner.cost.scale import cost_number, costs_along, length_cost
 from planner.kinematics.forward import tool_path_lengths
 from planner.native.graphs import reached
 from planner.problem.request import Objective
-from planner.roadmap.connections import nearest_of
+from planner.roadmap.connections import find_nearest
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.robot import Robot
 from planner.search.search import Found, search
@@ -204,7 +204,7 @@ def _after(mode: Mode, candidate: Candidate) -> Mode:
 
 def _find_nearest(roadmap: Roadmap, robot: Robot, ends: Floats) -> Ints:
     """The nodes (k, ``NEIGHBOURS``) of the roadmap nearest to ``ends`` (k, dof)."""
-    return nearest_of(robot, roadmap.nodes, ends, min(NEIGHBOURS, len(roadmap.nodes)))[1]
+    return find_nearest(robot, roadmap.nodes, ends, min(NEIGHBOURS, len(roadmap.nodes)))[1]
 
 
 def _compute_costs(modes: Modes, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:

@@ -107,7 +107,7 @@ class TaskPlanner:
             ends, size = _ends(candidates, modes), (quality.nodes, quality.seed)
             roadmap = build_roadmap(modes.robot, modes.checker, start, ends, *size, progress)
         with clock("network"):
-            law = gabf.named_law(quality.law, quality.prescribed_time)
+            law = gabf.law_from_name(quality.law, quality.prescribed_time)
             search = LazySearch(modes, build_task_network(candidates, roadmap, quality.objective), law)
         return TaskPlanner(request, what, candidates, scene, roadmap, search, clock)
 

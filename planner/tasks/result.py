@@ -35,7 +35,7 @@ from planner.problem.request import TaskRequest
 from planner.query.query import open_world
 from planner.query.robots import placement_of
 from planner.roadmap.roadmap import Roadmap, RoadmapRecord
-from planner.roadmap.storage import load_roadmap, save_roadmap, world_in
+from planner.roadmap.storage import load_roadmap, read_world_request, save_roadmap
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -191,7 +191,7 @@ class TaskPlan(Result[TaskPlanRecord]):
         folder = Path(folder)
         record = read_record(TaskPlanRecord, folder / cls.JSON)
         task = Task(robot or record.config["robot"], scene or record.config["scene"], (), name=record.task)
-        world = world_in(record.config | {"robot": task.robot, "scene": task.scene}, f"in {folder}")
+        world = read_world_request(record.config | {"robot": task.robot, "scene": task.scene}, f"in {folder}")
         checker, how = open_world(world), (TaskRequest.from_config(record.config), Outcome[record.outcome.upper()])
         made = TaskPlan(*how, task, checker.robot, checker.world.scene, None, saved=record, reason=record.reason)
         return replace(

@@ -144,7 +144,7 @@ def time_segments(
     """
     robot = candidates.modes.robot
     limits = MotionLimits.from_robot(robot, timing)
-    cost = MotionCost(robot, scale, objective, longest=np.inf).of_pieces
+    cost = MotionCost(robot, scale, objective, longest=np.inf).for_pieces
     trajectories = []
     for segment, mode in zip(segments, modes, strict=True):
         checker = candidates.modes.checker_of(mode)

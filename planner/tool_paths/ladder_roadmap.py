@@ -17,7 +17,7 @@ from planner.kinematics.manipulability import node_manipulability
 from planner.native.graphs import reached
 from planner.problem.outcome import CannotFollow
 from planner.roadmap.measure import measure_edges, unchecked
-from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
+from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, record_origin
 from planner.robot.robot import Robot
 from planner.tool_paths.ladder import Ladder, solutions_at
 from planner.tool_paths.tube import Tube
@@ -125,7 +125,7 @@ def _roadmap(
     return Roadmap(
         nodes=nodes, edges=edges, proven=np.ones(len(edges), dtype=bool), starts=ends[0], goals=ends[1],
         manipulability=w, **measure_edges(robot, nodes, edges, scale), clearance=clearance, samples=samples,
-        checked_by=unchecked(len(nodes)), scale=scale, origin=origin_of(checker, seed),
+        checked_by=unchecked(len(nodes)), scale=scale, origin=record_origin(checker, seed),
     )  # fmt: skip
 
 

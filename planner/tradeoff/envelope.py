@@ -170,7 +170,7 @@ def front_shares(costs: Floats) -> Floats:
     return np.abs(costs - costs[-1]) / np.maximum(np.abs(costs[0] - costs[-1]), 1e-300)
 
 
-def knee_of(shares: Sequence[tuple[float | None, float | None]]) -> int | None:
+def find_knee(shares: Sequence[tuple[float | None, float | None]]) -> int | None:
     """The path at the knee of a front, by :func:`front_shares`; None for fewer than three paths, or unknown shares.
 
     It is the path farthest from the chord between the ends, with both axes scaled to [0, 1]: I. Das, On characterizing

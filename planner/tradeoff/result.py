@@ -27,8 +27,8 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.network import PathCost, at_beta, build_network
-from planner.search.search import RoadmapPaths, second_looks
-from planner.tradeoff.envelope import EnvelopeSearch, SupportInterval, front_shares, knee_of, support_intervals
+from planner.search.search import RoadmapPaths, make_recheck
+from planner.tradeoff.envelope import EnvelopeSearch, SupportInterval, find_knee, front_shares, support_intervals
 from planner.tradeoff.record import (
     NUMBERS,
     SWEEP_NAME,
@@ -145,7 +145,7 @@ class Tradeoff(Result[SweepRecord]):
         checker, roadmap = reopen_plan(record.config, folder / ROADMAP_NAME), load_roadmap(folder / ROADMAP_NAME)
         request = SweepRequest.from_config(record.config)
         kept = {"clearance": record.clearance_kept, "edges_removed": record.roadmap.edges_removed}
-        found = with_intervals(cls(request, Outcome.INTERRUPTED, checker, roadmap, **kept))
+        found = add_intervals(cls(request, Outcome.INTERRUPTED, checker, roadmap, **kept))
         intervals = list(found.intervals)
         for k, known in enumerate(record.intervals):
             if k >= len(intervals) or intervals[k].path_nodes.tolist() != known.path_nodes:
@@ -170,7 +170,7 @@ class Tradeoff(Result[SweepRecord]):
         plan, clock = self.plan_along(item, beta), Stopwatch()
         with clock("gabf"):
             network = at_beta(item.cost_to_go.network, beta)
-            law = gabf.named_law(plan.request.quality.law, plan.request.quality.prescribed_time)
+            law = gabf.law_from_name(plan.request.quality.law, plan.request.quality.prescribed_time)
             field = gabf.solve(network, law=law, x0=None if law.needs_overestimate else item.cost_to_go.x)
         shown = self._shown if self.complete else ()
         notes = (*plan.end_notes, note) if note else plan.end_notes
@@ -189,7 +189,7 @@ class Tradeoff(Result[SweepRecord]):
 
     @property
     def knee(self) -> Interval | None:
-        """The interval farthest from the chord between the front's ends, see :func:`planner.tradeoff.envelope.knee_of`.
+        """The interval at the knee of the front, see :func:`planner.tradeoff.envelope.find_knee`.
 
             tradeoff.knee and tradeoff.knee.buys
 
@@ -199,7 +199,7 @@ class Tradeoff(Result[SweepRecord]):
 
     @property
     def _knee(self) -> int | None:
-        return knee_of([(item.gain, item.added_length) for item in self.intervals])
+        return find_knee([(item.gain, item.added_length) for item in self.intervals])
 
     def shown_paths(self) -> list[ShownPath]:
         """The paths for a page; those that are proven so far where it was interrupted."""
@@ -260,7 +260,7 @@ class Tradeoff(Result[SweepRecord]):
                 item.trajectory.save(folder / name, self.robot.name, self.scene.name)
 
 
-def with_intervals(draft: Tradeoff, clock: Stopwatch | None = None, progress: Progress = QUIET) -> Tradeoff:
+def add_intervals(draft: Tradeoff, clock: Stopwatch | None = None, progress: Progress = QUIET) -> Tradeoff:
     """The trade-off with the intervals of its roadmap's paths, as far as they are proven until a stop is asked for.
 
     A path that fails its second look is removed, and the search starts over.
@@ -268,9 +268,9 @@ def with_intervals(draft: Tradeoff, clock: Stopwatch | None = None, progress: Pr
     quality, clock = draft.request.quality, clock or Stopwatch()
     with clock("costs"):
         network = build_network(draft.roadmap, quality.objective_at(0.5), draft.clearance)
-        look, floor = second_looks(draft.checker, draft.roadmap, progress=progress), quality.min_manipulability
+        look, floor = make_recheck(draft.checker, draft.roadmap, progress=progress), quality.min_manipulability
         paths = RoadmapPaths(draft.roadmap, draft.robot, network, floor, look)
-    search = EnvelopeSearch(paths, gabf.named_law(quality.law, quality.prescribed_time), clock)
+    search = EnvelopeSearch(paths, gabf.law_from_name(quality.law, quality.prescribed_time), clock)
     while not search.is_done and not progress.stopped:
         search.step()
         progress("beta", int(100 * search.reach), 100)

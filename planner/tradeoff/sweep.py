@@ -11,12 +11,12 @@ from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import Objective, PlanRequest, SweepRequest, TimingRequest, request_of
 from planner.query.query import make_query
-from planner.roadmap.load_or_build import obtain_roadmap
+from planner.roadmap.load_or_build import load_or_build_roadmap
 from planner.roadmap.roadmap import path_waypoints
 from planner.search.manipulability_floor import LayeredNetwork
 from planner.search.search import RoadmapPaths
-from planner.tradeoff.envelope import EnvelopeSearch, knee_of, support_intervals
-from planner.tradeoff.result import Interval, Tradeoff, interval_numbers, with_intervals
+from planner.tradeoff.envelope import EnvelopeSearch, find_knee, support_intervals
+from planner.tradeoff.result import Interval, Tradeoff, add_intervals, interval_numbers
 from planner.trajectory.limits import MotionLimits
 from planner.view.motion import ShownPath, path_rows
 
@@ -49,13 +49,13 @@ def sweep(
         query = make_query(request.what, progress=progress)
         limits = None if timing is None else MotionLimits.from_robot(query.robot, timing)
     with clock("roadmap"):
-        roadmap = obtain_roadmap(request.quality, query, progress)
+        roadmap = load_or_build_roadmap(request.quality, query, progress)
     with clock("improve"):
         roadmap, clearance, _ = improve_for_all_betas(roadmap, query.checker, request.quality, progress)
     begun = {"clearance": clearance, "end_notes": query.end_notes}
     found = Tradeoff(request, Outcome.INTERRUPTED, query.checker, roadmap, **begun)
     if not progress.stopped:
-        found = with_intervals(found, clock, progress)
+        found = add_intervals(found, clock, progress)
     intervals = [replace(item, goal=query.goal_at(item.path[-1])) for item in found.intervals]
     for k, item in enumerate(intervals):
         if progress.stopped:
@@ -79,7 +79,7 @@ def _in_motion(item: Interval, plan: Plan) -> Interval:
     return replace(item, trajectory=motion, duration=None if motion is None else motion.duration, clearance=least)
 
 
-def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
+def add_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
     """The plan with the paths that every other beta would choose on its network, for its page; a search of its own.
 
     One path for every interval of beta, sorted; none where the search was stopped. They consist of proven edges and
@@ -105,7 +105,7 @@ def _paths_for_every_beta(plan: Plan, layered: LayeredNetwork, progress: Progres
     known = support_intervals(search.supports)
     paths = [path_waypoints(plan.roadmap, plan.robot, layered.roadmap_node[piece.support.nodes]) for piece in known]
     numbers = interval_numbers(known, paths, plan.robot, complete=True)
-    knee = knee_of([(item.gain, item.added_length) for item in numbers])
+    knee = find_knee([(item.gain, item.added_length) for item in numbers])
     shown = []
     for k, (item, piece, path) in enumerate(zip(numbers, known, paths, strict=True)):
         costs = item.manipulability_cost, item.distance_cost

@@ -255,6 +255,6 @@ def _noise(trajectory: Trajectory, order: int) -> Floats:
     """(k + 1,) what rounded positions make of a derivative that is not given, at each point."""
     if order < len(trajectory.columns):
         return np.zeros(len(trajectory.times))
-    of_pieces = (2.0, 24.0)[order - 1] * _ROUNDED * np.spacing(np.abs(trajectory.columns[0]).max())
-    padded = np.pad(of_pieces / powers(trajectory.seconds, order)[:, -1], 1)
+    for_pieces = (2.0, 24.0)[order - 1] * _ROUNDED * np.spacing(np.abs(trajectory.columns[0]).max())
+    padded = np.pad(for_pieces / powers(trajectory.seconds, order)[:, -1], 1)
     return padded[:-1] + padded[1:]

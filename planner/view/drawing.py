@@ -167,7 +167,7 @@ def draw_rungs(canvas: Canvas, robot: Robot, q: Floats) -> None:
 
 def joint_matrices(robot: Robot, q: Floats) -> Floats:
     """(n, joints, 4, 4) placements of every joint's frame, those that follow planned ones too."""
-    rotation, position = joint_placements(Chain.of(robot), q)
+    rotation, position = joint_placements(Chain.from_arm(robot), q)
     matrices = np.zeros((*position.shape[:2], 4, 4))
     matrices[..., :3, :3], matrices[..., :3, 3], matrices[..., 3, 3] = rotation, position, 1.0
     return matrices[1:].transpose(1, 0, 2, 3)

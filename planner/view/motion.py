@@ -129,7 +129,7 @@ def _few_digits(values: Floats) -> list[float]:
 
 def chain_data(robot: Robot) -> dict[str, Any]:
     """The joint tree as :class:`~planner.kinematics.forward.Chain` has it, and the tool's place in its last frame."""
-    chain, frame = Chain.of(robot), robot.model.frames[robot.tool_id]
+    chain, frame = Chain.from_arm(robot), robot.model.frames[robot.tool_id]
     return {
         "parent": chain.parent.tolist(),
         "leader": chain.leader.tolist(),

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.errors import AssumptionError
 from planner.gabf import Network
-from planner.gabf.learning import untrained_network
+from planner.gabf.learning import make_untrained_network
 
 SIDE_NODES = 6
 OFFSET = 0.05
@@ -81,4 +81,4 @@ def _matrix(network: Network, cost: Floats) -> csr_matrix:
 def _linked(position: Floats) -> tuple[Network, Floats]:
     d = np.linalg.norm(position[:, None] - position[None], axis=2)
     i, j = np.nonzero((d <= RANGE) & ~np.eye(len(position), dtype=bool))
-    return untrained_network(i, j, np.array([GOAL]), len(position)), d[i, j]
+    return make_untrained_network(i, j, np.array([GOAL]), len(position)), d[i, j]

@@ -111,7 +111,7 @@ def learn_in_turn(first: Stage, rule: LearningRule, graph: GridGraph, iterations
         stage = stages[-1]
         for arc in order:
             weight = stage.wbar.copy()
-            weight[arc] = rule.updated(weight, *activities(stage), graph.d)[arc]
+            weight[arc] = rule.update(weight, *activities(stage), graph.d)[arc]
             stage = planning_stage(replace(stage.network, weight=weight), stage.field.x, stage.field.law)
         stages.append(stage)
     return stages
@@ -139,12 +139,12 @@ class RuleFacts:
 def measure_rule(graph: GridGraph, stages: tuple[Stage, ...]) -> RuleFacts:
     """Compare the updates of all pairs of arcs, and look for a weight outside (0, 1)."""
     ones, zeros = np.ones_like(graph.d), np.zeros_like(graph.d)
-    level = HEBBIAN.unbounded(zeros, ones, ones, graph.d)
-    update = HEBBIAN.unbounded(zeros, *activities(stages[0]), graph.d)
+    level = HEBBIAN.update_unbounded(zeros, ones, ones, graph.d)
+    update = HEBBIAN.update_unbounded(zeros, *activities(stages[0]), graph.d)
     one, other = np.triu_indices(graph.d.size, 1)
     differ = graph.d[one] != graph.d[other]
     shorter = np.sign(graph.d[other] - graph.d[one])[differ]
-    free = [HEBBIAN.unbounded(stage.wbar, *activities(stage), graph.d) for stage in stages[:-1]]
+    free = [HEBBIAN.update_unbounded(stage.wbar, *activities(stage), graph.d) for stage in stages[:-1]]
     outside = [k for k, weights in enumerate(free, start=1) if not ((weights > 0.0) & (weights < 1.0)).all()]
     return RuleFacts(
         equal_activity=bool((shorter * (level[one] - level[other])[differ] > 0.0).all()),

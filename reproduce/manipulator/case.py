@@ -168,7 +168,7 @@ def _solve(
 ) -> tuple[SolveFacts, MeasuredPath | None]:
     """The field of one beta and its path from the start, None where there is none."""
     network = build_network(roadmap, replace(request.quality.objective_at(beta), cost_integration="nodes"))
-    result = gabf.solve(network, law=gabf.named_law(request.quality.law, request.quality.prescribed_time))
+    result = gabf.solve(network, law=gabf.law_from_name(request.quality.law, request.quality.prescribed_time))
     error = gabf.max_error(result, gabf.oracle(network))
     field = SolveFacts(beta, result.settling_time, error, result.premises.zeta, result.premises.L)
     start = int(roadmap.starts[0])

@@ -13,7 +13,7 @@ import pytest
 from benchmarks.attack.certificates.folders import AROUND, folder_of
 from benchmarks.attack.certificates.judge import closest
 from benchmarks.attack.certificates.mutations import Case
-from planner.certificate import PROOF_NAME, certificate_of, certificate_of_motion, verify, verify_proof
+from planner.certificate import PROOF_NAME, make_certificate, make_motion_certificate, verify, verify_proof
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
@@ -48,7 +48,7 @@ def test_plans_are_certified_and_accepted(robot: str, scene: str, tmp_path: Path
 
 
 def test_the_same_plan_has_the_same_certificate() -> None:
-    one, two = (certificate_of(make_post(), AROUND).content() for _ in range(2))
+    one, two = (make_certificate(make_post(), AROUND).content() for _ in range(2))
     assert one == two
 
 
@@ -75,7 +75,7 @@ def test_the_checker_is_one_short_file_that_needs_numpy_alone(tmp_path: Path) ->
 def test_a_motion_is_certified_and_its_limits_are_judged(tmp_path: Path) -> None:
     checker = make_post()
     motion = time_path(AROUND, checker)
-    certificate = certificate_of_motion(checker, motion)
+    certificate = make_motion_certificate(checker, motion)
     assert certificate.whole
     assert len(certificate.arrays["clock"]) == len(motion.times)
     folder, _ = folder_of(tmp_path / "out", checker, AROUND, motion)
@@ -201,4 +201,4 @@ def test_joints_that_slide_or_turn_for_good_are_certified(tmp_path: Path) -> Non
     near = closest(case.data, 300, np.random.default_rng(0), 1.0)
     assert near > 0.01
     assert not case.accepts({**case.data, "margin": np.array(near + 1e-6)}, case.meta)
-    assert not certificate_of(checker, np.array([[0.0, 0.3], [2.1, 0.3]])).whole
+    assert not make_certificate(checker, np.array([[0.0, 0.3], [2.1, 0.3]])).whole

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.certificate import verify_proof as checker
-from planner.certificate.geometry import geometry_of, shapes_of
+from planner.certificate.geometry import extract_geometry, split_shapes
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, tool_joint
 from planner.robot.scene import Scene
@@ -16,8 +16,8 @@ NO_PAIRS: frozenset[frozenset[str]] = frozenset()
 
 
 def world_of(robot: str) -> dict[str, Any]:
-    data = geometry_of(World.of(load(robot), Scene.load("shelf"), NO_PAIRS))
-    return data | {"shapes": shapes_of(data)}
+    data = extract_geometry(World.of(load(robot), Scene.load("shelf"), NO_PAIRS))
+    return data | {"shapes": split_shapes(data)}
 
 
 def test_sine_and_cosine_are_within_what_is_said() -> None:
@@ -40,7 +40,7 @@ def test_sine_and_cosine_are_within_what_is_said() -> None:
 def test_frames_are_those_of_the_robot(robot: str) -> None:
     q = random_q(load(robot), 50)
     turn, origin = checker.frames(world_of(robot), q)
-    rotation, position = joint_placements(Chain.of(load(robot)), q)
+    rotation, position = joint_placements(Chain.from_arm(load(robot)), q)
     np.testing.assert_allclose(turn, rotation, atol=1e-13)
     np.testing.assert_allclose(origin, position, atol=1e-13)
 

@@ -11,8 +11,8 @@ from benchmarks.attack.certificates.folders import AROUND, folder_of
 from benchmarks.attack.certificates.judge import least_w
 from benchmarks.attack.certificates.mutations import WITNESSES, Case, packed
 from planner.base.errors import FileError
-from planner.certificate import certificate_of, verify, verify_proof
-from planner.certificate.geometry import shapes_of
+from planner.certificate import make_certificate, verify, verify_proof
+from planner.certificate.geometry import split_shapes
 from planner.certificate.verify_proof import ROWS, Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
@@ -109,10 +109,10 @@ def test_w_is_that_of_the_planner() -> None:
     for robot in ("iiwa14", "ur5", "planar_2r"):
         arm = load(robot)
         checker, path = make_checker(arm, Scene.load("empty")), random_q(arm, 4)
-        made = certificate_of(checker, path, floor=0.0)
+        made = make_certificate(checker, path, floor=0.0)
         pieces, rows = verify_proof.curves(made.arrays), np.arange(3)
         data = {**made.arrays, "piece": rows, "low": np.full(3, 0.5), "high": np.full(3, 0.5)}
-        reach, spare = verify_proof.reaches(data | {"shapes": shapes_of(data)}, pieces)
+        reach, spare = verify_proof.reaches(data | {"shapes": split_shapes(data)}, pieces)
         least = verify_proof.least_w(data, pieces, reach[-1], spare, ROWS[made.meta["rows"]], rows)
         w = manipulability(arm, 0.5 * (path[1:] + path[:-1]))
         assert (least <= w).all()
@@ -139,11 +139,11 @@ def test_no_optimiser_finds_less_w_where_joints_slide_or_are_few(rows: Rows, tmp
 
 def attacked(checker: CollisionChecker, path: np.ndarray, floor: float, rng: np.random.Generator) -> float:
     """Descents to the least w within what joints move in the intervals; the width of the widest interval."""
-    made, arm = certificate_of(checker, path, floor=floor), checker.robot
+    made, arm = make_certificate(checker, path, floor=floor), checker.robot
     data, pieces = dict(made.arrays), verify_proof.curves(made.arrays)
     data["left"] = np.minimum(data["left"], verify_proof.EXEMPT)  # bodies may touch here
-    data["shapes"] = shapes_of(data)
-    verify_proof.take_parts(data, made.meta, pieces)
+    data["shapes"] = split_shapes(data)
+    verify_proof.assign_witnesses(data, made.meta, pieces)
     reach, spare = verify_proof.reaches(data, pieces)
     floored = np.flatnonzero((data["pair"] == len(data["pairs"])) & data["normal"].any(axis=1))
     assert len(floored)

@@ -36,7 +36,7 @@ def random_scene(seed: int, count: int = 6) -> Scene:
 def both_bounds(world: World, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n, pairs) coarse and close."""
     bound = ClearanceBound(world)
-    rotation, position = joint_placements(Chain.of(world.robot), q)
+    rotation, position = joint_placements(Chain.from_arm(world.robot), q)
     coarse = bound.coarse(rotation, position)
     rows, pairs = (grid.ravel() for grid in np.indices(coarse.shape))
     return coarse, bound.close(rotation, position, rows, pairs).reshape(coarse.shape)
@@ -126,7 +126,7 @@ def test_a_look_finds_what_is_as_near_as_the_margin_and_nothing_farther(kind: st
         world = World.of(robot, Scene("x", obstacles), robot.disabled_pairs or frozenset())
         world = replace(world, self_pairs=world.self_pairs[:0])
         q = random_q(robot, 1, int(rng.integers(1000)))
-        rotation, position = joint_placements(Chain.of(robot), q)
+        rotation, position = joint_placements(Chain.from_arm(robot), q)
         pairs = np.arange(world.checked.size)
         gap = ClearanceBound(world).close(rotation, position, np.zeros_like(pairs), pairs).min()
         if gap > 1e-3:
@@ -148,7 +148,7 @@ def test_a_look_past_a_thousand_obstacles_costs_less_than_their_bounds() -> None
     obstacles = [Obstacle(f"{k}", Box((0.01, 0.01, 0.01)), pose(at)) for k, at in enumerate(away)]
     bound = ClearanceBound(World.of(robot, Scene("x", tuple(obstacles)), robot.disabled_pairs or frozenset()))
     q = np.tile(robot.home, (200, 1))
-    placed = joint_placements(Chain.of(robot), q)
+    placed = joint_placements(Chain.from_arm(robot), q)
 
     def seconds(call: Callable[[], object]) -> float:
         begin = time.process_time()

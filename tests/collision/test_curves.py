@@ -101,7 +101,7 @@ def test_what_is_reached_from_rest_is_not_called_clear(name: str, urdf_file: Cal
     arm += joint_xml("slide", "a", "b", "prismatic", "0 1 0") + joint_xml("turn", "b", "c")
     robot = Robot.load(urdf_file(arm + joint_xml("bend", "c", "d", xyz="0.5 0 0")))
     curve = np.array(FROM_REST[name])
-    turn, shift = joint_placements(Chain.of(robot), states(curve, 3))
+    turn, shift = joint_placements(Chain.from_arm(robot), states(curve, 3))
     middle, end = (turn[3, k] @ [0.5, 0.0, 0.0] + shift[3, k] for k in (1, 2))
     for share in (0.9, 1.0):
         place = pose(((1 - share) * middle + share * end).tolist())

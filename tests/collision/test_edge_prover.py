@@ -239,7 +239,7 @@ def test_curves_that_are_cleared_together_are_not_free_where_joints_work_against
     arm = replace(robot, bodies=(replace(robot.bodies[-1], shape=Sphere(1e-4), placement=pose([0.375, 0, 0])),))
     for _ in range(300):
         q, delta = rng.uniform([-1.5, 2.2], [1.5, 3.0]), rng.uniform([0.0, -0.1], [0.1, 0.0])
-        turn, shift = joint_placements(Chain.of(arm), (q + 2.0 * delta)[None])
+        turn, shift = joint_placements(Chain.from_arm(arm), (q + 2.0 * delta)[None])
         end = turn[2, 0] @ np.array([0.375, 0.0, 0.0]) + shift[2, 0]
         checker = make_checker(arm, scene_of((Sphere(1e-4), pose(end.tolist()))))
         prover, pieces = EdgeProver(checker), np.stack([np.stack([q, delta]), np.stack([q + delta, delta])])

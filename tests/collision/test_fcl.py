@@ -221,7 +221,7 @@ def test_what_a_signal_raises_ends_the_check_and_is_not_lost() -> None:
 
 def near(world: World, q: np.ndarray, reach: float) -> list[tuple[int, int]]:
     """(configuration, pair) of what boxes leave to be asked about."""
-    found = Boxes(world).near(*joint_placements(Chain.of(world.robot), q), reach)
+    found = Boxes(world).near(*joint_placements(Chain.from_arm(world.robot), q), reach)
     return [pair for rows, pairs in found for pair in zip(rows.tolist(), pairs.tolist(), strict=True)]
 
 

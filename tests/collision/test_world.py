@@ -54,7 +54,7 @@ def test_another_scene_and_what_is_carried_leave_the_rest_of_a_world_as_it_is() 
 def test_no_motion_changes_a_distance_by_more_than_the_reach_says() -> None:
     """Of the centres of bodies, which are points of them."""
     world = World.of(ROBOT, SCENE, frozenset())
-    chain = Chain.of(ROBOT)
+    chain = Chain.from_arm(ROBOT)
 
     def centres(q: np.ndarray) -> np.ndarray:
         rotation, position = joint_placements(chain, q[None])

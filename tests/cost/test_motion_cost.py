@@ -36,10 +36,10 @@ def test_pieces_cost_together_what_their_motion_costs(beta: float, metric: Metri
     b = a + made.robot.difference(a, made.roadmap.nodes[made.roadmap.edges[:, 1]])
     shares = np.linspace(0.0, 1.0, 201)[:, None, None]
     places = a + shares * (b - a)
-    fine, coarse = (sum(map(cost.of_pieces, at[:-1], at[1:])) for at in (places, places[::5]))
+    fine, coarse = (sum(map(cost.for_pieces, at[:-1], at[1:])) for at in (places, places[::5]))
     np.testing.assert_allclose(fine, coarse, rtol=0.02)
     long = cost(a, b) > 2.0 * made.roadmap.scale.zeta
-    np.testing.assert_allclose(cost.of_pieces(a, b)[long], cost(a, b)[long], rtol=1e-9)
+    np.testing.assert_allclose(cost.for_pieces(a, b)[long], cost(a, b)[long], rtol=1e-9)
 
 
 @pytest.mark.parametrize(("beta", "floor", "longest"), [(0.0, 0.0, np.inf), (0.4, 0.03, 0.8), (1.0, 0.03, 0.8)])
@@ -56,7 +56,7 @@ def test_edges_cost_what_their_motions_cost(
     motions = cost(a, a + made.robot.difference(a, b))
     assert np.isfinite(motions).any()
     assert floor == 0 or np.isinf(motions).any()
-    np.testing.assert_allclose(cost.of_edges(roadmap), motions, rtol=1e-9)
+    np.testing.assert_allclose(cost.charge_edges(roadmap), motions, rtol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["panda", "kinova", "planar_2r"])
@@ -112,7 +112,7 @@ def test_what_is_to_be_short_costs_its_length(name: str) -> None:
     robot = load(name)
     a, b = random_q(robot, 40, seed=0), random_q(robot, 40, seed=1)
     b = a + robot.difference(a, b)
-    np.testing.assert_allclose(MotionCost.of_length(robot)(a, b), np.linalg.norm(b - a, axis=1), rtol=1e-13)
+    np.testing.assert_allclose(MotionCost.from_length(robot)(a, b), np.linalg.norm(b - a, axis=1), rtol=1e-13)
 
 
 def test_half_a_turn_of_a_free_joint_is_barred() -> None:

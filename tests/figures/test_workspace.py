@@ -11,7 +11,7 @@ import pytest
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Path3DCollection
 
 from planner import figures
-from planner.figures.workspace import clipped, faces_of
+from planner.figures.workspace import clip_face, faces_of
 from planner.kinematics.forward import tool_positions
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
@@ -97,7 +97,7 @@ def test_a_face_is_cut_at_the_box() -> None:
     low, high = np.full(3, -0.5), np.full(3, 0.5)
     for _ in range(50):
         face = rng.uniform(-1.5, 1.5, (3, 3))
-        cut = clipped(face, low, high)
+        cut = clip_face(face, low, high)
         share = rng.dirichlet(np.ones(3), 4000) @ face
         inside = ((share >= low) & (share <= high)).all(axis=1).mean()
         area = sum(np.linalg.norm(np.cross(b - cut[0], c - cut[0])) for b, c in itertools.pairwise(cut[1:]))
@@ -105,4 +105,4 @@ def test_a_face_is_cut_at_the_box() -> None:
         if len(cut):
             assert (cut >= low - 1e-12).all()
             assert (cut <= high + 1e-12).all()
-    assert len(clipped(np.full((3, 3), 2.0), low, high)) == 0
+    assert len(clip_face(np.full((3, 3), 2.0), low, high)) == 0

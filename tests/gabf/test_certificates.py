@@ -77,7 +77,7 @@ def test_a_date_beside_a_bound_is_as_close_as_it_takes(share):
     """eq. (errorbound) is the date itself where a chain starts from equal errors; steps that are off change nothing."""
     net, law = chain(4), gabf.Nominal()
     result = solve(net, law, gabf.oracle(net) + 5.0)
-    off = replace(result, dated_tau=share * result.dated_tau)
+    off = replace(result, estimated_tau=share * result.estimated_tau)
     found = [c for c in gabf.certify(net, law, off) if c.equation == "eq. (errorbound)"]
     assert len(found) == 2
     for c in found:
@@ -92,7 +92,7 @@ def test_what_holds_is_what_the_numbers_say(bound):
     result = solve(NET, x0=3.0)
     earliest, latest = result.settling_within(0.01)
     asked = {"below": 0.99 * earliest, "between": 0.5 * (earliest + latest), "above": 1.01 * latest}[bound]
-    date, low, high = numbers(*certificates._date(replace(result, dated_tau=2.0 * latest), asked))
+    date, low, high = numbers(*certificates._date(replace(result, estimated_tau=2.0 * latest), asked))
     assert low <= date <= high
     assert (date <= asked) == (bound != "below")
     assert bound != "between" or (date == asked and high <= 1.01 * low)

@@ -155,7 +155,7 @@ def test_a_user_kernel_of_slope_above_one_is_enclosed():
     )
     for start in (0.0, 40.0):
         result = solve(net, x0=start, settle_tolerance=1e-6)
-        fine = solve(net, x0=start, solver=gabf.Splitting(1e-5), settle_tolerance=1e-6).dated_tau
+        fine = solve(net, x0=start, solver=gabf.Splitting(1e-5), settle_tolerance=1e-6).estimated_tau
         assert result.settling_within(0.1)[0] <= fine <= result.settling_tau_bracket[1]
 
 
@@ -216,7 +216,7 @@ def test_the_date_that_is_told_lies_in_its_bracket():
         earliest, latest = result.settling_tau_bracket
         assert earliest <= result.settling_tau <= latest, seed
         assert result.settling_time == law.clock.time(result.settling_tau)
-        outside += not earliest <= result.dated_tau <= latest
+        outside += not earliest <= result.estimated_tau <= latest
         closer = result.settling_within(0.1)
         assert earliest <= closer[0] <= closer[1] <= latest
     assert outside >= 3

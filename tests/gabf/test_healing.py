@@ -49,15 +49,15 @@ def test_the_start_is_an_overestimate_that_keeps_what_stands(seed: int) -> None:
     rng = np.random.default_rng(seed)
     net = scattered(60, seed)
     x = gabf.oracle(net)
-    np.testing.assert_array_equal(gabf.raised_start(net, x), x)
+    np.testing.assert_array_equal(gabf.raise_start(net, x), x)
     after = changed(net, rng)
-    start, x_star = gabf.raised_start(after, x), gabf.oracle(after)
+    start, x_star = gabf.raise_start(after, x), gabf.oracle(after)
     reached = np.isfinite(x_star)
     np.testing.assert_array_equal(np.isfinite(start), reached)
     assert (start[reached] >= x_star[reached] * (1 - 1e-12)).all()
     # where nothing became dearer or vanished, x stands as it is
     cheaper = replace(net, weight=0.5 * net.weight)
-    np.testing.assert_array_equal(gabf.raised_start(cheaper, x), x)
+    np.testing.assert_array_equal(gabf.raise_start(cheaper, x), x)
 
 
 def test_only_the_subtree_behind_a_lost_arc_is_raised() -> None:

@@ -24,7 +24,7 @@ rate = st.floats(1e-6, 1e6)
 def network_of(pairs: list[tuple[int, int]], n: int, source: int = 0) -> gabf.Network:
     """Both arcs of every pair, untrained."""
     arcs = np.array(sorted({*pairs, *((j, i) for i, j in pairs)}), dtype=np.int64).reshape(-1, 2)
-    return learning.untrained_network(arcs[:, 0], arcs[:, 1], np.array([source]), n)
+    return learning.make_untrained_network(arcs[:, 0], arcs[:, 1], np.array([source]), n)
 
 
 def random_network(seed: int, n: int = 7) -> tuple[gabf.Network, np.ndarray]:
@@ -52,7 +52,7 @@ def simple_paths(network: gabf.Network, node: int, been: tuple[int, ...] = ()) -
 def test_the_hebbian_rule_is_the_printed_one() -> None:
     rng = np.random.default_rng(0)
     wbar, a, b, d = rng.uniform(0.3, 0.6, 9), rng.random(9), rng.random(9), rng.uniform(0.1, 0.3, 9)
-    changed = Hebbian(alpha=0.2, beta=2.0).updated(wbar, a, b, d)
+    changed = Hebbian(alpha=0.2, beta=2.0).update(wbar, a, b, d)
     for k in range(9):
         assert changed[k] == pytest.approx(wbar[k] + 0.2 * a[k] * b[k] * (1.0 - 2.0 * d[k]), rel=1e-14)
 
@@ -62,7 +62,7 @@ def test_the_error_driven_rule_moves_by_its_gain_towards_its_fixed_point() -> No
     wbar, d = np.array([0.5, 0.5, 0.95]), np.array([0.2, 0.2, 0.2])
     a, b = np.array([0.5, 1.0, 0.1]), np.array([0.5, 0.9, 0.2])
     # gains 0.5, 1 (1.8 capped) and 0.04; all weights go to 1 - 0.5 * 0.2 = 0.9
-    assert rule.updated(wbar, a, b, d) == pytest.approx([0.7, 0.9, 0.95 - 0.04 * 0.05], rel=1e-14)
+    assert rule.update(wbar, a, b, d) == pytest.approx([0.7, 0.9, 0.95 - 0.04 * 0.05], rel=1e-14)
     assert rule.target(d) == pytest.approx([0.9, 0.9, 0.9])
 
 
@@ -70,7 +70,7 @@ def test_the_error_driven_rule_moves_by_its_gain_towards_its_fixed_point() -> No
 @given(rate, rate, inside, activity, activity, st.floats(0.0, 1e6))
 def test_hebbian_weights_stay_between_floor_and_ceiling(alpha, beta, wbar, a, b, d) -> None:
     rule = Hebbian(alpha=alpha, beta=beta)
-    changed = rule.updated(*(np.array([value]) for value in (wbar, a, b, d)))
+    changed = rule.update(*(np.array([value]) for value in (wbar, a, b, d)))
     assert 0.0 < rule.floor <= changed[0] <= rule.ceiling < 1.0
 
 
@@ -84,7 +84,7 @@ def test_error_driven_weights_stay_in_the_open_interval(alpha, wbar, a, b, reach
         with pytest.raises(AssumptionError):
             rule.target(np.array([d]))
         return
-    changed, target = rule.updated(*(np.array([value]) for value in (wbar, a, b, d))), rule.target(np.array([d]))
+    changed, target = rule.update(*(np.array([value]) for value in (wbar, a, b, d))), rule.target(np.array([d]))
     assert 0.0 < changed[0] < 1.0
     assert min(wbar, target[0]) <= changed[0] <= max(wbar, target[0])
 
@@ -94,7 +94,7 @@ def test_rounding_does_not_carry_a_weight_to_one() -> None:
     rule = ErrorDriven(alpha=1e9, beta=1.0)
     for wbar in (1e-300, 0.3, 0.5, 0.7, below_one):
         for d in (1.2e-16, 2.3e-16, 1e-15, 1.0 - 1e-16):
-            changed = rule.updated(np.array([wbar]), np.ones(1), np.ones(1), np.array([d]))
+            changed = rule.update(np.array([wbar]), np.ones(1), np.ones(1), np.array([d]))
             assert 0.0 < changed[0] < 1.0
 
 
@@ -163,7 +163,7 @@ def test_a_stage_starts_from_the_x_of_the_one_before_under_the_same_law() -> Non
 )
 def test_weights_stay_in_the_open_interval_and_the_kernel_progressive(seed, alpha, beta, first, hebbian) -> None:
     network, d = random_network(seed, 5)
-    network = learning.untrained_network(network.tails, network.indices, network.sources, network.n_nodes, first)
+    network = learning.make_untrained_network(network.tails, network.indices, network.sources, network.n_nodes, first)
     rule = Hebbian(alpha=alpha, beta=beta) if hebbian else ErrorDriven(alpha=alpha, beta=beta)
     for stage in learning.learn(network, rule, d, iterations=3):
         premises = stage.field.premises
@@ -178,7 +178,7 @@ def test_weights_stay_in_the_open_interval_and_the_kernel_progressive(seed, alph
 
 def test_nodes_without_a_path_are_silent() -> None:
     # node 2 reads node 1, node 3 reads nothing and is read by node 1
-    network = learning.untrained_network(np.array([1, 1, 2]), np.array([0, 3, 1]), np.array([0]), 4)
+    network = learning.make_untrained_network(np.array([1, 1, 2]), np.array([0, 3, 1]), np.array([0]), 4)
     d = np.array([0.1, 0.1, 0.1])
     first, second = learning.learn(network, ErrorDriven(beta=0.1), d, 1)
     assert first.activity.tolist() == [1.0, 0.5, 0.25, 0.0]
@@ -192,5 +192,5 @@ def test_a_path_too_long_for_its_weights_is_refused_not_rounded_away() -> None:
     with pytest.raises(AssumptionError, match="progressive"):
         learning.planning_stage(network_of(pairs, n))
     network = network_of(pairs, n)
-    nearer = learning.untrained_network(network.tails, network.indices, network.sources, network.n_nodes, 0.9)
+    nearer = learning.make_untrained_network(network.tails, network.indices, network.sources, network.n_nodes, 0.9)
     assert learning.planning_stage(nearer).activity[-1] == pytest.approx(0.9**59, rel=1e-9)

@@ -43,7 +43,7 @@ def test_states_are_those_of_an_independent_integrator(tolerance):
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 def test_one_node_settles_when_its_scalar_equation_says(law):
     result = solve(chain(2), law, 3.0, gabf.Splitting(0.01))
-    assert result.dated_tau == pytest.approx(law.flow.time_between(2.0, 1e-9), rel=0.02)
+    assert result.estimated_tau == pytest.approx(law.flow.time_between(2.0, 1e-9), rel=0.02)
 
 
 def test_large_steps_are_sweeps_of_bellman_and_ford():

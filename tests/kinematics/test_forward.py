@@ -27,7 +27,7 @@ def odd_robot(urdf_file) -> Robot:
 
 
 def assert_as_pinocchio(robot: Robot, q: np.ndarray) -> None:
-    rotation, position = joint_placements(Chain.of(robot), q)
+    rotation, position = joint_placements(Chain.from_arm(robot), q)
     tools = tool_positions(robot, q)
     data = robot.model.createData()
     for k, row in enumerate(q):

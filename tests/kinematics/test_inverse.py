@@ -99,7 +99,7 @@ def test_the_angle_that_is_left_is_pinocchios_up_to_half_a_turn():
         for angle in (0.0, 1e-9, 1.0, np.pi - 1e-7, np.pi):
             target = tool(robot, q)
             target.rotation = target.rotation @ pin.exp3(angle * axis / np.linalg.norm(axis))
-            _, _, left = Chain.of(robot).native.inverse(
+            _, _, left = Chain.from_arm(robot).native.inverse(
                 q[None],
                 int(frame.parentJoint),
                 frame.placement.homogeneous,

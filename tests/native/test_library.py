@@ -106,7 +106,7 @@ def test_sines_are_those_of_the_math_module() -> None:
 def test_four_configurations_have_the_bits_of_one(name: str) -> None:
     """Frames are placed one configuration at a time, a carried point at four."""
     robot = load(name)
-    q, chain, tool = random_q(robot, 13), Chain.of(robot), robot.model.frames[robot.tool_id]
+    q, chain, tool = random_q(robot, 13), Chain.from_arm(robot), robot.model.frames[robot.tool_id]
     turn, shift = chain.native.placements(q)
     joint, point = tool.parentJoint, tool.placement.translation
     expected = (turn[joint] * point).sum(axis=2) + shift[joint]

@@ -17,7 +17,7 @@ WBAR = {(0, 1): 0.5, (1, 2): 0.6, (0, 3): 0.9, (3, 2): 0.2}
 
 def test_links_are_shaded_by_weight_and_both_paths_drawn() -> None:
     arcs = np.array(sorted(WBAR))
-    network = learning.untrained_network(arcs[:, 0], arcs[:, 1], np.array([2]), 4)
+    network = learning.make_untrained_network(arcs[:, 0], arcs[:, 1], np.array([2]), 4)
     trained = replace(network, weight=np.array([WBAR[i, j] for i, j in arcs.tolist()]))
     stage = learning.planning_stage(trained, iteration=6)
     assert stage.path(0).tolist() == [0, 1, 2]

@@ -172,7 +172,7 @@ def test_it_does_not_grow_where_it_need_not(caplog, monkeypatch):
 
 def test_one_reachable_goal_of_several_is_enough(monkeypatch):
     monkeypatch.setattr("planner.roadmap.connect_endpoints.bridges", lambda *_, **__: pytest.fail("grown"))
-    monkeypatch.setattr("planner.roadmap.connect_endpoints.straight_paths", lambda *_: [])
+    monkeypatch.setattr("planner.roadmap.connect_endpoints.prove_straight_paths", lambda *_: [])
     old = around_the_post()
     apart = [np.linalg.norm(old.nodes - q, axis=1) for q in (Q, OTHER)]
     lonely = int(np.argmax(np.minimum(*apart)))  # no neighbour of the new ends

@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
-from planner.roadmap.connections import candidate_links, connect, nearest_neighbours, nearest_of
+from planner.roadmap.connections import candidate_links, connect, find_nearest, nearest_neighbours
 from planner.roadmap.roadmap import component_labels
 from tests.random_shapes import QUICK
 from tests.worlds import load, random_q, scene_of
@@ -142,7 +142,7 @@ def test_the_nearest_to_angles_just_below_zero():
     robot = load("kinova")
     nodes = random_q(robot, 300)
     nodes[7, robot.continuous] = -4e-16
-    length, order = nearest_of(robot, nodes, nodes, 1)
+    length, order = find_nearest(robot, nodes, nodes, 1)
     assert order[7, 0] == 7
     assert length[7, 0] < 1e-12
 

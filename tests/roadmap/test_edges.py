@@ -11,8 +11,8 @@ from planner.collision.edge_prover import EdgeProver
 from planner.collision.looks import recheck
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.edges import MotionChecker, RecordingProver, enlarged
-from planner.roadmap.shortcuts import in_pieces
+from planner.roadmap.edges import MotionChecker, RecordingProver, enlarge_roadmap
+from planner.roadmap.shortcuts import split_motions
 from planner.robot.scene import Scene
 from tests.coal_judge import CoalWorld
 from tests.worlds import checker_of, load, make_post, post_roadmap, random_q, small_plan
@@ -82,7 +82,7 @@ def test_pieces_have_the_certificate_of_the_motion_that_they_are_of(proven, monk
     assert prover.free(a, b - a).all()
     monkeypatch.setattr(EdgeProver, "prove", lambda *_: pytest.fail("proven twice"))
     for first, last, promised in zip(a, b, clearance, strict=True):
-        rows = in_pieces(prover, np.array([first, last]), 0.3)
+        rows = split_motions(prover, np.array([first, last]), 0.3)
         backwards = np.arange(len(rows))[:0:-1]
         pairs = np.column_stack([backwards, backwards - 1])
         found, looked = prover.certificates(rows, pairs)
@@ -98,7 +98,7 @@ def test_each_piece_of_a_path_has_the_certificate_of_its_own_motion(proven):
     a, b = q[edges.T]
     there, back = prover.prove(a, b - a), prover.prove(b, a - b)
     for first, last, one, other in zip(a, b, there.clearance, back.clearance, strict=True):
-        rows = in_pieces(prover, np.array([first, last, first]), 0.3)
+        rows = split_motions(prover, np.array([first, last, first]), 0.3)
         number = np.arange(len(rows) - 1)
         found, looked = prover.certificates(rows, np.column_stack([number, number + 1]))
         half = len(number) // 2
@@ -112,7 +112,7 @@ def test_nothing_is_claimed_for_what_cannot_be_proven():
     """Neither for the motion nor for its pieces."""
     prover = RecordingProver(make_post())
     across = np.array([[-1.0, 0.0], [1.0, 0.0]])  # straight through the post
-    for rows, edge in ((across, [[0, 1]]), (in_pieces(prover, across, 0.5), [[1, 2]])):
+    for rows, edge in ((across, [[0, 1]]), (split_motions(prover, across, 0.5), [[1, 2]])):
         free, samples = prover.certificates(rows, np.array(edge))
         assert (free.tolist(), samples.tolist()) == ([0.0], [0])
 
@@ -142,7 +142,7 @@ def test_the_shortest_way_turns_as_the_path_does() -> None:
         path = np.repeat(robot.home[None], 41, axis=0)
         path[:, joint] += np.linspace(0.0, turn, len(path))
         path = robot.normalise(path)
-        short = MotionChecker(prover).shortest_way(path)
+        short = MotionChecker(prover).shorten_path(path)
         assert len(short) < 10
         np.testing.assert_array_equal(short[[0, -1]], path[[0, -1]])
         np.testing.assert_allclose(robot.unwound(short)[-1] - path[0], robot.unwound(path)[-1] - path[0], atol=1e-9)
@@ -179,7 +179,7 @@ def free_pairs(prover: RecordingProver, count: int) -> np.ndarray:
 def test_edges_that_are_there_stay_and_new_ones_come_once() -> None:
     old, prover = post_roadmap(), RecordingProver(make_post())
     new = free_pairs(prover, 5)
-    made = enlarged(old, prover, old.nodes[:0], np.concatenate([new, old.edges[:7], new]))
+    made = enlarge_roadmap(old, prover, old.nodes[:0], np.concatenate([new, old.edges[:7], new]))
     assert sorted(map(tuple, made.edges.tolist())) == sorted(map(tuple, [*old.edges.tolist(), *new.tolist()]))
     rows = [made.edge_index(i, j) for i, j in old.edges.tolist()]
     for name in ("proven", "joint_length", "tool_length", "clearance", "samples", "edge_manipulability"):
@@ -194,9 +194,9 @@ def test_the_margin_is_the_weaker_one_and_clearances_count_from_it(margin: float
     assert prover.world.margin == 0.0
     with_margin = replace(old, origin=replace(old.origin, margin=margin))
     new = free_pairs(prover, 1)
-    made = enlarged(with_margin, prover, old.nodes[:0], new)
+    made = enlarge_roadmap(with_margin, prover, old.nodes[:0], new)
     assert made.origin.margin == 0.0
     rows = [made.edge_index(i, j) for i, j in old.edges.tolist()]
     np.testing.assert_allclose(made.clearance[rows], old.clearance + margin, rtol=0, atol=1e-15)
-    same = enlarged(old, prover, old.nodes[:0], new)
+    same = enlarge_roadmap(old, prover, old.nodes[:0], new)
     assert made.clearance[made.edge_index(*new[0])] == same.clearance[same.edge_index(*new[0])]

@@ -15,7 +15,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import Growth, GrowthSettings, ascend_manipulability, grow
 from planner.roadmap.roadmap import component_labels
-from planner.roadmap.shortcuts import best_path
+from planner.roadmap.shortcuts import find_best_path
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Sphere
 from planner.trajectory.measure import joint_path_length, path_contact
@@ -73,7 +73,7 @@ def test_first_paths_are_searched_where_a_shorter_one_may_pass(monkeypatch):
         growth = grown(checker, 100, seed, start, goal)
         a, b = growth.nodes[growth.edges.T]
         length = np.linalg.norm(a - b, axis=1)
-        path = best_path(growth.nodes, growth.edges, length, growth.starts, growth.goals)
+        path = find_best_path(growth.nodes, growth.edges, length, growth.starts, growth.goals)
         assert path is not None
         return joint_path_length(path)
 
@@ -86,7 +86,7 @@ def test_first_paths_are_searched_where_a_shorter_one_may_pass(monkeypatch):
 
 def test_searches_that_cannot_even_begin_end(post, monkeypatch):
     calls = []
-    monkeypatch.setattr("planner.roadmap.grow.shorter_path", lambda *asked: (calls.append(asked), (None, 0))[1])
+    monkeypatch.setattr("planner.roadmap.grow.find_shorter_path", lambda *asked: (calls.append(asked), (None, 0))[1])
     monkeypatch.setattr("planner.roadmap.grow._SHORTER", 7)
     monkeypatch.setattr("planner.roadmap.grow._NEARLY_STRAIGHT", 0.0)
     grown(post, nodes=300)

@@ -5,7 +5,7 @@ import numpy as np
 from planner.cost.motion_cost import MotionCost
 from planner.planning.plan import plan
 from planner.problem.request import Objective, PlanRequest
-from planner.roadmap.improve import improve, without_last_grown
+from planner.roadmap.improve import improve, remove_last_grown
 from planner.roadmap.refine import TOLERANCE
 from planner.robot.poses import pose
 from planner.robot.scene import Obstacle, Scene
@@ -46,7 +46,7 @@ def test_improvement_keeps_the_roadmap_and_repeats() -> None:
 def test_the_last_grown_nodes_make_room() -> None:
     made = small_plan()
     n, path = len(made.roadmap.nodes), made.path_nodes
-    fewer = without_last_grown(made.roadmap, n, n - 20, path)
+    fewer = remove_last_grown(made.roadmap, n, n - 20, path)
     assert len(fewer.nodes) == n - 20
     assert fewer.is_connected
     kept = {q.tobytes() for q in fewer.nodes}

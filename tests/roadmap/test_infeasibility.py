@@ -7,7 +7,7 @@ from planner.collision import make_checker
 from planner.problem.outcome import BudgetSpent, Separated
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import GrowthSettings
-from planner.roadmap.infeasibility import why_apart
+from planner.roadmap.infeasibility import explain_separation
 from planner.roadmap.roadmap import Roadmap
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
@@ -35,7 +35,7 @@ def without(scene: Scene, *names: str) -> tuple[Obstacle, ...]:
 def test_a_wall_is_named_and_without_it_they_are_joined(others: tuple[Obstacle, ...]) -> None:
     roadmap, scene = grown(WALL, BEHIND, *others)
     assert not roadmap.is_connected
-    reason = why_apart(roadmap, make_checker(load("planar_2r"), scene))
+    reason = explain_separation(roadmap, make_checker(load("planar_2r"), scene))
     assert isinstance(reason, Separated)
     assert len(reason.obstacles) == 1
     assert reason.obstacles[0] in ("wall", "behind")
@@ -51,7 +51,7 @@ def test_two_that_stand_behind_each_other_are_named_together() -> None:
     """Behind the robot the way is shut by a wall at its joint limit."""
     shut = [Obstacle(f"behind {k}", Box((0.02, 0.6, 0.4)), pose([0.05 * k, -0.5, 0.0])) for k in range(3)]
     roadmap, scene = grown(WALL, SECOND, *shut)
-    reason = why_apart(roadmap, make_checker(load("planar_2r"), scene))
+    reason = explain_separation(roadmap, make_checker(load("planar_2r"), scene))
     assert isinstance(reason, Separated)
     assert set(reason.obstacles) == {"wall", "second wall"}
     assert grown(*without(scene, *reason.obstacles))[0].is_connected
@@ -61,7 +61,7 @@ def test_two_that_stand_behind_each_other_are_named_together() -> None:
 
 def test_the_gap_is_the_shortest_motion_between_the_parts() -> None:
     roadmap, scene = grown(WALL, BEHIND)
-    gap = why_apart(roadmap, make_checker(load("planar_2r"), scene)).gap
+    gap = explain_separation(roadmap, make_checker(load("planar_2r"), scene)).gap
     labels = roadmap.components
     mine, theirs = (roadmap.nodes[np.isin(labels, labels[ends])] for ends in (roadmap.starts, roadmap.goals))
     apart = np.linalg.norm(load("planar_2r").difference(mine[:, None], theirs[None]), axis=2)
@@ -75,7 +75,7 @@ def test_no_obstacle_is_blamed_where_the_budget_was_too_small() -> None:
     """Without its edges a roadmap is as many parts as it has nodes, and the way between them is free."""
     roadmap, scene = grown(ASIDE)
     parts = roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), np.zeros(len(roadmap.edges), dtype=bool))
-    reason = why_apart(parts, make_checker(load("planar_2r"), scene))
+    reason = explain_separation(parts, make_checker(load("planar_2r"), scene))
     assert isinstance(reason, BudgetSpent)
     assert reason.nodes == len(roadmap.nodes)
     assert "no obstacle was found" in reason.sentence

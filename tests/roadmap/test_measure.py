@@ -13,7 +13,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.measure import measure_edges, unchecked, with_checked_nodes
+from planner.roadmap.measure import check_nodes, measure_edges, unchecked
 from planner.robot.scene import Scene
 from tests.worlds import load, make_post, post_roadmap, small_plan
 
@@ -79,7 +79,7 @@ def test_a_node_that_the_library_refuses_is_left_out_and_said(caplog: pytest.Log
     limit = float(np.sort(np.delete(roadmap.nodes[:, 0], [0, 1]))[-3])
     checker = Strict(make_post(), limit)
     with caplog.at_level(logging.WARNING):
-        left = with_checked_nodes(roadmap, checker)
+        left = check_nodes(roadmap, checker)
     refused = int((roadmap.nodes[:, 0] > limit).sum())
     assert refused >= 2
     assert len(left.nodes) == 60 - refused

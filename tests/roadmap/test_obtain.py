@@ -15,7 +15,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.load_or_build import in_this_world, obtain_roadmap, reprove
+from planner.roadmap.load_or_build import load_or_build_roadmap, reprove, reprove_if_needed
 from planner.roadmap.storage import same_world, save_roadmap
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
@@ -33,20 +33,20 @@ REQUEST = PlanRequest.from_options(
 def test_without_a_file_it_is_grown_as_the_request_says() -> None:
     query = make_query(REQUEST.what)
     direct = build_roadmap(query.robot, query.checker, query.starts, query.goals, 40, 3)
-    assert obtain_roadmap(REQUEST.quality, query).sha256 == direct.sha256
+    assert load_or_build_roadmap(REQUEST.quality, query).sha256 == direct.sha256
 
 
 def test_a_kept_one_gets_the_querys_ends(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     save_roadmap(post_roadmap(), tmp_path / "kept.npz")
     request = REQUEST.with_options(roadmap=tmp_path / "kept.npz", start="q:-1.1,0.7")
     query = make_query(request.what)
-    found = obtain_roadmap(request.quality, query)
+    found = load_or_build_roadmap(request.quality, query)
     np.testing.assert_array_equal(found.nodes[found.starts], query.starts)
     np.testing.assert_array_equal(found.nodes[found.goals], query.goals)
     np.testing.assert_array_equal(found.nodes[: len(post_roadmap().nodes)], post_roadmap().nodes)
     assert found.is_connected
     assert ("--nodes is not followed" in caplog.text) == (len(post_roadmap().nodes) != request.quality.nodes)
-    obtain_roadmap(request.with_options(nodes=41).quality, query)
+    load_or_build_roadmap(request.with_options(nodes=41).quality, query)
     assert "--nodes is not followed" in caplog.text
 
 
@@ -54,7 +54,7 @@ def test_of_a_file_of_another_world_the_edges_that_hold_are_used(tmp_path: Path)
     save_roadmap(post_roadmap(), tmp_path / "kept.npz")
     request = REQUEST.with_options(roadmap=tmp_path / "kept.npz", scene="empty")
     query = make_query(request.what)
-    found = obtain_roadmap(request.quality, query)
+    found = load_or_build_roadmap(request.quality, query)
     assert same_world(found, query.checker)
     assert found.proven.all()
     assert len(found.edges) >= len(post_roadmap().edges)
@@ -104,10 +104,10 @@ def test_edges_that_are_kept_are_free_in_coals_opinion_and_those_dropped_are_not
 
 
 def test_in_its_own_world_it_stays_as_it_is_and_elsewhere_a_message_counts_edges(caplog):
-    assert in_this_world(OLD, make_post()) is OLD
+    assert reprove_if_needed(OLD, make_post()) is OLD
     assert caplog.text == ""
     with caplog.at_level(logging.DEBUG, "planner.notes"):
-        part = in_this_world(OLD, WORLDS["added"]())
+        part = reprove_if_needed(OLD, WORLDS["added"]())
     assert f"{len(part.edges)} of {len(OLD.edges)} hold" in caplog.text
 
 
@@ -129,7 +129,7 @@ def test_where_w_has_other_rows_it_is_measured_again():
     other = replace(robot, jacobian_rows="pose" if robot.jacobian_rows != "pose" else "translation")
     checker = make_checker(other, make_post().world.scene)
     assert not same_world(OLD, checker)
-    part = in_this_world(OLD, checker)
+    part = reprove_if_needed(OLD, checker)
     assert len(part.edges) == len(OLD.edges)
     np.testing.assert_allclose(part.manipulability, manipulability(other, part.nodes), rtol=1e-9)
 

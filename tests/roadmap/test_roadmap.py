@@ -14,7 +14,7 @@ from planner.collision.looks import recheck
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
-from planner.roadmap.roadmap import origin_of
+from planner.roadmap.roadmap import record_origin
 from tests.worlds import load, make_post, post_roadmap, small_plan
 
 ROADMAP = post_roadmap()
@@ -109,7 +109,7 @@ def test_what_it_says_about_itself_holds(which):
 
 def test_origin_tells_what_it_was_made_for():
     origin = ROADMAP.origin
-    assert origin == origin_of(make_post(), 0)
+    assert origin == record_origin(make_post(), 0)
     assert (origin.robot, origin.scene, origin.tool, origin.margin, origin.seed) == ("planar_2r", "made", "tool", 0, 0)
     assert origin.joints == ("joint_1", "joint_2")
     assert {"ompl", "pin", "python-fcl", "numpy"} <= set(versions())

@@ -16,7 +16,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.edges import MotionChecker, RecordingProver, enlarged
+from planner.roadmap.edges import MotionChecker, RecordingProver, enlarge_roadmap
 from planner.roadmap.roadmap import component_labels
 from planner.roadmap.shortcuts import (
     BETAS,
@@ -25,10 +25,10 @@ from planner.roadmap.shortcuts import (
     _cheaper,
     _with_dips,
     add_refined_paths,
-    best_path,
+    find_best_path,
     prove_shortcuts,
-    straight_paths,
-    subdivided,
+    prove_straight_paths,
+    subdivide,
 )
 from planner.search.network import build_network
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
@@ -49,7 +49,7 @@ def pairs():
         old = replace(post_roadmap(), starts=np.array([start]), goals=np.array([goal]))
         prover = RecordingProver(make_post())
         found = prove_shortcuts(linked(old), prover, 0.8)
-        made.append((old, enlarged(old, prover, found.nodes()[len(old.nodes) :], found.edges())))
+        made.append((old, enlarge_roadmap(old, prover, found.nodes()[len(old.nodes) :], found.edges())))
     return made
 
 
@@ -76,18 +76,18 @@ def test_short_cuts_are_free_and_in_pieces(pairs):
 def test_straight_motions_are_those_that_are_proven():
     motions = MotionChecker(RecordingProver(make_post()))
     goals = np.array([POST_GOAL, POST_START, POST_START + np.array([0.1, 1.2])])
-    (path,) = straight_paths(motions, POST_START[None], goals, 0.5)
+    (path,) = prove_straight_paths(motions, POST_START[None], goals, 0.5)
     np.testing.assert_array_equal(path[[0, -1]], [POST_START, goals[2]])
     assert len(path) == 4
     steep = MotionChecker(motions.prover, floor=10.0)
-    assert straight_paths(steep, POST_START[None], goals, 0.5) == []
+    assert prove_straight_paths(steep, POST_START[None], goals, 0.5) == []
 
 
 def test_pieces_of_a_path_that_wraps():
     robot = load("kinova")
     first = np.where(robot.continuous, 3.0, robot.home)
     last = np.where(robot.continuous, -3.0, robot.home)
-    path, _ = subdivided(robot, np.array([first, last]), 0.1)
+    path, _ = subdivide(robot, np.array([first, last]), 0.1)
     np.testing.assert_array_equal(path[[0, -1]], [first, last])
     steps = np.linalg.norm(robot.difference(path[:-1], path[1:]), axis=1)
     np.testing.assert_allclose(steps.sum(), np.linalg.norm(robot.difference(first, last)))
@@ -124,7 +124,7 @@ def test_the_way_is_the_cheapest_of_all_that_is_proven(beta):
 def test_half_a_turn_is_cut_however_long_pieces_may_be():
     robot = load("kinova")
     ends = np.array([robot.home, robot.normalise(robot.home + np.pi * np.eye(6)[0])])
-    rows, parts = subdivided(robot, ends, 10.0)
+    rows, parts = subdivide(robot, ends, 10.0)
     assert (len(rows), parts.tolist()) == (3, [2])
     assert robot.is_below_half_turn(robot.difference(rows[:-1], rows[1:])).all()
     np.testing.assert_array_equal(rows[[0, 2]], ends)
@@ -163,7 +163,7 @@ def test_refined_paths_make_better_paths() -> None:
         )
         nodes, edges = without.nodes, without.edges
         cost = MotionCost(found.robot, found.roadmap.scale, Objective(beta), longest=np.inf)
-        best = best_path(nodes, edges, cost(nodes[edges[:, 0]], nodes[edges[:, 1]]), without.starts, without.goals)
+        best = find_best_path(nodes, edges, cost(nodes[edges[:, 0]], nodes[edges[:, 1]]), without.starts, without.goals)
         assert best is not None
         ratios.append(total(cost, found.path) / total(cost, best))
     assert max(ratios) <= 1.0

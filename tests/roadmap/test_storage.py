@@ -14,7 +14,7 @@ from planner.problem.request import PlanRequest, WorldRequest
 from planner.query.query import open_world
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import DTYPES, Roadmap
-from planner.roadmap.storage import load_roadmap, reopen_plan, same_world, save_roadmap, summary
+from planner.roadmap.storage import load_roadmap, reopen_plan, same_world, save_roadmap, summarize
 from tests.random_shapes import QUICK
 from tests.worlds import post_roadmap
 
@@ -111,7 +111,7 @@ def test_counts_are_those_of_the_arrays() -> None:
     unproven = roadmap.proven.copy()
     unproven[:3] = False
     some = replace(roadmap, proven=unproven, clearance=np.where(unproven, roadmap.clearance, 99.0))
-    told = summary(some)
+    told = summarize(some)
     neighbours = [sum(node in edge for edge in some.edges.tolist()) for node in range(len(some.nodes))]
     assert told["degree"] == {"min": min(neighbours), "mean": np.mean(neighbours), "max": max(neighbours)}
     assert told["edges_certified"] == len(some.edges) - 3
@@ -125,7 +125,7 @@ def test_counts_are_those_of_the_arrays() -> None:
 def test_a_roadmap_without_edges_or_with_nothing_to_touch_has_no_numbers_for_them() -> None:
     roadmap = post_roadmap()
     free = replace(roadmap, clearance=np.full(len(roadmap.edges), np.inf))
-    assert summary(free)["clearance"] == {"min": None, "median": None, "max": None}
+    assert summarize(free)["clearance"] == {"min": None, "median": None, "max": None}
     m = 0
     bare = replace(
         roadmap,
@@ -137,7 +137,7 @@ def test_a_roadmap_without_edges_or_with_nothing_to_touch_has_no_numbers_for_the
         clearance=roadmap.clearance[:m],
         samples=roadmap.samples[:m],
     )
-    assert summary(bare)["joint_length"]["max"] is None
-    assert not summary(bare)["connected"]
+    assert summarize(bare)["joint_length"]["max"] is None
+    assert not summarize(bare)["connected"]
     assert "none" in bare._repr_html_()
     assert bare.record().text.endswith(f"{len(bare.nodes)} components")

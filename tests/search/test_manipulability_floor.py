@@ -17,7 +17,7 @@ from planner.planning.plan import plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.roadmap import Roadmap
-from planner.search.manipulability_floor import first_violation, highest_floor, layered_network
+from planner.search.manipulability_floor import find_violation, highest_floor, layered_network
 from planner.search.network import build_network, edge_rows
 from planner.trajectory.measure import dense_path
 from tests.random_shapes import QUICK
@@ -126,13 +126,13 @@ def test_breach_names_the_segment() -> None:
     robot = load("planar_2r")  # w = l1 l2 |sin q2|
     path = np.array([[0.0, 0.5], [0.3, 1.2], [0.3, -1.2], [0.0, 1.0]])
     top = manipulability(robot, path)
-    assert first_violation(robot, path[:2], 0.9 * top[0]) is None
-    assert first_violation(robot, path[:2], 1.1 * top[0]) is None  # the start lies below: a way up
-    assert first_violation(robot, path, 0.9 * top[0]) == 1
-    assert first_violation(robot, path[2:], 0.9 * top[2]) == 0
+    assert find_violation(robot, path[:2], 0.9 * top[0]) is None
+    assert find_violation(robot, path[:2], 1.1 * top[0]) is None  # the start lies below: a way up
+    assert find_violation(robot, path, 0.9 * top[0]) == 1
+    assert find_violation(robot, path[2:], 0.9 * top[2]) == 0
     away = np.array([[0.0, 1.0], [0.0, 0.4], [0.0, 1.0]])  # leaves the floor and comes back
-    assert first_violation(robot, away, 0.9 * top[3]) == 0
-    assert first_violation(robot, away[:2], 0.9 * top[3]) is None  # the last stretch to a goal that lies below
+    assert find_violation(robot, away, 0.9 * top[3]) == 0
+    assert find_violation(robot, away[:2], 0.9 * top[3]) is None  # the last stretch to a goal that lies below
 
 
 def test_w_of_zero_between_two_samples_is_seen() -> None:
@@ -140,11 +140,11 @@ def test_w_of_zero_between_two_samples_is_seen() -> None:
     robot = load("planar_2r")
     through = np.array([[0.1, -0.90033], [0.0, -0.70033], [0.3, 0.9]])
     assert manipulability(robot, dense_path(through, 1e-3)).min() > 1e-5
-    assert first_violation(robot, through, 1e-5) == 1
-    assert first_violation(robot, through[:2], 1e-5) is None
+    assert find_violation(robot, through, 1e-5) == 1
+    assert find_violation(robot, through[:2], 1e-5) is None
     for before in (4e-4, 5e-5):  # low at a corner, zero on the segment after it
         corner = np.array([[0.0, -0.5], [0.0, -before], [0.0, 0.5]])
-        assert first_violation(robot, corner, 0.02 * before) == 1
+        assert find_violation(robot, corner, 0.02 * before) == 1
 
 
 # the highest floor

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from planner import gabf
 from planner.search.network import build_network
-from planner.search.search import Found, RoadmapPaths, search, second_looks
+from planner.search.search import Found, RoadmapPaths, make_recheck, search
 from tests.random_shapes import QUICK
 from tests.search.failing import collide
 from tests.worlds import make_post, post_roadmap
@@ -67,7 +67,7 @@ def test_the_path_is_the_cheapest_of_all_good_ones(law, seed, nodes, share, arou
 
 def post_paths(floor: float = 0.0, seen: set[bytes] | None = None) -> RoadmapPaths:
     roadmap, checker = post_roadmap(), make_post()
-    look = second_looks(checker, roadmap, seen)
+    look = make_recheck(checker, roadmap, seen)
     return RoadmapPaths(roadmap, checker.robot, build_network(roadmap, 0.5), floor, look)
 
 

@@ -132,7 +132,7 @@ def test_the_judge_passes_over_no_state_that_touches(name: str, cases: int) -> N
 @pytest.mark.parametrize("name", ["planar_2r", "panda", "ur5"])
 def test_no_point_moves_farther_than_the_judge_takes_for_possible(name: str) -> None:
     robot, rng = load(name), np.random.default_rng(5)
-    reach, chain = judge.reach_of(robot), Chain.of(robot)
+    reach, chain = judge.reach_of(robot), Chain.from_arm(robot)
     q = rng.uniform(np.maximum(robot.lower, -3.0), np.minimum(robot.upper, 3.0), (40, robot.dof))
     for body, bound in zip(robot.bodies, reach, strict=True):
         points = corners(body.shape)[0] @ body.placement[:3, :3].T + body.placement[:3, 3]

@@ -18,7 +18,7 @@ from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
 from planner.robot.shapes import Box, Obstacle, Sphere
-from planner.search.manipulability_floor import first_violation
+from planner.search.manipulability_floor import find_violation
 from planner.session.live_roadmap import LiveRoadmap
 from planner.session.session import Session
 from planner.trajectory.measure import path_contact, path_manipulability
@@ -247,7 +247,7 @@ def test_a_session_keeps_a_floor() -> None:
     free = plain.plan(beta=1.0, timing=None)
     w = path_manipulability(free.robot, free.path)
     tried = np.append(np.linspace(w.min(), w.max(), 12), 0.08)
-    floors = [floor for floor in tried.tolist() if first_violation(free.robot, free.path, floor) is not None]
+    floors = [floor for floor in tried.tolist() if find_violation(free.robot, free.path, floor) is not None]
     assert floors, "without a floor the path dips below one"
     kept_to = 0
     for floor in floors:
@@ -256,7 +256,7 @@ def test_a_session_keeps_a_floor() -> None:
             assert kept.outcome in (Outcome.SOLVED, Outcome.TOO_SINGULAR)
             assert (kept.max_error_vs_oracle or 0.0) <= 1e-9
             if kept.solved:
-                assert first_violation(kept.robot, kept.path, floor) is None
+                assert find_violation(kept.robot, kept.path, floor) is None
                 assert kept.to_dict()["manipulability"]["floor"]["holds"]
                 assert planner.check(kept.path, checker=kept.checker).ok
                 kept_to += 1

@@ -145,7 +145,7 @@ def test_no_bound_by_spheres_exceeds_the_exact_distance(kind: int, tmp_path: Pat
         robot = Robot.load(str(tmp_path / "cart.urdf"), tool="tool")
         made = [touching(x, radius, kind, rng) for _ in range(60)]
         bound = make_checker(robot, Scene("x", tuple(item for item, _ in made))).bound
-        rotation, position = joint_placements(Chain.of(robot), np.array([[x]]))
+        rotation, position = joint_placements(Chain.from_arm(robot), np.array([[x]]))
         for k, (item, square) in enumerate(made):
             sizes = Fraction(radius) + Fraction(getattr(item.shape, "radius", 0.0))
             least = Fraction(float(bound.coarse(rotation, position)[0, k])) + sizes

@@ -18,7 +18,7 @@ from planner.collision.looks import first_seen
 from planner.planning.plan import plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, SweepRequest
-from planner.tradeoff.envelope import front_shares, knee_of
+from planner.tradeoff.envelope import find_knee, front_shares
 from planner.tradeoff.result import Tradeoff
 from planner.tradeoff.sweep import sweep
 from planner.trajectory.trajectory import Trajectory
@@ -111,13 +111,13 @@ def test_the_knee_is_farthest_from_the_chord(steps: list[tuple[float, float]]) -
     scaled = (costs - costs.min(axis=0)) / np.ptp(costs, axis=0)
     chord = (scaled[-1] - scaled[0]) / np.linalg.norm(scaled[-1] - scaled[0])
     apart = np.abs(chord[0] * (scaled - scaled[0])[:, 1] - chord[1] * (scaled - scaled[0])[:, 0])
-    knee = knee_of([(gain, added) for gain, added in shares.tolist()])
+    knee = find_knee([(gain, added) for gain, added in shares.tolist()])
     assert knee is not None
     assert apart[knee] == pytest.approx(apart.max(), abs=1e-9)
 
 
 def test_two_paths_have_no_knee_and_shares_say_what_a_beta_buys(swept: Tradeoff) -> None:
-    assert knee_of([(1.0, 1.0), (0.0, 0.0)]) is None
+    assert find_knee([(1.0, 1.0), (0.0, 0.0)]) is None
     record, knee = swept.record, swept.knee
     assert knee is not None
     assert record.knee == swept.intervals.index(knee)

@@ -17,7 +17,7 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.search.network import at_beta, build_network, path_cost
 from planner.tradeoff.result import Interval, Tradeoff
-from planner.tradeoff.sweep import sweep, with_alternatives
+from planner.tradeoff.sweep import add_alternatives, sweep
 from planner.trajectory.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
 from tests.search.failing import collide
 
@@ -119,8 +119,8 @@ def test_an_edge_that_fails_is_removed_and_the_sweep_starts_over(
 ) -> None:
     bad = sorted(edges_of(swept.intervals[2].path_nodes) - edges_of(swept.intervals[0].path_nodes))[0]
     grown = []
-    real = module.obtain_roadmap
-    monkeypatch.setattr(module, "obtain_roadmap", lambda *more: grown.append(1) or real(*more))
+    real = module.load_or_build_roadmap
+    monkeypatch.setattr(module, "load_or_build_roadmap", lambda *more: grown.append(1) or real(*more))
     collide(monkeypatch, swept.roadmap, np.array([bad]))
     found = sweep(request=again)
     assert_covers(found)
@@ -174,7 +174,7 @@ def test_an_interrupted_roadmap_is_saved(swept: Tradeoff, tmp_path: Path) -> Non
 def test_each_interval_has_its_optimum_and_together_they_are_all_of_it(solved: Plan) -> None:
     assert solved.layered is not None
     layered = solved.layered
-    shown = with_alternatives(solved).alternatives
+    shown = add_alternatives(solved).alternatives
     ends = [path.interval for path in shown if path.interval]
     assert (ends[0][0], ends[-1][1]) == (0.0, 1.0)
     assert [low for low, _ in ends[1:]] == pytest.approx([high for _, high in ends[:-1]])
@@ -188,4 +188,4 @@ def test_each_interval_has_its_optimum_and_together_they_are_all_of_it(solved: P
 
 
 def test_a_stopped_search_shows_none(solved: Plan) -> None:
-    assert with_alternatives(solved, Progress(stop=lambda: True)).alternatives == ()
+    assert add_alternatives(solved, Progress(stop=lambda: True)).alternatives == ()

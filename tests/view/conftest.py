@@ -9,14 +9,14 @@ from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.result import Tradeoff
-from planner.tradeoff.sweep import sweep, with_alternatives
+from planner.tradeoff.sweep import add_alternatives, sweep
 
 TASK = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
 
 
 @pytest.fixture(scope="session")
 def made() -> Plan:
-    return with_alternatives(plan(request=TASK, timing=None))
+    return add_alternatives(plan(request=TASK, timing=None))
 
 
 @pytest.fixture(scope="session")

@@ -22,7 +22,7 @@ from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from planner.robot.shapes import Cylinder
 from planner.tradeoff.result import Tradeoff
-from planner.tradeoff.sweep import sweep, with_alternatives
+from planner.tradeoff.sweep import add_alternatives, sweep
 from planner.trajectory.measure import path_manipulability
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
@@ -37,7 +37,7 @@ ARM = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.5
 
 @pytest.fixture(scope="module")
 def made(solved: Plan) -> Plan:
-    return with_alternatives(solved)
+    return add_alternatives(solved)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.certificate import PROOF_NAME, Certificate, certificate_of
+from planner.certificate import PROOF_NAME, Certificate, make_certificate
 from planner.collision.checker import CollisionChecker
 from planner.problem.targets import joints_text
 from planner.trajectory.file import TRAJECTORY_NAME
@@ -23,7 +23,7 @@ def folder_of(
     """The folder with a certificate of a path (k, dof) and perhaps a motion, as far as the checker reads it."""
     folder.mkdir(exist_ok=True)
     world = checker.world
-    certificate = certificate_of(checker, path, motion, floor)
+    certificate = make_certificate(checker, path, motion, floor)
     certificate.save(folder / PROOF_NAME)
     record = {"robot": world.robot.name, "scene": world.scene.name, "joints": world.robot.joints}
     ends = [joints_text(q) for q in path[[0, -1]].tolist()]

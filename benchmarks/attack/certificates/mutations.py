@@ -35,7 +35,7 @@ class Case:
     def of(folder: Path) -> Case:
         """The case in a folder."""
         data, words = verify_proof.read(folder / PROOF_NAME)
-        verify_proof.take_parts(data, words, verify_proof.curves(data))
+        verify_proof.assign_witnesses(data, words, verify_proof.curves(data))
         motion = folder / "trajectory.json"
         record = json.loads(motion.read_text()) if motion.exists() else None
         return Case(folder, data, words, json.loads((folder / "plan.json").read_text()), record)

@@ -16,7 +16,7 @@ from benchmarks.attack.certificates.judge import beyond_limits, closest, least_w
 from benchmarks.attack.certificates.mutations import Case, Data, climbed, largest, mutated
 from planner.certificate import PROOF_NAME, verify
 from planner.certificate.certificate import require_same_world
-from planner.certificate.geometry import geometry_of
+from planner.certificate.geometry import extract_geometry
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.world import World
@@ -113,7 +113,7 @@ def _wrong(case: Case, data: Data, words: dict[str, Any], world: World, rng: np.
         require_same_world(case.folder / PROOF_NAME, world)
     except Refused:
         return found
-    same = words == case.meta and _same(data, case.data, tuple(geometry_of(world)))
+    same = words == case.meta and _same(data, case.data, tuple(extract_geometry(world)))
     return found + ([] if same else ["of another world"])
 
 

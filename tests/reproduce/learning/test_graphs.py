@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planner.gabf.learning import ErrorDriven, planning_stage, untrained_network
+from planner.gabf.learning import ErrorDriven, make_untrained_network, planning_stage
 from reproduce.learning.graphs import GOAL, OFFSET, RANGE, START, GridGraph, draw_grid
 from reproduce.learning.study import learn_in_turn
 
@@ -43,7 +43,7 @@ def test_the_shortest_path_is_the_one_that_floyd_and_warshall_find(seed: int) ->
 def test_in_turn_each_arc_sees_the_changes_of_the_ones_before_it() -> None:
     position = np.array([[0.0, 0.0], [0.1, 0.0], [0.3, 0.0]])
     arcs = np.array([[0, 1], [1, 0], [1, 2], [2, 1]])
-    network, d = untrained_network(arcs[:, 0], arcs[:, 1], np.array([0]), 3), np.array([0.1, 0.1, 0.2, 0.2])
+    network, d = make_untrained_network(arcs[:, 0], arcs[:, 1], np.array([0]), 3), np.array([0.1, 0.1, 0.2, 0.2])
     rule = ErrorDriven(alpha=0.8, beta=1.0)
     last = learn_in_turn(planning_stage(network), rule, GridGraph(position, network, d, 0), 1, np.arange(4))[-1]
     w10 = 0.5 + 0.8 * 0.5 * (0.9 - 0.5)  # a_0 = 1, a_1 = 0.5

@@ -35,7 +35,7 @@ def test_a_mimic_joint_moves_tools_and_what_is_held(urdf_file: Callable[..., str
         assert moved.joints == ("turn", "bend")
         np.testing.assert_allclose(tool_positions(moved, q)[0], turned, atol=1e-15)
     holding = with_carried(robot, [Carried("tcp", "cup", Sphere(0.03), np.eye(4))])
-    rotation, position = joint_placements(Chain.of(holding), q)
+    rotation, position = joint_placements(Chain.from_arm(holding), q)
     (cup,) = holding.carried
     at = position[cup.joint, 0] + rotation[cup.joint, 0] @ cup.placement[:3, 3]
     np.testing.assert_allclose(at, turned, atol=1e-15)
