@@ -17,7 +17,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, StrMethodFor
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.figures.paths import BETA, DISTANCE, OMEGA
-from planner.figures.style import MARKS, PAGE, SMALL, journal, labelled, marked, sheet, single, stroke
+from planner.figures.style import MARKS, PAGE, SMALL, journal, label_axes, sheet, single, stroke, stroke_with_markers
 from planner.gabf.learning import Stage
 
 Grid: TypeAlias = Mapping[tuple[str, str], Sequence[tuple[float, float]]]
@@ -41,7 +41,7 @@ _NINE_PLACES = dict(
 def nine_node_graph(network: gabf.Network, found: gabf.Structure) -> Figure:
     """Fig. (example1): an arc i -> j where node i reads node j, labelled with its weight, true-parent arcs drawn thick.
 
-    Sources have a double ring; x* stands under each node's number.
+    Sources have a double ring; x* is under each node's number.
     """
     figure = sheet(PAGE, 3.7)
     axes = figure.add_subplot()
@@ -103,19 +103,19 @@ def beta_costs(
     panels = figure.subplots(1, 3)
     for row, (axes, name) in enumerate(zip(panels[:2], (OMEGA, DISTANCE), strict=True)):
         axes.plot(betas, costs[row].T, **_FAINT)
-        axes.plot(betas, np.median(costs[row], axis=0), label="GABF, median", **marked(0, linewidth=2.0))
+        axes.plot(betas, np.median(costs[row], axis=0), label="GABF, median", **stroke_with_markers(0, linewidth=2.0))
         for k, (label, pair) in enumerate(others.items(), start=1):
             axes.axhline(float(np.median(pair[row])), label=f"{label}, median", **stroke(k))
-        labelled(axes, BETA, name).set_ylim(bottom=0.0)
+        label_axes(axes, BETA, name).set_ylim(bottom=0.0)
     panels[0].plot([], [], label="GABF, one roadmap each", **_FAINT)
     lines, labels = panels[0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="outside upper left", ncols=4)
-    axes = labelled(panels[2], BETA, "cost relative to that at $\\beta = 1$")
+    axes = label_axes(panels[2], BETA, "cost relative to that at $\\beta = 1$")
     for k, (symbol, ours, theirs) in enumerate(zip(("\\Omega", "D"), costs, printed, strict=True)):
         # what the paper's normalisation leaves comparable
         share = np.median(ours / ours[:, -1:], axis=0)
-        axes.plot(betas, share, label=f"${symbol}$, ours (median)", **marked(2 * k, linewidth=1.8))
-        axes.plot(betas, theirs / theirs[-1], label=f"${symbol}$, paper", **marked(2 * k + 1))
+        axes.plot(betas, share, label=f"${symbol}$, ours (median)", **stroke_with_markers(2 * k, linewidth=1.8))
+        axes.plot(betas, theirs / theirs[-1], label=f"${symbol}$, paper", **stroke_with_markers(2 * k + 1))
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.legend()
@@ -129,7 +129,7 @@ def share_curves(curves: Mapping[str, Sequence[float]], graphs: int) -> Figure:
     """Share of graphs with the shortest path (%) after each training iteration, from before the first one on."""
     figure, axes = single(0.6 * PAGE, 2.6, "training iterations", f"shortest path found (% of {graphs} graphs)")
     for k, (label, shares) in enumerate(curves.items()):
-        axes.plot(range(len(shares)), 100.0 * np.array(shares), label=label, **marked(k))
+        axes.plot(range(len(shares)), 100.0 * np.array(shares), label=label, **stroke_with_markers(k))
     axes.set_ylim(0.0, 104.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(loc="center right", bbox_to_anchor=(1.0, 0.3))
@@ -191,7 +191,7 @@ def node_histories(rows: Sequence[tuple[str, Mapping[str, NodeHistory]]], node: 
         error, u = f"x_{{{node}}} - x_{{{node}}}^*", f"u_{{{node}}}"
         names = f"state error ${error}$ (km)", f"$|{error}|$ (km)", f"control input ${u}$ (km/s)"
         for axes, name in zip(panels, names, strict=True):
-            labelled(axes, f"time $t$ (s), $T_p = {T_p:g}$ s", name).set_xlim(0.0, end)
+            label_axes(axes, f"time $t$ (s), $T_p = {T_p:g}$ s", name).set_xlim(0.0, end)
         panels[1].set_ylim(bottom=_FLOOR)
         lines, labels = panels[0].get_legend_handles_labels()
         place = {"loc": "outside upper center", "ncols": len(labels)}

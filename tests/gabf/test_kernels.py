@@ -52,18 +52,18 @@ def test_wbar_outside_its_range_names_the_arc():
         gabf.Multiplicative(K=0.0)
 
 
-def premises(net, x0=None):
+def check_premises(net, x0=None):
     return solve(net, x0=x0).premises
 
 
 def test_zeta_and_lipschitz_on_the_data():
     net = from_arcs(3, [(1, 0, 2.0), (2, 1, 0.5)])
-    assert (premises(net).zeta, premises(net).L) == (0.5, 1.0)
+    assert (check_premises(net).zeta, check_premises(net).L) == (0.5, 1.0)
     net = chain(3, cost=0.5, kernel=gabf.Multiplicative())
-    found = premises(net, x0=0.0)
+    found = check_premises(net, x0=0.0)
     assert found.L == 0.5
     assert found.zeta == pytest.approx((1 - found.upper) * 0.5)
-    found = premises(nine_node())
+    found = check_premises(nine_node())
     assert found.L == 2.0
     assert found.zeta == 1.0  # 2a + |b| - a at a = 1 with |b| = 0.5 is 1.5, and 2|b| = 1
 
