@@ -10,7 +10,7 @@ from planner.cost.motion_cost import MotionCost
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.request import Objective
-from planner.roadmap.refine import TOLERANCE, PathRefiner, _meeting, simplified, split_evenly
+from planner.roadmap.refine import TOLERANCE, PathRefiner, _meeting, simplify, split_evenly
 from planner.trajectory.measure import count_corners, path_contact, path_manipulability
 from tests.worlds import checker_of, load, small_plan
 
@@ -66,7 +66,7 @@ def test_corners_become_fewer_at_a_bounded_price(beta: float, fewer: int) -> Non
     made = unrefined()
     refiner = PathRefiner(EdgeProver(made.checker), MotionCost(made.robot, made.roadmap.scale, Objective(beta)))
     path = refiner.descend(split_evenly(made.path, 0.5))
-    simple = simplified(refiner, path, np.random.default_rng(0))
+    simple = simplify(refiner, path, np.random.default_rng(0))
     np.testing.assert_array_equal(simple[[0, -1]], path[[0, -1]])
     assert count_corners(simple) <= count_corners(path) - fewer
     assert refiner.total(simple) <= (1.0 + TOLERANCE) * refiner.total(path)
@@ -84,7 +84,7 @@ def test_a_path_below_the_floor_stays_as_it_is() -> None:
     assert len(path) > 3
     assert np.isinf(refiner.total(path))
     with np.errstate(all="raise"):
-        np.testing.assert_array_equal(simplified(refiner, path, np.random.default_rng(0)), path)
+        np.testing.assert_array_equal(simplify(refiner, path, np.random.default_rng(0)), path)
 
 
 def test_lines_that_meet_do_so_in_one_point() -> None:
