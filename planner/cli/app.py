@@ -1,7 +1,8 @@
-"""All commands, the words that they are given, and the texts that options are read from."""
+"""The table of commands, the parser of options, and the order of words that the parser needs."""
 
 from collections.abc import Callable, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any, get_args
 
 import tyro
@@ -30,10 +31,14 @@ COMMANDS = {  # each is the function of its name in this module of planner.cli; 
     "roadmap": "roadmap",
 }
 _SEVERAL = ("--goal", "--constraint")
-# a type of option: its word in the help, its value out of text, the text of a value
+# type of an option, its word in the help, function from text to value, function from value to text
 _TEXTS: tuple[tuple[Any, str, Callable[[str], Any], Callable[[Any], str]], ...] = (
     (of.RobotLike, "NAME|FILE", str, str),
     (of.RobotLike | None, "NAME|FILE", str, str),
+    (str | None, "NAME", str, str),
+    (Path | None, "FILE", Path, str),
+    (int | None, "INT", int, str),
+    (float | None, "FLOAT", float, str),
     (of.Measure, "|".join(get_args(of.MeasureName)), str, str),
     (of.Names | None, "NAME,...", str, ",".join),
     (of.Base | None, "NUMBER,...", parse_base, str),
@@ -48,30 +53,30 @@ registry = tyro.constructors.ConstructorRegistry()
 
 @registry.primitive_rule
 def _from_text(info: tyro.constructors.PrimitiveTypeInfo) -> tyro.constructors.PrimitiveConstructorSpec[Any] | None:
-    """Read the options that are objects inside from one word each."""
-    found = next((row for row in _TEXTS if info.type == row[0]), None)
-    if found is None:
+    """Return how one word becomes the value of an option whose type is in ``_TEXTS``."""
+    row = next((row for row in _TEXTS if info.type == row[0]), None)
+    if row is None:
         return None
-    _, word, parse, text = found
+    _, word, parse, text = row
     return tyro.constructors.PrimitiveConstructorSpec(
         nargs=1,
         metavar=word,
         instance_from_str=lambda words: parse(words[0]),
         is_instance=lambda value: True,
-        str_from_instance=lambda value: ["None" if value is None else text(value)],
+        str_from_instance=lambda value: ["none" if value is None else text(value)],
     )
 
 
 def run(words: Sequence[str]) -> int:
-    """Run the command that ``words`` name and return its exit code; help and wrong options end the process."""
+    """Run the command that ``words`` name and return its exit code; help and wrong options exit the process."""
     if list(words) == ["--version"]:
         from planner.base.resources import __version__
 
         say(f"gabf-planner {__version__}")
         return 0
-    words = prepared(words)
+    words = join_repeated(words)
     command: Any = _command(words[0]) if words and words[0] in COMMANDS else None
-    config = (tyro.conf.OmitArgPrefixes,)
+    config = (tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
     with registry:
         if command is not None and not isinstance(command, tyro.extras.SubcommandApp):
             return tyro.cli(command, prog=f"planner {words[0]}", args=words[1:], config=config)
@@ -82,8 +87,8 @@ def run(words: Sequence[str]) -> int:
             every.command(name=name, help=summary)(command)
         return every.cli(
             prog="planner",
-            description="Singularity-averse path planning for robot arms: proven edges, certified cost-to-go. "
-            "'planner --version' says which this is, 'planner COMMAND --help' what a command does.",
+            description="Plans motions of robot arms away from obstacles and singular configurations.\n"
+            "Help of a command: planner COMMAND --help. Version: planner --version.",
             args=words,
             config=config,
         )
@@ -93,11 +98,11 @@ def _command(name: str) -> Any:
     return getattr(import_module(f"planner.cli.{COMMANDS[name]}"), name.replace("-", "_"))
 
 
-def prepared(words: Sequence[str]) -> list[str]:
-    """The words with all ``--goal`` made one, which stands where the first stood, and all ``--constraint``.
+def join_repeated(words: Sequence[str]) -> list[str]:
+    """Return the words with all ``--goal`` joined in the place of the first one, and all ``--constraint`` too.
 
-    Raises :class:`OptionError` for another option that is given twice, of which the parser would take the last, and
-    for an empty word: an empty folder is the one that the shell stands in.
+    Raises :class:`OptionError` for another option that is given twice, as the parser would take the last one, and for
+    an empty word, as an empty folder would be the shell's own.
     """
     out: list[str] = []
     at: dict[str, int] = {}  # where the value of an option stands in ``out``
@@ -110,9 +115,9 @@ def prepared(words: Sequence[str]) -> list[str]:
         elif option in _SEVERAL and not equals:
             value = next(waiting, None)
         if not word or (option and equals and not value):
-            raise OptionError(f"{option or 'a word'} is empty: give a value, or leave it out.")
+            raise OptionError(f"{option or 'an argument'} must have a value, got an empty text: leave it out.")
         if option in at and option not in _SEVERAL:
-            raise OptionError(f"option {option} is given twice: give it once.")
+            raise OptionError(f"{option} must be given once, got it twice: remove one.")
         if option in at and value:
             out[at[option]] += AND + value
             continue

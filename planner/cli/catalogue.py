@@ -1,23 +1,23 @@
-"""``planner robots``, ``planner scenes`` and ``planner schema``: what is there, and what files may hold."""
+"""``planner robots``, ``planner scenes`` and ``planner schema``: built-in names, and the contents of files."""
 
 import json as json_text
 import textwrap
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
+from typing_extensions import Doc
 
-from planner.cli.common import Debug, Flag
+from planner.cli.common import Debug, Json
 from planner.cli.terminal import say
 
 Format = Literal["plan", "sweep", "scene", "robot", "serve"]
 
 
-def robots(json: Flag = False, debug: Debug = False) -> int:
-    """List the robots, with their tool frame, home, joints and limits.
+def robots(json: Json = False, debug: Debug = False) -> int:
+    """List the built-in robots.
 
-    Args:
-        json: Print the list as JSON.
+    Each has its tool frame, home, joints and limits.
     """
     from planner.base.resources import robot_names
 
@@ -25,11 +25,10 @@ def robots(json: Flag = False, debug: Debug = False) -> int:
     return 0
 
 
-def scenes(json: Flag = False, debug: Debug = False) -> int:
-    """List the scenes, with their obstacles and named states; last those of published problems, for one robot each.
+def scenes(json: Json = False, debug: Debug = False) -> int:
+    """List the built-in scenes.
 
-    Args:
-        json: Print the list as JSON, states as they are written in the scene file.
+    Each has its obstacles and named states. Scenes of published problems, for one robot each, come last.
     """
     from planner.base.resources import published_scene_names, scene_names
 
@@ -37,14 +36,14 @@ def scenes(json: Flag = False, debug: Debug = False) -> int:
     return 0
 
 
-def schema(file: tyro.conf.Positional[Format], debug: Debug = False) -> int:
-    """Print the JSON schema of a file, as in: planner schema scene > scene.schema.json
+def schema(
+    file: Annotated[tyro.conf.Positional[Format], Doc("The kind of file; serve: the messages of 'planner serve'.")],
+    debug: Debug = False,
+) -> int:
+    """Print the JSON schema of a file.
 
-    A plan.json is of 'planner plan' and 'follow', or of 'planner task'. A scene or robot file is YAML, which editors
-    check by such a schema. 'serve' is no file: a client may ask so much of 'planner serve'.
-
-    Args:
-        file: The file.
+    Editors check scene and robot files (YAML) by such a schema. A plan.json comes from 'planner plan', 'follow' or
+    'task'.
     """
     say(json_text.dumps(_schema(file), indent=2, ensure_ascii=False))
     return 0

@@ -1,4 +1,4 @@
-"""Shared by the commands: flags, the option --request, plans on disk, and how a result is written."""
+"""Shared by the commands: groups of options, plans on disk, and how a result is saved and reported."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import tyro
+from typing_extensions import Doc
 
 from planner.base.errors import FileError, OptionError
-from planner.base.files import require_writable_folder
+from planner.base.files import json_text, require_writable_folder
 from planner.base.interrupts import leaving_on_interrupt
 from planner.base.progress import Progress, Stopwatch
 from planner.cli import STARTED
-from planner.cli.terminal import working
+from planner.cli.terminal import complain, facts, say, show, working
 from planner.problem import options as of
 from planner.problem.checked import options
 from planner.problem.outcome import Outcome
@@ -24,38 +25,71 @@ from planner.problem.request import MotionRequest, ProblemRequest, TimingRequest
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
-    from planner.planning.base_result import Result
+    from planner.planning.base_result import Result, RunRecord
 
 R = TypeVar("R", bound="Result[Any]")
-Flag = tyro.conf.FlagCreatePairsOff[bool]
-NoPage = Annotated[Flag, tyro.conf.arg(help="Write no page, which saves a second.")]
-Debug = Annotated[Flag, tyro.conf.arg(help="Show tracebacks of errors.")]  # looked for before a command is read
-Out = Annotated[Path, tyro.conf.arg(help="Folder to write into.")]
+Debug = Annotated[bool, tyro.conf.arg(help="Show tracebacks of errors.")]  # looked for before a command is read
+Json = Annotated[bool, Doc("Print the JSON file on standard output, and nothing else there.")]
 _Named = Annotated[of.MotionPlanRequest, tyro.conf.arg(name="request")]
 
 
 @options
 class Problem(ProblemRequest):
-    """A start and a goal in the world of a robot and a scene."""
+    """The world, the start and the goal."""
 
     motion_plan_request: _Named = None
 
 
 @options
 class Motion(MotionRequest):
-    """A start and a goal, and straight lines of the tool at both."""
+    """The world, the start and the goal."""
 
     motion_plan_request: _Named = None
 
 
-def timing_of(timing: TimingRequest, no_timing: bool) -> TimingRequest | None:
-    """How a path becomes a motion, None for ``no_timing``; :class:`OptionError` for both."""
-    if no_timing and timing != TimingRequest():
-        raise OptionError("with --no-timing there is no motion: leave it out, or all options of the motion.")
-    return None if no_timing else timing
+@options
+class SweepOutput:
+    """Files and messages."""
+
+    out: Annotated[Path, Doc("Folder to write into.")] = Path("out")
+    no_timing: Annotated[bool, Doc("Leave paths without times: write no trajectory.")] = False
+    verbose: Annotated[bool, Doc("Print every measure, the bounds and the settling of the dynamics.")] = False
+    debug: Debug = False
+
+    def timing(self, limits: TimingRequest) -> TimingRequest | None:
+        """The time parametrization, None for ``no_timing``; :class:`OptionError` for both."""
+        if self.no_timing and limits != TimingRequest():
+            raise OptionError("--no-timing leaves out the motion: leave it out, or all options of the motion.")
+        return None if self.no_timing else limits
 
 
-def written(
+@options
+class TaskOutput(SweepOutput):
+    """Files and messages."""
+
+    json: Json = False
+
+
+@options
+class FollowOutput(TaskOutput):
+    """Files and messages."""
+
+    no_page: Annotated[bool, Doc("Write no page, which saves a second.")] = False
+    view: Annotated[bool, Doc("Open the page in the browser, or print its address where there is none.")] = False
+
+    def __post_init__(self) -> None:
+        if self.view and self.no_page:
+            raise OptionError("--view opens the page: leave out --no-page.")
+
+
+@options
+class PlanOutput(FollowOutput):
+    """Files and messages."""
+
+    certificate: Annotated[bool, Doc("Write proof.npz for 'planner verify', which trusts no planner.")] = False
+
+
+def run_and_save(
     find: Callable[[Progress], R], out: Path, certificate: bool = False, page: bool = True
 ) -> tuple[R, Any, str, int]:
     """Find a result and write it into ``out``; return it, its record, a sentence with the files, and the exit code.
@@ -75,7 +109,26 @@ def written(
                 record = result.save_page(place, record, clock)
                 progress("files", 2, 2)
     code = Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code
-    return result, record, f"Written: {_files(result, place)}{kept(out, place)}", code
+    return result, record, f"Written: {_files(result, place)}{other_place(out, place)}", code
+
+
+def report(record: RunRecord, title: str, ending: str, output: TaskOutput) -> None:
+    """Print the summary of a record, or its JSON text, and the sentence of its ``ending``."""
+    if output.json:
+        say(json_text(record.to_dict()))
+        complain(ending)
+        return
+    rows = record.rows if output.verbose else record.summary
+    show(facts(title, [*rows, ("time", seconds_text(record.timings_s, output.verbose))]))
+    say(ending)
+
+
+def seconds_text(seconds: dict[str, float], verbose: bool) -> str:
+    """The total of ``seconds`` per stage, and the stages: those above a tenth of it, or all where ``verbose``."""
+    total = seconds["total"]
+    stages = {stage: value for stage, value in seconds.items() if stage != "total"}
+    shown = [f"{stage} {value:.2f}" for stage, value in stages.items() if verbose or value > 0.1 * total]
+    return f"{total:.2f} s" + (f": {', '.join(shown)}" if shown else "")
 
 
 def _files(result: Result[Any], place: Path) -> str:
@@ -83,7 +136,7 @@ def _files(result: Result[Any], place: Path) -> str:
 
 
 def record_of_plan(folder: Path) -> dict[str, Any]:
-    """The content of the plan.json, or sweep.json, in ``folder``; :class:`PlannerError` where it has no config."""
+    """Return the content of the plan.json, or sweep.json, in ``folder``; :class:`PlannerError` without a config."""
     from planner.base.yamlfile import read_text
     from planner.planning.base_result import JSON_NAME
     from planner.tradeoff.record import SWEEP_NAME
@@ -93,12 +146,12 @@ def record_of_plan(folder: Path) -> dict[str, Any]:
     where = folder / (SWEEP_NAME if is_sweep else JSON_NAME)
     record = parse_json(read_text(where, "plan"), f"plan {where}")
     if not isinstance(record, dict) or not isinstance(record.get("config"), dict):
-        raise FileError(f"{where} holds no config: plan again.")
+        raise FileError(f"{where} must hold a config: plan again.")
     return record
 
 
 def world_of_plan(folder: Path) -> CollisionChecker:
-    """A checker in the world of the plan in ``folder``; :class:`PlannerError` where there is none."""
+    """Return a checker in the world of the plan in ``folder``; :class:`PlannerError` without a plan."""
     from planner.planning.base_result import ROADMAP_NAME
     from planner.roadmap.storage import reopen_plan
 
@@ -106,20 +159,20 @@ def world_of_plan(folder: Path) -> CollisionChecker:
 
 
 def folder_for_interrupted(folder: Path, names: tuple[str, ...]) -> Path:
-    """``folder`` if it has none of the files ``names``; else a new one inside it: no earlier result is lost."""
+    """Return ``folder`` if it has none of the files ``names``, else a new one inside it: no earlier result is lost."""
     return _first_free(folder, lambda name: folder / name, lambda place: any(os.path.isfile(place / n) for n in names))
 
 
 def file_for_interrupted(file: Path) -> Path:
-    """``file`` if there is none yet; else a new one next to it."""
+    """Return ``file`` if it does not exist, else a new one next to it."""
     return _first_free(file, lambda name: file.with_name(f"{file.stem}.{name}{file.suffix}"), os.path.isfile)
 
 
-def _first_free(place: Path, named: Callable[[str], Path], taken: Callable[[Path], bool]) -> Path:
+def _first_free(place: Path, named: Callable[[str], Path], is_taken: Callable[[Path], bool]) -> Path:
     names = itertools.chain(["interrupted"], (f"interrupted-{k}" for k in itertools.count(2)))
-    return next(found for found in itertools.chain([place], map(named, names)) if not taken(found))
+    return next(each for each in itertools.chain([place], map(named, names)) if not is_taken(each))
 
 
-def kept(place: Path, instead: Path) -> str:
-    """The sentence for the user; empty where the result went into its own place."""
-    return "" if place == instead else f". What was in {place} is kept; this is in {instead}"
+def other_place(requested: Path, place: Path) -> str:
+    """Return the sentence for a result that went into another ``place`` than the ``requested`` one; else no text."""
+    return "" if place == requested else f". {requested} holds an earlier result, so this one is in {place}"

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import tyro
+from typing_extensions import Doc
 
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.files import require_writable_file, write_whole
-from planner.cli.common import Debug, Flag, world_of_plan
+from planner.cli.common import Debug, world_of_plan
 from planner.cli.terminal import complain, say
 
 if TYPE_CHECKING:
@@ -21,38 +22,20 @@ Format: TypeAlias = Literal["ros-json", "csv", "mcap"]
 
 
 def export(
-    trajectory: tyro.conf.Positional[Path],
-    format: Format = "ros-json",
-    rate: float | None = None,
-    beta: float | None = None,
-    skip_first_point: Flag = False,
-    out: Path | None = None,
+    trajectory: Annotated[tyro.conf.Positional[Path], Doc("A trajectory.json, or the folder of a result.")],
+    format: Annotated[Format, Doc("Format of the file; ros-json is a JointTrajectory.")] = "ros-json",
+    rate: Annotated[float | None, Doc("Rows per second, at every k/rate s, in place of the knots.")] = None,
+    beta: Annotated[float | None, Doc("For a sweep: export the motion that is optimal at this beta.")] = None,
+    skip_first_point: Annotated[bool, Doc("Leave out the point at time 0, where the robot already stands.")] = False,
+    out: Annotated[Path | None, Doc("File to write; left out, next to the trajectory.")] = None,
     debug: Debug = False,
 ) -> int:
-    """Write a trajectory as a controller or another program takes it.
+    """Write a motion as ROS JSON, CSV or MCAP.
 
-    TRAJECTORY is a trajectory.json, or the folder of a plan, a task or, with --beta, a sweep. ros-json is a
-    trajectory_msgs/JointTrajectory, which YAML reads too, with send_trajectory.py next to it, which sends it as a
-    FollowJointTrajectory goal; csv holds t, q, qd and qdd; mcap is a bag of ROS 2 with one JointTrajectory (it needs
-    the Python package mcap). The points are the knots of the polynomials that were proven, which a ROS 2 joint
-    trajectory controller runs between them. With --rate they are rows on an exact grid: the motion is averaged over two
-    periods, so that it keeps the same limits, its end is held to a row, and it is proven in the world of the plan.json
-    or sweep.json next to it. Examples:
-
-    planner export out --skip-first-point
-
-    planner export out --format csv --rate 1000 --out motion.csv
-
-    planner export sweep --beta 0.2
-
-    Exit code 0: written; 2: a wrong option; 3: an unusable file, or a grid too coarse for its motion to be proven.
-
-    Args:
-        format: What to write.
-        rate: Rows at every k/rate s (Hz), to the nanosecond, in place of the knots.
-        beta: Of a sweep: the motion along the path that is optimal at this beta.
-        skip_first_point: Leave out the point at time 0, where the robot stands already.
-        out: File to write; next to the trajectory where left out.
+    The points are the knots of the proven polynomials, which a ROS 2 joint trajectory controller interpolates in the
+    same way. With --rate they are rows on an exact grid, and the motion is proven again. Next to ros-json stands
+    send_trajectory.py, which sends the file to a controller. Exit codes: 0 written, 2 wrong option, 3 unusable file,
+    or a grid too coarse for a proof.
     """
     from planner.tradeoff.record import SWEEP_NAME
     from planner.trajectory import export as formats

@@ -5,14 +5,25 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
+from typing_extensions import Doc
 
-from planner.base.errors import OptionError
-from planner.base.files import json_text
-from planner.cli.common import Debug, Flag, Motion, NoPage, Out, Problem, timing_of, written
-from planner.cli.terminal import complain, facts, open_in_browser, report_table, run_into, say, show
+from planner.cli.common import (
+    Debug,
+    FollowOutput,
+    Motion,
+    PlanOutput,
+    Problem,
+    SweepOutput,
+    TaskOutput,
+    report,
+    run_and_save,
+    seconds_text,
+)
+from planner.cli.terminal import complain, open_in_browser, report_table, run_into, say, show
+from planner.problem.checked import options
 from planner.problem.outcome import Outcome
 from planner.problem.request import (
     SERIAL,
@@ -36,241 +47,150 @@ if TYPE_CHECKING:
 
 
 def plan(
-    what: Motion = Motion(),  # noqa: B008 (frozen)
+    problem: Motion = Motion(),  # noqa: B008 (frozen)
     quality: PlanQuality = PlanQuality(),  # noqa: B008
     limits: TimingRequest = TimingRequest(),  # noqa: B008
-    no_timing: Flag = False,
-    certificate: Flag = False,
-    out: Out = Path("out"),
-    no_page: NoPage = False,
-    view: Flag = False,
-    json: Flag = False,
-    debug: Debug = False,
+    output: PlanOutput = PlanOutput(),  # noqa: B008
 ) -> int:
-    """Plan a joint path from a start to a goal that keeps away from obstacles and singular configurations.
+    """Plan a path and its motion from a start to a goal.
 
-    A start or goal is a name from the scene file, home, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool
-    position, m), pose:x,y,z,qx,qy,qz,qw, or with tolerance conditions as --constraint has them, with & between. With no
-    options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles. Examples:
-
-    planner plan --robot panda --scene shelf --beta 0 --seed 3 --out shelf
-
-    planner plan --start home --goal goal --goal xyz:0.5,0.3,0.6 --roadmap out/roadmap.npz
-
-    planner plan --robot panda --scene empty --start home --goal "xyz:0.4,0.4,0.5 & axis:z,0,0,-1" --constraint turn:0.1
-
-    The path becomes the quickest motion within the limits that is proven as a curve in time, corners rounded. Where
-    obstacles move along known motions (motion: in the scene file) the plan is the earliest motion through the roadmap
-    that keeps clear of them, waiting included. Of obstacles with a speed_limit plan.json says until when they cannot
-    touch. The same command, seed and versions give the same path and roadmap on every x86-64 processor with FMA.
-
-    Writes plan.json, plan.html (open it in a browser), roadmap.npz and trajectory.json in place of an earlier run's,
-    also where no path is found. Exit code 0: solved; 2: a wrong option; 3: an unusable robot, scene, state or file
-    (both write nothing); 4: no path within the budget; 130: interrupted. Ctrl-C saves the partial plan, without the
-    page; where --out holds a plan already, in a new folder 'interrupted' inside it.
-
-    Args:
-        no_timing: Leave the path without times: no trajectory.json.
-        certificate: Write proof.npz too, which can be checked without the planner: see 'planner verify'.
-        view: Open the page in the browser when it is written; where there is none, print its place.
-        json: Print plan.json on standard output, and nothing else there.
+    The path keeps away from obstacles and singular configurations, and becomes a motion in time; both are proven free.
+    STATE is a name from the scene, home, q:0.1,-0.4,... (rad), xyz:x,y,z (m), pose:x,y,z,qx,qy,qz,qw, or conditions
+    joined by &. Writes plan.json, plan.html, roadmap.npz and trajectory.json. Exit codes: 0 solved, 2 wrong
+    option, 3 unusable robot, scene, state or file, 4 no path, 130 interrupted.
     """
-    motion = timing_of(limits, no_timing)
+    timing = output.timing(limits)
     from planner.planning.plan import plan as find_plan
     from planner.tradeoff.sweep import add_alternatives
 
     def find(progress: Progress) -> Plan:
-        return add_alternatives(
-            find_plan(request=PlanRequest(what, quality), timing=motion, progress=progress), progress
-        )
+        request = PlanRequest(problem, quality)
+        return add_alternatives(find_plan(request=request, timing=timing, progress=progress), progress)
 
-    return _told(find, out, view, json, no_page, certificate)
+    return _save_plan(find, output, output.certificate)
 
 
 def follow(
-    path: tyro.conf.Positional[Path],
-    what: FollowedRequest = FollowedRequest(),  # noqa: B008 (frozen)
+    path: Annotated[tyro.conf.Positional[Path], Doc("A .yaml or .csv file of a tool path.")],
+    problem: FollowedRequest = FollowedRequest(),  # noqa: B008 (frozen)
     quality: PlanQuality = PlanQuality(),  # noqa: B008
     limits: TimingRequest = TimingRequest(),  # noqa: B008
-    no_timing: Flag = False,
-    out: Out = Path("out"),
-    no_page: NoPage = False,
-    view: Flag = False,
-    json: Flag = False,
-    debug: Debug = False,
+    output: FollowOutput = FollowOutput(),  # noqa: B008
 ) -> int:
-    """Follow a tool path: a joint motion that keeps the tool within a tube around lines and arcs, proven throughout.
+    """Follow a tool path within a tube.
 
-    PATH is a YAML file with tube (position in m, angle in rad) and points, each with a position and a quaternion
-    (x, y, z, w), an axis that the tool's z axis points along while it may turn about it, or a cone about an axis; via:
-    arc makes a point the middle of an arc; approach and retreat are straight legs (m) along the tool's z axis before
-    and behind. Or a CSV with columns x, y, z and qx, qy, qz, qw or ax, ay, az. Positions are of the tool frame in the
-    world. Without --start the plan begins at the first point; with it a free motion leads there. Every motion is proven
-    to stay in the tube and free. Where not all can be followed, the reason names the point. Examples:
-
-    planner follow seam.yaml --robot panda --scene table
-
-    planner follow seam.yaml --robot panda --scene table --start home --tool-speed 0.05 --beta 0.2
-
-    Writes what 'planner plan' writes, and tool_path in plan.json. Exit code 0: all is followed and proven; 2: a wrong
-    option; 3: an unusable robot, scene, state or file; 4: less than all; 130: interrupted.
-
-    Args:
-        path: A .yaml or .csv file of a tool path.
-        no_timing: Leave the path without times: no trajectory.json.
-        view: Open the page in the browser when it is written; where there is none, print its place.
-        json: Print plan.json on standard output, and nothing else there.
+    The motion keeps the tool within a tube around lines and arcs, and is proven throughout. With --start a free motion
+    leads to the first point. Writes the files of 'planner plan'. Exit codes: 0 all is followed and proven, 2 wrong
+    option, 3 unusable robot, scene, state or file, 4 less than all, 130 interrupted.
     """
-    motion = timing_of(limits, no_timing)
+    timing = output.timing(limits)
     from planner.planning.follow import follow as find_plan
     from planner.tradeoff.sweep import add_alternatives
 
     def find(progress: Progress) -> Plan:
-        return add_alternatives(
-            find_plan(path, request=FollowRequest(what, quality), timing=motion, progress=progress), progress
-        )
+        request = FollowRequest(problem, quality)
+        return add_alternatives(find_plan(path, request=request, timing=timing, progress=progress), progress)
 
-    return _told(find, out, view, json, no_page)
+    return _save_plan(find, output)
 
 
 def sweep(
-    what: Problem = Problem(),  # noqa: B008 (frozen)
+    problem: Problem = Problem(),  # noqa: B008 (frozen)
     quality: SweepQuality = SweepQuality(),  # noqa: B008
     limits: TimingRequest = TimingRequest(),  # noqa: B008
-    no_timing: Flag = False,
-    out: Out = Path("sweep"),
-    debug: Debug = False,
+    output: SweepOutput = SweepOutput(Path("sweep")),  # noqa: B008
 ) -> int:
-    """The whole trade-off between manipulability and distance: every path in a roadmap that some beta makes optimal.
+    """Find every path that some beta makes optimal.
 
-    Finds all values of beta at which the best path changes, exactly and without a grid, on one roadmap, and the motion
-    along each path. Starts, goals and all other options are those of 'planner plan'. Examples:
-
-    planner sweep --seed 3
-
-    planner sweep --roadmap out/roadmap.npz && planner export sweep --beta 0.2
-
-    Writes sweep.json, sweep.csv, sweep.html (open it in a browser), roadmap.npz, and the motions trajectory-1.json,
-    trajectory-2.json, ... in the order of the intervals. Exit codes are those of 'planner plan'; Ctrl-C saves the
-    intervals that are proven so far, without the page; where --out holds a sweep already, in a new folder 'interrupted'
-    inside it.
-
-    Args:
-        no_timing: Leave the paths without times: no trajectory-1.json, ...
+    The intervals of beta are exact; each path has its motion. Starts and goals are those of 'planner plan'. Writes
+    sweep.json, sweep.csv, sweep.html, roadmap.npz and trajectory-1.json, trajectory-2.json, ... in the order of the
+    intervals. Exit codes are those of 'planner plan'; Ctrl-C saves the intervals that are proven so far.
     """
-    motion = timing_of(limits, no_timing)
+    timing = output.timing(limits)
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
     def find(progress: Progress) -> Tradeoff:
-        return find_tradeoff(request=SweepRequest(what, quality), timing=motion, progress=progress)
+        return find_tradeoff(request=SweepRequest(problem, quality), timing=timing, progress=progress)
 
-    result, record, files, code = written(find, out)
+    result, record, files, code = run_and_save(find, output.out)
     ending, count = result.outcome.value, len(result.intervals)
     if result.outcome is Outcome.SOLVED:
         ending = f"{count} path{'s' if count != 1 else ''} of this roadmap, each optimal in its interval of beta."
     if record.intervals:
         show(report_table(record.table))
-    for line in record.lines:
+    for line in [*record.lines, *([record.theory] if output.verbose and record.solves else [])]:
         say(line)
-    if motion is not None and (chosen := result.knee or next(iter(result.intervals), None)):
-        say(f"To run one: planner export {shlex.quote(str(out))} --beta {chosen.beta:g}")
-    say("Seconds: " + ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items()) + ".")
+    if timing is not None and (chosen := result.knee or next(iter(result.intervals), None)):
+        say(f"To run one: planner export {shlex.quote(str(output.out))} --beta {chosen.beta:g}")
+    say(f"Time: {seconds_text(record.timings_s, output.verbose)}.")
     say(f"{ending} {files}")
     return code
 
 
 def task(
-    file: tyro.conf.Positional[Path],
-    what: TaskWorldRequest = TaskWorldRequest(),  # noqa: B008 (frozen)
+    file: Annotated[tyro.conf.Positional[Path], Doc("The task file (YAML).")],
+    problem: TaskWorldRequest = TaskWorldRequest(),  # noqa: B008 (frozen)
     quality: TaskQuality = TaskQuality(),  # noqa: B008
     limits: TimingRequest = TimingRequest(),  # noqa: B008
-    no_timing: Flag = False,
-    out: Out = Path("out"),
-    json: Flag = False,
-    debug: Debug = False,
+    output: TaskOutput = TaskOutput(),  # noqa: B008
 ) -> int:
-    """Plan a task: objects picked and placed, with grasps, arm configurations, paths and placements chosen together.
+    """Plan a pick-and-place task.
 
-    The task file says robot, scene and steps, the scene's obstacles being what is picked. One roadmap serves every
-    mode (the empty hand, each object in each grasp), one field over all of them finds the cheapest way by beta, and
-    its motions are proven with the object in the hand. Example:
-
-    planner task scenes/examples/tidy.yaml --beta 0.2 --nodes 1000 --out tidy
-
-    Writes plan.json with segments and events, plan.html, roadmap.npz, and trajectory.json: one motion of all segments,
-    at rest where the gripper moves. Exit code 0: solved; 2: a wrong option; 3: an unusable robot, scene, task or file;
-    4: a step cannot be done, and plan.json says which and why; 130: interrupted.
-
-    Args:
-        file: The task file (YAML).
-        no_timing: Leave the segments without times: no trajectory.json.
-        json: Print plan.json on standard output, and nothing else there.
+    Grasps, arm configurations, paths and placements are chosen together; motions are proven with the object in the
+    hand. The file names robot, scene and steps. Writes plan.json with segments and events, plan.html, roadmap.npz and
+    trajectory.json. Exit codes: 0 solved, 2 wrong option, 3 unusable robot, scene, task or file, 4 a step cannot be
+    done, 130 interrupted.
     """
-    motion = timing_of(limits, no_timing)
-    from planner.tasks.plan import task as plan_task
+    timing = output.timing(limits)
+    from planner.tasks.plan import task as find_task
 
-    request = TaskRequest(what, quality)
-    found, record, files, code = written(
-        lambda progress: plan_task(file, request=request, timing=motion, progress=progress), out
+    request = TaskRequest(problem, quality)
+    result, record, files, code = run_and_save(
+        lambda progress: find_task(file, request=request, timing=timing, progress=progress), output.out
     )
-    if json:
-        say(json_text(record.to_dict()))
-    else:
-        show(facts(f"{found.task.name}: {record.robot} in {record.scene}", record.rows))
-    (complain if json else say)(f"{found.message} {files}")
+    report(record, f"{result.task.name}: {record.robot} in {record.scene}", f"{result.message} {files}", output)
     return code
 
 
+@options
+class BatchOutput:
+    """Files, and when a plan stops."""
+
+    out: Annotated[Path, Doc("Folder to write into.")] = Path("batch")
+    pages: Annotated[bool, Doc("Write the page of each plan too.")] = False
+    time_limit: Annotated[float, Doc("Seconds after which a plan stops and its row says so.")] = 600.0
+    debug: Debug = False
+
+
 def batch(
-    source: tyro.conf.Positional[Path],
-    what: Motion = Motion(),  # noqa: B008 (frozen)
+    source: Annotated[tyro.conf.Positional[Path], Doc("The plans: a .yaml or .csv file, or a folder.")],
+    problem: Motion = Motion(),  # noqa: B008 (frozen)
     quality: PlanQuality = PlanQuality(),  # noqa: B008
-    out: Out = Path("batch"),
     workers: WorkersRequest = SERIAL,
-    pages: Flag = False,
-    time_limit: float = 600.0,
-    debug: Debug = False,
+    output: BatchOutput = BatchOutput(),  # noqa: B008
 ) -> int:
-    """Plan many times: one row and one folder for each start, goal, scene or robot that SOURCE asks for.
+    """Plan many problems, one row each.
 
-    SOURCE is a YAML file, plans: [{name: left, scene: shelf, goal: "xyz:0.5,0.3,0.6"}, ...], a CSV file with a line of
-    option names and a line per plan, or a folder of MoveIt's requests with their scenes. Options have the names of
-    'planner plan'; a plan that leaves one out takes it from the options given here.
-
-    Writes batch.csv, and for each plan NAME/plan.json, NAME/roadmap.npz and NAME/row.json. Run again, the same command
-    plans what is missing, has crashed or ran out of time. Exit code 0: all solved; 4: some are not; 130: interrupted.
-
-    Args:
-        source: The plans: a .yaml or .csv file, or a folder.
-        pages: Write the page of each plan too.
-        time_limit: Seconds after which a plan stops and is recorded as timed out; the budget is in nodes.
+    SOURCE is a YAML file, plans: [{name: left, scene: shelf}, ...], a CSV file with a column per option, or a folder of
+    MoveIt requests. A plan takes the options that it leaves out from those given here. Writes batch.csv and a folder
+    per plan. The same command again plans only the rows that are missing, crashed or ran out of time. Exit codes: 0
+    all solved, 4 some are not, 130 interrupted.
     """
     from planner.batch.run import SOLVED, run_batch
 
-    result = run_into(
-        out, lambda progress: run_batch(source, out, PlanRequest(what, quality), workers, pages, time_limit, progress)
-    )
+    request, more = PlanRequest(problem, quality), (workers, output.pages, output.time_limit)
+    result = run_into(output.out, lambda progress: run_batch(source, output.out, request, *more, progress))
     say(result.report)
     if not result.complete:
-        return 130
+        return Outcome.INTERRUPTED.exit_code
     return 0 if all(row["outcome"] == SOLVED for row in result.rows) else 4
 
 
-def _told(
-    find: Callable[[Progress], Plan], out: Path, view: bool, json: bool, no_page: bool, certificate: bool = False
-) -> int:
-    """Write what is found into the folder ``out``, tell of it, show it where that is asked; the exit code."""
-    if view and no_page:
-        raise OptionError("--view opens the page: leave out --no-page.")
-    result, record, files, code = written(find, out, certificate, not no_page)
-    tell = complain if json else say
-    if json:
-        say(json_text(record.to_dict()))
-    else:
-        seconds = ", ".join(f"{stage} {value:.2f}" for stage, value in record.timings_s.items())
-        show(facts(f"{record.robot} in {record.scene}", [*record.rows, ("seconds", seconds)]))
-    tell(f"{result.message} {files}")
-    if view and code != Outcome.INTERRUPTED.exit_code:
-        open_in_browser((out / result.PAGE).resolve().as_uri(), tell)
-    followed = result.tool_path is None or result.tool_path.record.proven
-    return code if code or followed else Outcome.PARTLY_FOLLOWED.exit_code
+def _save_plan(find: Callable[[Progress], Plan], output: FollowOutput, certificate: bool = False) -> int:
+    """Save, report and show the plan that ``find`` returns; the exit code."""
+    result, record, files, code = run_and_save(find, output.out, certificate, not output.no_page)
+    report(record, f"{record.robot} in {record.scene}", f"{result.message} {files}", output)
+    if output.view and code != Outcome.INTERRUPTED.exit_code:
+        open_in_browser((output.out / result.PAGE).resolve().as_uri(), complain if output.json else say)
+    is_complete = result.tool_path is None or result.tool_path.record.proven
+    return code if code or is_complete else Outcome.PARTLY_FOLLOWED.exit_code

@@ -1,39 +1,37 @@
-"""``planner roadmap``: grow once, query often."""
+"""``planner roadmap``: build a roadmap once, plan on it often."""
 
 from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
+from typing_extensions import Doc
 
 from planner.base.files import json_text, make_folder, require_writable_file
-from planner.cli.common import Debug, Flag, Problem, file_for_interrupted, kept
+from planner.cli.common import Debug, Json, Problem, file_for_interrupted, other_place
 from planner.cli.terminal import facts, say, show, working
 from planner.problem.outcome import Outcome
 from planner.problem.request import RoadmapQuality
 
-File = Annotated[Path, tyro.conf.Positional]
+File = Annotated[Path, tyro.conf.Positional, Doc("A roadmap.npz.")]
 
 roadmap = tyro.extras.SubcommandApp()
-roadmap.__doc__ = """Roadmaps that are kept: grow once, query often with 'planner plan --roadmap FILE.npz'.
+roadmap.__doc__ = """Build a roadmap, or show the content of a file.
 
-A file names the robot and the scene that it was proven for. In another scene all its edges are proven again.
+'planner plan --roadmap FILE.npz' plans on it. In another scene all its edges are proven again.
 """
 
 
 @roadmap.command
 def build(
     file: File,
-    what: Problem = Problem(),  # noqa: B008 (frozen)
+    problem: Problem = Problem(),  # noqa: B008 (frozen)
     quality: RoadmapQuality = RoadmapQuality(),  # noqa: B008
     debug: Debug = False,
 ) -> int:
-    """Grow a roadmap around a start and a goal and keep it; every edge is proven free.
+    """Build a roadmap around a start and a goal and save it.
 
-    Exit code 0: start and goal are joined; 4: they are not, and the roadmap is written; 130: interrupted, the partial
-    roadmap is written, as NAME.interrupted.npz where FILE was there before.
-
-    Args:
-        file: The file to write.
+    Every edge is proven free. Exit codes: 0 start and goal are connected, 4 they are not, and the roadmap is written,
+    130 interrupted.
     """
     require_writable_file(file)
     from planner.query.query import make_query
@@ -41,7 +39,7 @@ def build(
     from planner.roadmap.storage import save_roadmap
 
     with working() as progress:
-        query = make_query(what, in_time=True)  # of the world that stands
+        query = make_query(problem, in_time=True)  # of the world that stands
         result = load_or_build_roadmap(quality, query, progress)
         outcome = (
             Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.is_connected else Outcome.NO_PATH
@@ -52,17 +50,15 @@ def build(
     ending = "Start and goal are joined." if outcome is Outcome.SOLVED else outcome.value
     components = "1 component" if result.component_count == 1 else f"{result.component_count} components"
     size = f"{len(result.nodes)} nodes, {len(result.edges)} edges, {components}"
-    say(f"{size}. {ending} Written: {place}{kept(file, place)}")
+    say(f"{size}. {ending} Written: {place}{other_place(file, place)}")
     return outcome.exit_code
 
 
 @roadmap.command
-def info(file: File, json: Flag = False, debug: Debug = False) -> int:
-    """Show what a roadmap file holds: whose it is, its size, its components, what its certificates promise.
+def info(file: File, json: Json = False, debug: Debug = False) -> int:
+    """Show the content of a roadmap file.
 
-    Args:
-        file: A roadmap.npz.
-        json: Print it as JSON.
+    The robot and scene, its size and components, and the guarantees of its certificates.
     """
     from planner.roadmap.storage import load_roadmap, summarize
 

@@ -77,8 +77,13 @@ class RunRecord(Record):
 
     @property
     def rows(self) -> Rows:
-        """The table that the terminal, the page and notebooks show."""
+        """The table of the page and of ``--verbose``."""
         return []
+
+    @property
+    def summary(self) -> Rows:
+        """The table of the terminal and of notebooks: at most nine rows, and a row per segment of a task."""
+        return self.rows
 
 
 R = TypeVar("R", bound=RunRecord)
@@ -152,7 +157,7 @@ class Result(ABC, Generic[R]):
 
     def _repr_html_(self) -> str:
         record = self.record
-        return html_table(f"{record.robot} in {record.scene}. {record.message}", record.rows)
+        return html_table(f"{record.robot} in {record.scene}. {record.message}", record.summary)
 
     def save(self, folder: StrPath, certificate: bool = False) -> None:
         """Write the files into ``folder``, which is made if it does not exist, with the page.
@@ -223,9 +228,13 @@ class MotionRecord(Record):
         corners = "from rest to rest, the earliest through the roadmap"
         if self.corners is not None:
             corners = f"{self.corners_blended} of {self.corners} corners rounded, shortcuts: {self.shortcuts}"
-        proof = "proven free and within limits" if self.proven else "NOT proven as a whole"
         above = f"{floor_text(self.floor)}; " if floored and self.floor else ""
-        return f"{self.duration:.3f} s, {corners}, {proof}; {above}{self.limits}"
+        return f"{self.duration:.3f} s, {corners}, {self.proof_text}; {above}{self.limits}"
+
+    @property
+    def proof_text(self) -> str:
+        """Whether the motion is proven, in words."""
+        return "proven free and within limits" if self.proven else "NOT proven as a whole"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

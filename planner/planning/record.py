@@ -45,8 +45,22 @@ class ClearanceRecord(Record):
         if 0 < self.kept < asked:
             kept = f"{1000 * self.kept:.2g} of {1000 * asked:g} mm"
             text += f". Refined paths keep {kept}: start, goal or a passage leave no more"
-        least = min(item.min for item in (self.path, self.motion) if item is not None)
-        return [("clearance", text), *([(TOO_CLOSE, TOO_CLOSE_TEXT)] if least < CLOSE else [])]
+        return [("clearance", text), *([(TOO_CLOSE, TOO_CLOSE_TEXT)] if self.is_close else [])]
+
+    @property
+    def least(self) -> Nearest | None:
+        """The smaller of the distances of path and motion; None where there is nothing to come near to."""
+        return min((each for each in (self.path, self.motion) if each is not None), key=lambda e: e.min, default=None)
+
+    @property
+    def is_close(self) -> bool:
+        """Whether something comes closer than ``CLOSE``."""
+        return self.least is not None and self.least.min < CLOSE
+
+    @property
+    def least_text(self) -> str:
+        """The smallest distance as a row of the summary."""
+        return NOTHING_NEAR if self.least is None else nearest_text(self.least)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -186,6 +200,32 @@ class PlanRecord(RunRecord):
         if self.in_time is not None and motion is not None:
             rows += self.in_time.rows(motion.proven)
         return rows + (self.gabf.rows if self.gabf else [])
+
+    @property
+    def summary(self) -> Rows:
+        if self.cost is None:
+            return [("roadmap", self.roadmap.counts)]
+        assert self.manipulability is not None
+        assert self.clearance is not None
+        assert self.path_length is not None
+        length, motion = self.path_length, self.trajectory
+        goal = f" to {self.goal}" if self.goal else ""
+        path = f"{len(self.path)} waypoints{goal}, {length.joint:.3f} rad; the tool moves {length.workspace:.3f} m"
+        rows = [("path", f"{path}; cost {self.cost.total:.4f} at beta {self.cost.beta:g}")]
+        if motion is not None:
+            rows.append(("motion", f"{motion.duration:.3f} s, {motion.proof_text}"))
+        rows += [("clearance", self.clearance.least_text), ("manipulability", self.manipulability.text)]
+        what = "path" if motion is None else "path and motion"
+        tool = [] if self.tool_path is None else [text for _, text in self.tool_path.rows(what)]
+        tool += [f"{leg.leg} {leg.text(what)}" for leg in self.legs or ()]
+        moving = self.in_time.rows(motion.proven) if self.in_time is not None and motion is not None else []
+        warnings = [TOO_CLOSE_TEXT] if self.clearance.is_close else []
+        if self.conditioning is not None and self.conditioning.advice:
+            warnings.append(self.conditioning.advice)
+        groups = [("tool path", tool), ("constraints", [each.text for each in self.constraints])]
+        groups += [("moving obstacles", [text for _, text in moving]), ("warning", warnings)]
+        rows += [(name, "\n".join(texts)) for name, texts in groups if texts]
+        return [*rows, ("roadmap", self.roadmap.counts)]
 
     def _path_rows(self, cost: PathCost) -> Rows:
         assert self.quality is not None

@@ -100,14 +100,17 @@ class RoadmapRecord(Record):
 
     @property
     def text(self) -> str:
-        """The record as a line of a table."""
+        """The counts, and the libraries that checked the nodes."""
         counts = {name: count for name, count in self.nodes_checked.items() if count}
         parts = [f"{'each' if count == self.nodes else count} checked by {name}" for name, count in counts.items()]
-        return (
-            f"{self.nodes} nodes ({', '.join(parts) or 'checked by no library'}), "
-            f"{self.edges} edges, {self.edges_certified} of them proven free, "
-            f"{self.components} component{'s' if self.components != 1 else ''}"
-        )
+        return f"{self.counts}; nodes: {', '.join(parts) or 'checked by no library'}"
+
+    @property
+    def counts(self) -> str:
+        """The counts of nodes, edges and components."""
+        proven = "all" if self.edges_certified == self.edges else f"{self.edges_certified} of them"
+        components = f"{self.components} component{'s' if self.components != 1 else ''}"
+        return f"{self.nodes} nodes, {self.edges} edges, {proven} proven free, {components}"
 
 
 @dataclass(frozen=True, eq=False)

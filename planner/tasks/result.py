@@ -139,6 +139,16 @@ class TaskPlanRecord(RunRecord):
         if self.modes is not None:
             m = self.modes
             rows.append(("modes", f"{m.modes} over {m.nodes} nodes, {m.arcs_refused} of {m.arcs} arcs refused"))
+        return rows + self._path_rows + (self.gabf.rows if self.gabf else [])
+
+    @property
+    def summary(self) -> Rows:
+        return self._path_rows + ([] if self.roadmap is None else [("roadmap", self.roadmap.counts)])
+
+    @property
+    def _path_rows(self) -> Rows:
+        """The cost, the segments and the motion."""
+        rows: Rows = []
         if self.cost is not None:
             rows.append(("cost", cost_text(self.cost)))
         for k, segment in enumerate(self.segments, start=1):
@@ -149,7 +159,7 @@ class TaskPlanRecord(RunRecord):
         if self.trajectory is not None:
             proven = "all proven" if self.trajectory.proven else "not all proven"
             rows.append(("motion", f"{self.trajectory.duration:.2f} s, {proven}"))
-        return rows + (self.gabf.rows if self.gabf else [])
+        return rows
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -128,6 +128,13 @@ class SweepRecord(RunRecord):
         ]
 
     @property
+    def theory(self) -> str:
+        """The number of solved fields and their error."""
+        if not self.solves:
+            return ""
+        return f"{self.solves} fields solved, largest relative error against Dijkstra {self.max_error_vs_oracle:.1e}."
+
+    @property
     def lines(self) -> list[str]:
         """The sentences below the table."""
         lines = []
@@ -141,9 +148,6 @@ class SweepRecord(RunRecord):
             item = self.intervals[self.knee]
             lines.append(f"The knee is {item.buys} (from {range_text(item.beta_min, item.beta_max)}).")
         lines.append(f"Roadmap: {self.roadmap.text}.")
-        if self.solves:
-            error = f"{self.max_error_vs_oracle:.1e}"
-            lines.append(f"{self.solves} fields solved, largest error against the oracle {error} relative.")
         if not self.complete and self.intervals:
             lines.append(f"Proven up to beta = {self.intervals[-1].beta_max:.5g} so far.")
         return lines

@@ -12,7 +12,7 @@ WORLD = ("--robot", "planar_2r", "--scene", "empty")
 
 
 def test_plan_writes_a_trajectory_and_says_how_long_it_takes(run: Run, tmp_path: Path) -> None:
-    code, out, _ = run(*PLAN, "--out", str(tmp_path), "--acceleration", "3")
+    code, out, _ = run(*PLAN, "--out", str(tmp_path), "--acceleration", "3", "--verbose")
     assert code == 0
     record = json.loads((tmp_path / "trajectory.json").read_text())
     summary = json.loads((tmp_path / "plan.json").read_text())["trajectory"]

@@ -82,9 +82,9 @@ ROWS = [
     ("plan --start abc:1,2", 2, "starts with 'abc:'"),
     ("plan --goal xyz:1,2", 2, "has 2 numbers and must have 3"),
     ("plan --betta 0.5", 2, "--betta"),
-    ("plan --start home --start=goal", 2, "option --start is given twice"),
-    ("plan --out=", 2, "--out is empty"),  # it would be the folder that the shell stands in
-    ("plan --ik-solutions 3 --ik_solutions 4", 2, "--ik-solutions is given twice"),
+    ("plan --start home --start=goal", 2, "--start must be given once"),
+    ("plan --out=", 2, "--out must have a value"),  # it would be the folder that the shell stands in
+    ("plan --ik-solutions 3 --ik_solutions 4", 2, "--ik-solutions must be given once"),
     ("plan --goal", 2, "goal"),
     ("plan --acceleration 0", 2, "acceleration"),
     ("plan --velocity-scale nan", 2, "velocity scale"),
@@ -147,7 +147,7 @@ ROWS = [
     ("view --out .", 3, "is a folder: give the name of a file"),
     ("view --state q:1,2", 3, "2 joint values, iiwa14 has 7"),
     ("view --robot ur99", 3, "robot.yaml ('planner robot-yaml' writes one)"),
-    ("view --beta 0.2", 2, "are for --live"),
+    ("view --beta 0.2", 2, "need --live"),
     ("view --live --robot planar_2r --scene empty --out state.html", 2, "ends in .yaml"),
     ("view --live --robot planar_2r --scene empty --start q:0,9 --goal q:1,1", 3, "outside its limits"),
 ]

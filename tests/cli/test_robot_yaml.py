@@ -34,7 +34,7 @@ def test_the_file_loads_is_the_same_again_and_is_not_overwritten(run: Run, made:
     assert run("robot-yaml", str(made), "--out", str(copy))[0] == 0
     assert Robot.load(str(copy)).identity == own.identity
     code, _, error = run("robot-yaml", ARM, "--tool", "tip", "--out", str(made))
-    assert (code, "is there already" in error) == (3, True)
+    assert (code, "exists and is not overwritten" in error) == (3, True)
 
 
 def test_a_plan_with_some_joints_and_what_its_roadmap_remembers(run: Run, made: Path, tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def test_a_narrow_goal_leaves_half_of_it_or_less_and_says_so() -> None:
     assert found.clearance is not None
     assert found.clearance.path is not None
     assert 0.0025 <= found.clearance.path.min <= 0.004 + 1e-6
-    assert "Refined paths keep 2.5 of 5 mm" in found._repr_html_()
+    assert "Refined paths keep 2.5 of 5 mm" in str(found.record.rows)
 
 
 def test_certificates_of_a_level_are_proofs() -> None:
