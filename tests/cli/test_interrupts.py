@@ -61,24 +61,6 @@ def test_commands_with_nothing_to_save(tmp_path: Path, command_name: str) -> Non
     assert not list(tmp_path.iterdir())
 
 
-def test_a_solved_plan_is_kept(tmp_path: Path) -> None:
-    out = tmp_path / "o"
-    first = command("plan", "--nodes", "60", "--out", "o", cwd=tmp_path)
-    assert first.wait(timeout=120) == 0
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
-    process = started("plan", "--nodes", "200000", "--out", "o", cwd=tmp_path)
-    time.sleep(5)
-    process.send_signal(signal.SIGINT)
-    text, err = process.communicate(timeout=LIMIT)
-    assert process.returncode == 130, err
-    assert {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()} == before
-    if "saving what there is" in err:  # it had begun to grow
-        assert "o holds an earlier result, so this one is in o/interrupted" in text
-        record = json.loads((out / "interrupted" / "plan.json").read_text())
-        assert record["outcome"] == "interrupted"
-        assert {path.name for path in (out / "interrupted").iterdir()} == {"plan.json", "roadmap.npz"}
-
-
 def test_no_result_is_overwritten_by_an_interrupted_one(tmp_path: Path) -> None:
     names = ("plan.json", "plan.html", "roadmap.npz")
     assert folder_for_interrupted(tmp_path / "new", names) == tmp_path / "new"
