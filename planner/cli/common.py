@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from planner.planning.base_result import Result, RunRecord
 
 R = TypeVar("R", bound="Result[Any]")
-Debug = Annotated[bool, tyro.conf.arg(help="Show tracebacks of errors.")]  # looked for before a command is read
+# --debug is searched for before a command is read
+Debug = Annotated[tyro.conf.FlagCreatePairsOff[bool], tyro.conf.arg(help="Show tracebacks of errors.")]
+Out = Annotated[Path, Doc("Folder to write into.")]
 Json = Annotated[bool, Doc("Print the JSON file on standard output, and nothing else there.")]
 _Named = Annotated[of.MotionPlanRequest, tyro.conf.arg(name="request")]
 
@@ -51,7 +53,7 @@ class Motion(MotionRequest):
 class SweepOutput:
     """Files and messages."""
 
-    out: Annotated[Path, Doc("Folder to write into.")] = Path("out")
+    out: Out = Path("out")
     no_timing: Annotated[bool, Doc("Leave paths without times: write no trajectory.")] = False
     verbose: Annotated[bool, Doc("Print every measure, the bounds and the settling of the dynamics.")] = False
     debug: Debug = False

@@ -14,6 +14,7 @@ from planner.cli.common import (
     Debug,
     FollowOutput,
     Motion,
+    Out,
     PlanOutput,
     Problem,
     SweepOutput,
@@ -156,7 +157,7 @@ def task(
 class BatchOutput:
     """Files, and when a plan stops."""
 
-    out: Annotated[Path, Doc("Folder to write into.")] = Path("batch")
+    out: Out = Path("batch")
     pages: Annotated[bool, Doc("Write the page of each plan too.")] = False
     time_limit: Annotated[float, Doc("Seconds after which a plan stops and its row says so.")] = 600.0
     debug: Debug = False
