@@ -56,12 +56,12 @@ def test_slowest_and_fastest_enclose_the_flow_whatever_the_exponents(flow):
         dtau = flow.time_between(s, 0.5 * s)
         if dtau < 1e-290:
             continue  # 30 falls to 15 within 1e-1475 where q = 999
-        ends = [float(bound(np.array([s]), dtau)[0]) for bound in (flow.fastest, flow.upper_bound)]
+        ends = [float(bound(np.array([s]), dtau)[0]) for bound in (flow.fastest, flow.slowest)]
         assert ends[0] <= 0.5 * s * (1 + 1e-9)
         assert ends[1] >= 0.5 * s * (1 - 1e-9)
         near = [
             float(bound(np.array([s]), 1e-3 * flow.time_between(s, 0.999 * s))[0])
-            for bound in (flow.fastest, flow.upper_bound)
+            for bound in (flow.fastest, flow.slowest)
         ]
         assert near == pytest.approx([s, s], rel=1e-3)
 
