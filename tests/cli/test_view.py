@@ -22,6 +22,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The addresses that a browser was asked to open."""
     addresses: list[str] = []
     monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setenv("BROWSER", "true")  # of a command in a process of its own
     monkeypatch.setattr(webbrowser, "open", lambda address: addresses.append(address) or True)
     return addresses
 
