@@ -1,4 +1,4 @@
-"""A check of a path or a trajectory from any source, as a controller runs it: samples, proofs, limits, clearance."""
+"""Checks of a path or a trajectory from any source: samples, proofs, limits and clearance."""
 
 from dataclasses import replace
 from functools import partial
@@ -26,30 +26,30 @@ from planner.trajectory.recorded import FAR
 from planner.trajectory.report import Finding, Report
 from planner.trajectory.trajectory import Trajectory
 
-_AT_REST = float(np.finfo(np.float32).eps)  # rad/s: what ROS 2's controller lets a trajectory end with
-_MOST_STATES = 100_000  # at which w is looked at
+_AT_REST = float(np.finfo(np.float32).eps)  # rad/s: largest final velocity that ROS 2's controller accepts
+_MOST_STATES = 100_000  # for w
 
-Touch = tuple[float, Contact, Floats]  # a place, what touches there, and the configuration (dof,)
+Touch = tuple[float, Contact, Floats]  # a location, the contact there, and the configuration (dof,)
 
 
 def require_step(step: float) -> None:
-    """Raise :class:`OptionError` unless ``step`` (m) is a usable distance between the samples of a path."""
+    """Raise :class:`OptionError` unless ``step`` (m) is a usable distance between samples."""
     if not 1e-6 <= step <= 1.0:
         raise OptionError(f"step must be a distance from 0.000001 to 1 m, got {step:g}.")
 
 
 def check_path(checker: CollisionChecker, path: Floats, step: float = RECHECK, progress: Progress = QUIET) -> Report:
-    """The report on a joint path (k, dof), straight in joint space between its waypoints.
+    """Return the report on a joint path (k, dof) with straight segments in joint space.
 
-    A path that looks like degrees is checked no further: the motions between its rows mean nothing.
+    The check ends early for a path that looks like degrees.
     """
     require_step(step)
-    begun = Report(checker, step, timed=False, measures={"points": len(path)})
-    beyond = _beyond_waypoint(path, checker)
+    report = Report(checker, step, timed=False, measures={"points": len(path)})
+    beyond = _find_beyond_limit(path, checker)
     if beyond and looks_like_degrees(checker.robot, path):
-        return replace(begun, findings=(_degrees((0.0, len(path) - 1.0), timed=False),))
+        return replace(report, findings=(_degrees((0.0, len(path) - 1.0), timed=False),))
     pieces = straight(path[:-1], np.diff(path, axis=0)) if len(path) > 1 else straight(path, 0.0 * path)
-    return _examine(replace(begun, findings=beyond), pieces, np.arange(len(pieces) + 1.0), progress)
+    return _examine(replace(report, findings=beyond), pieces, np.arange(len(pieces) + 1.0), progress)
 
 
 def check_trajectory(
@@ -59,23 +59,23 @@ def check_trajectory(
     step: float = RECHECK,
     progress: Progress = QUIET,
 ) -> Report:
-    """The report on what a ROS 2 joint trajectory controller makes of a ``trajectory``: lines, cubics or quintics.
+    """Return the report on a ``trajectory`` as a ROS 2 joint trajectory controller runs it.
 
-    ``limits`` are in place of those that the trajectory was made for, and these in place of the robot's own. Times and
-    velocities that no controller runs, and positions that look like degrees, are checked no further.
+    ``limits`` replace those that the trajectory was made for, and these the robot's own. The check ends early for times
+    and velocities that no controller runs, and for positions that look like degrees.
     """
     require_step(step)
     robot = checker.robot
     require_joints(trajectory.joints, checker)
     limits = limits or trajectory.limits or MotionLimits.from_robot(robot)
     measures = {"points": len(trajectory.times), "limits": {**limits.to_dict(), "text": limits.text(robot)}}
-    begun = Report(checker, step, timed=True, measures=measures, notes=_notes(trajectory))
-    if faults := _faults(trajectory):
-        return replace(begun, findings=faults)
-    _require_within_reason(trajectory)
-    exceeded = find_limit_violations(trajectory, robot, limits)
-    if exceeded and looks_like_degrees(robot, trajectory.columns[0]):
-        return replace(begun, findings=(_degrees((float(trajectory.times[0]), float(trajectory.times[-1]))),))
+    report = Report(checker, step, timed=True, measures=measures, notes=_collect_notes(trajectory))
+    if findings := _find_controller_refusals(trajectory):
+        return replace(report, findings=findings)
+    _require_plausible_swings(trajectory)
+    violations = find_limit_violations(trajectory, robot, limits)
+    if violations and looks_like_degrees(robot, trajectory.columns[0]):
+        return replace(report, findings=(_degrees((float(trajectory.times[0]), float(trajectory.times[-1]))),))
     jump, in_time = largest_jump(trajectory, limits), prove_in_time(trajectory, checker)
     infinite = () if jump is None else jump.infinite
     shares = {
@@ -92,30 +92,30 @@ def check_trajectory(
         **in_time.to_dict(),
     }
     touch = first_touch_in_time(trajectory, checker, checker.world.scene.moving, step)
-    begun = replace(begun, findings=exceeded, measures=measures)
-    return _examine(begun, trajectory.coefficients, trajectory.times, progress, touch, int((~in_time.free).sum()))
+    report = replace(report, findings=violations, measures=measures)
+    return _examine(report, trajectory.coefficients, trajectory.times, progress, touch, int((~in_time.free).sum()))
 
 
 def _examine(
-    begun: Report,
+    report: Report,
     pieces: Floats,
-    places: Floats,
+    locations: Floats,
     progress: Progress,
     touch: Touch | None = None,
-    late: int = 0,
+    unproven_in_time: int = 0,
 ) -> Report:
-    """The report with what pieces (k, degree + 1, dof) between ``places`` (k + 1,) touch, keep and are proven to do.
+    """Add contacts, proofs and measures of pieces (k, degree + 1, dof) between ``locations`` (k + 1,).
 
-    ``touch`` is a contact that is known already, of a motion of which ``late`` pieces are not proven in time.
+    ``touch`` is a contact from before; ``unproven_in_time`` pieces of the motion are not proven among moving obstacles.
     """
-    checker, count, findings = begun.checker, len(pieces), list(begun.findings)
-    seen = second_look(checker, pieces, begun.step, progress=partial(progress, "contacts"))
+    checker, count, findings = report.checker, len(pieces), list(report.findings)
+    sample = second_look(checker, pieces, report.step, progress=partial(progress, "contacts"))
     touches = [] if touch is None else [touch]
-    if seen is not None:
-        at = places[seen.piece] + seen.s * (places[seen.piece + 1] - places[seen.piece])
-        touches.append((float(at), seen.contact, seen.q))
+    if sample is not None:
+        at = locations[sample.piece] + sample.s * (locations[sample.piece + 1] - locations[sample.piece])
+        touches.append((float(at), sample.contact, sample.q))
     progress("nearest", 0, count)
-    nearest = nearest_on_pieces(pieces, places, checker)
+    nearest = nearest_on_pieces(pieces, locations, checker)
     progress("nearest", count, count)
     progress("proofs", 0, count)
     prover = EdgeProver(checker)
@@ -123,41 +123,41 @@ def _examine(
     progress("proofs", count, count)
     if touches:
         at, contact, q = min(touches, key=lambda item: item[0])
-        findings.append(_contact(checker, contact, (at, at), begun.timed, q))
+        findings.append(_contact(checker, contact, (at, at), report.timed, q))
     elif (verdict == Verdict.COLLIDES).any():
         k = int((verdict == Verdict.COLLIDES).argmax())
         contact = prover.static_contact or checker.world.contact(int(pair[k]))
-        findings.append(_contact(checker, contact, (float(places[k]), float(places[k + 1])), begun.timed))
-    strayed, measured = _measure(begun, pieces, places)
+        findings.append(_contact(checker, contact, (float(locations[k]), float(locations[k + 1])), report.timed))
+    broken, measured = _measure(report, pieces, locations)
     free, bound = bool((verdict == Verdict.FREE).all()), None
     if free and nearest is not None:
         bound = prove_distance(checker, pieces, nearest.min)
-    undecided = max(int((verdict == Verdict.UNDECIDED).sum()), late)
+    undecided = max(int((verdict == Verdict.UNDECIDED).sum()), unproven_in_time)
     return replace(
-        begun,
-        findings=(*findings, *strayed),
+        report,
+        findings=(*findings, *broken),
         pieces={each.name.lower(): int((verdict == each).sum()) for each in Verdict},
         clearance=nearest,
-        measures=begun.measures | measured | {"proven_distance": bound, "undecided": undecided},
+        measures=report.measures | measured | {"proven_distance": bound, "undecided": undecided},
     )
 
 
-def _measure(begun: Report, pieces: Floats, places: Floats) -> tuple[list[Finding], dict[str, Any]]:
-    """Constraints that pieces break, and lengths, w and what constraints have to spare at states along the pieces."""
-    checker, robot = begun.checker, begun.checker.robot
+def _measure(report: Report, pieces: Floats, locations: Floats) -> tuple[list[Finding], dict[str, Any]]:
+    """Return broken constraints, and lengths, w and slacks of constraints at states along the pieces."""
+    checker, robot = report.checker, report.checker.robot
     motion = np.abs(bernstein(derivative(pieces))).max(axis=(1, 2))
     parts = parts_of(motion, max(W_ALONG_PATH, motion.sum() / _MOST_STATES))
     piece = np.repeat(np.arange(len(parts)), parts)
     s = (np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[piece]
     q = np.vstack([evaluate(pieces[piece], s), pieces[-1:].sum(axis=1)])
-    at = np.append(places[piece] + s * np.diff(places)[piece], places[-1])
+    at = np.append(locations[piece] + s * np.diff(locations)[piece], locations[-1])
     findings, constraints = [], []
-    for kept in checker.world.constraints.along(q, pieces):
-        text, unit, where = kept.condition.text, kept.condition.unit, float(at[kept.row])
-        told = {"condition": text, "unit": unit, "spare": kept.spare, "at": where, "proven": kept.proven}
-        constraints.append(told | {"strays": kept.strays})
-        if kept.strays:
-            findings.append(Finding("constraint", (text,), (where, where), -kept.spare, 0.0, unit, begun.timed))
+    for result in checker.world.constraints.along(q, pieces):
+        text, unit, where = result.condition.text, result.condition.unit, float(at[result.row])
+        row = {"condition": text, "unit": unit, "spare": result.spare, "at": where, "proven": result.proven}
+        constraints.append(row | {"strays": result.strays})
+        if result.strays:
+            findings.append(Finding("constraint", (text,), (where, where), -result.spare, 0.0, unit, report.timed))
     w, tool = manipulability(robot, q), tool_positions(robot, q)
     return findings, {
         "joint_length": float(np.linalg.norm(np.diff(q, axis=0), axis=1).sum()),
@@ -170,9 +170,9 @@ def _measure(begun: Report, pieces: Floats, places: Floats) -> tuple[list[Findin
 
 
 def prove_distance(checker: CollisionChecker, pieces: Floats, clearance: float) -> float:
-    """A distance (m) that pieces, proven free at the checker's margin, are proven to keep: that margin or more.
+    """Return a distance (m), at least the checker's margin, that pieces proven free are proven to keep.
 
-    Proofs are tried at margins a little below the ``clearance`` that was found, so it may be smaller than the truth.
+    It tries margins slightly below the measured ``clearance``, so it may underestimate.
     """
     world = checker.world
     for margin in (clearance - slack(clearance) - PROOF_OF_CHECK, 0.5 * clearance):
@@ -186,7 +186,7 @@ def prove_distance(checker: CollisionChecker, pieces: Floats, clearance: float) 
 def _contact(
     checker: CollisionChecker, contact: Contact, where: tuple[float, float], timed: bool, q: Floats | None = None
 ) -> Finding:
-    """The finding on a contact: a clearance below the margin where the two do not touch."""
+    """Return the finding on a contact; within the margin but without touch it is a clearance."""
     margin, pair = checker.world.margin, (contact.first, contact.second)
     gap = 0.0 if q is None else float(Clearance(checker)(q[None])[0])
     closer = margin > 0.0 and not contact.enclosed and (q is None or gap > 0.0)
@@ -196,8 +196,8 @@ def _contact(
     return Finding("clearance" if closer else "contact", pair, where, value, margin, "m", timed, q, note)
 
 
-def _beyond_waypoint(path: Floats, checker: CollisionChecker) -> tuple[Finding, ...]:
-    """The value farthest beyond a joint limit; between waypoints within limits the path is within them too."""
+def _find_beyond_limit(path: Floats, checker: CollisionChecker) -> tuple[Finding, ...]:
+    """Return the largest violation of a joint limit by a waypoint; segments have no larger one."""
     robot, beyond = checker.robot, beyond_limits(checker.robot, path)
     row, joint = (int(k) for k in np.unravel_index(int(beyond.argmax()), beyond.shape))
     if not beyond[row, joint]:
@@ -213,8 +213,8 @@ def _degrees(where: tuple[float, float], timed: bool = True) -> Finding:
     return Finding("limit", ("position", ""), where, unit="rad", timed=timed, text=text)
 
 
-def _faults(trajectory: Trajectory) -> tuple[Finding, ...]:
-    """Why no controller runs these times and velocities; empty where one does."""
+def _find_controller_refusals(trajectory: Trajectory) -> tuple[Finding, ...]:
+    """Return the reason why no controller runs these times and velocities, if there is one."""
     times = trajectory.times
     if times[0] < 0:
         text = f"the first point is {-times[0]:g} s before the start"
@@ -228,31 +228,30 @@ def _faults(trajectory: Trajectory) -> tuple[Finding, ...]:
     return (Finding("discontinuity", ("velocity", joint), end, velocity, 0.0, "rad/s", text=text),)
 
 
-def _notes(trajectory: Trajectory) -> tuple[str, ...]:
-    """Notes of the file, and on how the motion begins: what comes before its first point is the controller's."""
+def _collect_notes(trajectory: Trajectory) -> tuple[str, ...]:
+    """Return notes of the file, and on the first point: the controller's motion to it is not checked."""
     notes = list(trajectory.notes)
     if trajectory.times[0] > 0:
-        notes.append(f"until {trajectory.times[0]:g} s it moves there from where the robot is: that is not checked")
+        notes.append(f"the motion to the first point, until {trajectory.times[0]:g} s, is not checked")
     joint, velocity = _fastest(trajectory, 0)
     if abs(velocity) > _AT_REST:
-        moves = f"joint '{joint}' begins with a velocity of {velocity:.3g}"
-        notes.append(f"{moves}: right only for a robot that moves so already")
+        notes.append(f"joint '{joint}' starts at a velocity of {velocity:.3g}: the robot must move so already")
     return tuple(notes)
 
 
 def _fastest(trajectory: Trajectory, row: int) -> tuple[str, float]:
-    """The joint of the largest velocity that is given for a point, and this velocity; 0 where none is given."""
+    """Return the joint of the largest given velocity at a point, and that velocity; 0 if none is given."""
     velocity = trajectory.columns[1][row] if len(trajectory.columns) > 1 else np.zeros(1)
     joint = int(np.abs(velocity).argmax())
     return trajectory.joints[joint], float(velocity[joint])
 
 
-def _require_within_reason(trajectory: Trajectory) -> None:
-    """Raise :class:`FileError` for swings that no arm does, and that would take forever to sample."""
+def _require_plausible_swings(trajectory: Trajectory) -> None:
+    """Raise :class:`FileError` for swings beyond any arm's, whose sampling would not end."""
     hull = np.abs(bernstein(trajectory.coefficients)).max(axis=(1, 2))
     if hull.max() > FAR:
         k = int(hull.argmax())
         raise FileError(
-            f"between {trajectory.times[k]:g} and {trajectory.times[k + 1]:g} s the trajectory swings as far as "
-            f"{hull[k]:.3g}: mend its positions or velocities."
+            f"positions between {trajectory.times[k]:g} and {trajectory.times[k + 1]:g} s must be at most {FAR:g}, got "
+            f"{hull[k]:.3g}: mend the positions or velocities."
         )

@@ -1,4 +1,4 @@
-"""What is measured along a path or a motion: manipulability, lengths, the first contact, the smallest clearance."""
+"""Measures of a path or a motion: manipulability, lengths, the first contact, the smallest clearance."""
 
 import itertools
 from dataclasses import dataclass
@@ -17,33 +17,33 @@ from planner.kinematics.manipulability import manipulability
 from planner.robot.robot import Robot
 from planner.trajectory.trajectory import Trajectory
 
-TOLERANCE, SHARE = 1e-3, 0.1  # m, and of the clearance itself: what is reported is too large by less than either
+TOLERANCE, SHARE = 1e-3, 0.1  # m, and share of the clearance: bounds of the overestimate of a reported clearance
 CLOSE = 5e-3  # m: models of one robot differ by a millimetre, and calibrations by more
-TOO_CLOSE = "close"  # the row of the summary that is there only where something comes closer than CLOSE
+TOO_CLOSE = "close"  # row of the summary for a clearance below CLOSE
 TOO_CLOSE_TEXT = (
-    f"less than {1000 * CLOSE:g} mm, by which the robot's true shape or place may differ: --margin 0.005 keeps a "
-    "distance for certain, at start and goal too; --extra-clearance 0.01 lets refined paths keep more where possible"
+    f"less than {1000 * CLOSE:g} mm, a typical error of models and calibrations: --margin 0.005 keeps a distance "
+    "everywhere, --extra-clearance 0.01 lets refined paths keep more where possible"
 )
-SHOWN = 1e-4  # m: the smallest clearance that is printed; proofs need about twice that
-NOTHING_NEAR = "there is nothing to come near to"
-_CHORD = 1e-5  # rad (m): how far a motion may be from the chords along which its clearance is looked for
+SHOWN = 1e-4  # m: the smallest clearance that is printed; proofs need about twice as much
+NOTHING_NEAR = "no pair is checked"
+_CHORD = 1e-5  # rad (m): largest distance of a motion from the chords along which its clearance is measured
 _STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
 
 
 def dense_path(path: Floats, step: float = W_ALONG_PATH) -> Floats:
-    """Configurations (n, dof) along a joint path, no joint moving more than ``step`` (rad) between two of them."""
+    """Return configurations (n, dof) along a joint path, at most ``step`` (rad) apart in every joint."""
     return dense_segments(path, step)[0]
 
 
 def dense_segments(path: Floats, step: float) -> tuple[Floats, Ints]:
-    """Configurations (n, dof) as :func:`dense_path` has them, and the segment (n,) that each ends or lies on."""
+    """Return the configurations (n, dof) of :func:`dense_path`, and the segment (n,) of each."""
     parts = parts_of(np.abs(np.diff(path, axis=0)).max(axis=1, initial=0.0), step)
     return cut(path, parts), np.concatenate([[0], np.repeat(np.arange(len(parts)), parts)])
 
 
 @dataclass(frozen=True)
 class PathMeasures:
-    """What every report says of a joint path: w at its smallest and in the mean, lengths in rad and m."""
+    """Measures of a joint path: smallest and mean w, lengths in rad and m."""
 
     w_min: float
     w_mean: float
@@ -52,34 +52,34 @@ class PathMeasures:
 
 
 def measure_path(robot: Robot, path: Floats) -> PathMeasures:
-    """Manipulability at states ``W_ALONG_PATH`` apart, and both lengths, of a joint path (k, dof)."""
+    """Return manipulability at states ``W_ALONG_PATH`` apart, and both lengths, of a joint path (k, dof)."""
     w = path_manipulability(robot, path)
     return PathMeasures(float(w.min()), float(w.mean()), joint_path_length(path), tool_path_length(robot, path))
 
 
 def path_manipulability(robot: Robot, path: Floats) -> Floats:
-    """w (n,) sampled densely along a joint path."""
+    """Return w (n,) sampled densely along a joint path."""
     return w_along_path(robot, path)[1]
 
 
 def w_along_path(robot: Robot, path: Floats) -> tuple[Floats, Floats]:
-    """Joint motion (n,) rad from the start, and w (n,) there, sampled densely along a joint path."""
+    """Return joint motion (n,) rad from the start, and w (n,) there, sampled densely along a joint path."""
     q = dense_path(path)
     return lengths_along(q), manipulability(robot, q)
 
 
 def tool_path_length(robot: Robot, path: Floats) -> float:
-    """Length (m) of the tool's path along a joint path."""
+    """Return the length (m) of the tool's path along a joint path."""
     return float(np.linalg.norm(np.diff(tool_positions(robot, dense_path(path)), axis=0), axis=1).sum())
 
 
 def joint_path_length(path: Floats) -> float:
-    """Sum of the Euclidean lengths (rad) of a joint path's segments."""
+    """Return the sum of the Euclidean lengths (rad) of a joint path's segments."""
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
 def count_corners(path: Floats) -> int:
-    """How often a joint path (k, dof) changes its direction, by more than 0.001 rad: a robot stops or blends there."""
+    """Return the number of corners of a joint path (k, dof): changes of direction above 0.001 rad."""
     step = np.diff(path, axis=0)
     far = np.linalg.norm(step, axis=1)
     ahead = step[far > 0] / far[far > 0][:, None]
@@ -87,13 +87,13 @@ def count_corners(path: Floats) -> int:
 
 
 def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK) -> Seen | None:
-    """The first contact along a joint path sampled every ``step`` metres of motion, without bounds or proofs."""
+    """Return the first contact along a joint path sampled every ``step`` metres of motion, without proofs."""
     start = path[:-1] if len(path) > 1 else path
     return first_seen(checker, straight(start, np.diff(path, axis=0) if len(path) > 1 else 0.0 * path), step)
 
 
 def path_clearance(checker: CollisionChecker, path: Floats) -> tuple[Floats, Floats]:
-    """Configurations (n, dof) along a joint path, ``CLEARANCE_ALONG_PATH`` apart, and the clearance (n,) m at each."""
+    """Return states (n, dof) ``CLEARANCE_ALONG_PATH`` apart on a path, and the clearances (n,) m there."""
     along = (dense_states(checker.world, a, b - a, CLEARANCE_ALONG_PATH)[0] for a, b in itertools.pairwise(path))
     q = np.concatenate([path[:1], *(states[1:] for states in along)])
     return q, Clearance(checker)(q)
@@ -101,9 +101,9 @@ def path_clearance(checker: CollisionChecker, path: Floats) -> tuple[Floats, Flo
 
 @dataclass(frozen=True)
 class Nearest:
-    """The smallest distance ``min`` (m), of the ``pair`` of things, and where: ``at``.
+    """The smallest distance ``min`` (m), its ``pair`` of names, and its location ``at``.
 
-    Along a path ``at`` is the share of its joint motion, in a motion the time in s.
+    ``at`` is the share of the joint motion on a path, and a time in s on a trajectory.
     """
 
     min: float
@@ -111,65 +111,65 @@ class Nearest:
     at: float
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return the clearance as plain data."""
         return {"min": self.min, "pair": list(self.pair), "at": self.at}
 
 
 def nearest_on_path(path: Floats, checker: CollisionChecker) -> Nearest | None:
-    """The smallest clearance along a joint path (k, dof), to a tenth; None where no joint moves a checked pair."""
+    """Return the smallest clearance along a joint path (k, dof); None if no joint moves a checked pair."""
     along = lengths_along(path)
     return _nearest(path, along / max(float(along[-1]), 1e-300), checker)
 
 
 def nearest_in_motion(trajectory: Trajectory, checker: CollisionChecker) -> Nearest | None:
-    """The smallest clearance along a motion."""
+    """Return the smallest clearance along a motion."""
     return nearest_on_pieces(trajectory.coefficients, trajectory.times, checker)
 
 
-def nearest_on_pieces(coefficients: Floats, places: Floats, checker: CollisionChecker) -> Nearest | None:
-    """The smallest clearance on pieces (k, degree + 1, dof) between ``places`` (k + 1,), along chords within 0.01 mrad.
+def nearest_on_pieces(coefficients: Floats, locations: Floats, checker: CollisionChecker) -> Nearest | None:
+    """Return the smallest clearance on pieces (k, degree + 1, dof) between ``locations`` (k + 1,).
 
-    ``at`` of the result lies between two places, such as times.
+    It follows chords within 0.01 mrad. ``at`` lies between two locations, such as times.
     """
-    length = np.diff(places)
+    length = np.diff(locations)
     bend = np.abs(bernstein(derivative(coefficients, 2))).max(axis=(1, 2), initial=0.0)
     counts = np.maximum(1, np.ceil(np.sqrt(bend / (8.0 * _CHORD)))).astype(int)
     piece = np.repeat(np.arange(len(counts)), counts)
     u = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[piece]
     q = np.vstack([evaluate(coefficients[piece], u), coefficients[-1:].sum(axis=1)])
-    return _nearest(q, np.append(places[piece] + u * length[piece], places[-1]), checker)
+    return _nearest(q, np.append(locations[piece] + u * length[piece], locations[-1]), checker)
 
 
-def _nearest(path: Floats, places: Floats, checker: CollisionChecker) -> Nearest | None:
-    """The smallest clearance along a path (k, dof), whose rows are at ``places`` (k,)."""
-    found = smallest_clearance(checker, path)
-    pair = None if found is None else nearest_pair(checker, found[3])
-    if found is None or pair is None:
+def _nearest(path: Floats, locations: Floats, checker: CollisionChecker) -> Nearest | None:
+    """Return the smallest clearance along a path (k, dof) with rows at ``locations`` (k,)."""
+    smallest = smallest_clearance(checker, path)
+    pair = None if smallest is None else nearest_pair(checker, smallest[3])
+    if smallest is None or pair is None:
         return None
-    value, segment, share, _ = found
-    ends = places[segment : segment + 2]
+    value, segment, share, _ = smallest
+    ends = locations[segment : segment + 2]
     return Nearest(value, (pair.first, pair.second), float(ends[0] + share * (ends[-1] - ends[0])))
 
 
 def smallest_clearance(checker: CollisionChecker, path: Floats) -> tuple[float, int, float, Floats] | None:
-    """The smallest clearance (m) along a path (k, dof), to 1 mm and to a tenth; None where no pair is checked.
+    """Return the smallest clearance (m) along a path (k, dof), its segment, share and state (dof,).
 
-    With it the segment, the share of its length and the configuration (dof,) there. A distance changes by no more than
-    its two bodies move, so between two samples at ``left`` and ``right``, ``motion`` apart, it is at least
-    (left + right - motion) / 2. Pieces that may hide one that is smaller by more than that are halved, all at a time,
-    until there are none (Piyavskii 1972). The backend's own error comes on top.
+    It is accurate to 1 mm and to a tenth; None if no pair is checked. A distance changes by at most the motion of its
+    two bodies, so between two samples ``left`` and ``right``, ``motion`` apart, it is at least (left + right - motion)
+    / 2. Intervals with a bound below the best sample are halved together until none is left (Piyavskii 1972). The error
+    of the collision library comes on top.
     """
     clearance, best = Clearance(checker), (np.inf, 0, 0.0, path[0])
-    # two bodies may come nearer by what both of them move
+    # a distance changes by at most the motion of both bodies
     motion = (checker.chain.sizes(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
-    passed = so_far(motion)  # (k,) motion from the start to each waypoint
+    travel = so_far(motion)  # (k,) motion from the start to each waypoint
 
-    def look(places: Floats) -> Floats:
-        """The clearances (n,) at ``places`` (n,) of which one is a new best one, if any is; lower bounds of others."""
+    def sample(locations: Floats) -> Floats:
+        """Return clearances (n,) at ``locations`` (n,), or lower bounds above the best; update the best."""
         nonlocal best
-        segment = np.clip(np.searchsorted(passed, places, side="right") - 1, 0, max(0, len(path) - 2))
+        segment = np.clip(np.searchsorted(travel, locations, side="right") - 1, 0, max(0, len(path) - 2))
         ahead = np.minimum(segment + 1, len(path) - 1)
-        share = (places - passed[segment]) / np.maximum(passed[ahead] - passed[segment], 1e-300)
+        share = (locations - travel[segment]) / np.maximum(travel[ahead] - travel[segment], 1e-300)
         q = path[segment] + share[:, None] * (path[ahead] - path[segment])
         values = clearance.smallest(q, best[0])
         row = int(values.argmin())
@@ -177,29 +177,29 @@ def smallest_clearance(checker: CollisionChecker, path: Floats) -> tuple[float, 
             best = float(values[row]), int(segment[row]), float(share[row]), q[row]
         return values
 
-    # CLEARANCE_FIRST long at first, whatever the waypoints: a trajectory has thousands of them
-    places = np.linspace(0.0, passed[-1], max(1, int(np.ceil(passed[-1] / CLEARANCE_FIRST))) + 1)
-    values = look(places)
-    low, high, left, right = places[:-1], places[1:], values[:-1], values[1:]
+    # of length CLEARANCE_FIRST, independent of the waypoints: a trajectory has thousands of them
+    locations = np.linspace(0.0, travel[-1], max(1, int(np.ceil(travel[-1] / CLEARANCE_FIRST))) + 1)
+    values = sample(locations)
+    low, high, left, right = locations[:-1], locations[1:], values[:-1], values[1:]
     while True:
         bound = np.maximum(0.0, 0.5 * (left + right - (high - low)))
-        hiding = np.isfinite(bound) & (bound < best[0] - slack(best[0]))
-        if not hiding.any():
+        open_ = np.isfinite(bound) & (bound < best[0] - slack(best[0]))
+        if not open_.any():
             return best if np.isfinite(best[0]) else None
-        low, high, left, right = low[hiding], high[hiding], left[hiding], right[hiding]
+        low, high, left, right = low[open_], high[open_], left[open_], right[open_]
         middle = 0.5 * (low + high)
-        value = look(middle)
+        value = sample(middle)
         low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
         left, right = np.concatenate([left, value]), np.concatenate([value, right])
 
 
 def slack(clearance: float) -> float:
-    """By how much (m) a reported ``clearance`` may be too large."""
+    """Return the largest overestimate (m) of a reported ``clearance``."""
     return min(TOLERANCE, SHARE * clearance)
 
 
 def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
-    """The checked pair that is nearest at ``q`` (dof,), of those that some joint can move; None where there is none."""
+    """Return the nearest checked pair at ``q`` (dof,) that some joint can move; None without such a pair."""
     world = checker.world
     checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
     pairs = np.flatnonzero(checked & world.moving)
@@ -209,12 +209,12 @@ def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
 
 
 def clearance_text(clearance: float) -> str:
-    """A clearance (m) for people: one that would be printed as 0.0 mm says what it means."""
+    """Return a clearance (m) in words; one below 0.1 mm is not distinguished from contact."""
     if clearance >= SHOWN:
         return f"{1000 * clearance:.1f} mm"
-    return f"less than {1000 * SHOWN:g} mm, which no proof can tell from contact"
+    return f"less than {1000 * SHOWN:g} mm, which proofs cannot distinguish from contact"
 
 
 def nearest_text(near: Nearest) -> str:
-    """A clearance and its two things."""
+    """Return a clearance and its pair in words."""
     return f"{clearance_text(near.min)} ('{near.pair[0]}' and '{near.pair[1]}')"

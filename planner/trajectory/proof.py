@@ -1,4 +1,4 @@
-"""What is proven of a trajectory: no contact on any of its curves, limits by exact extrema, the floor under w."""
+"""Proofs about a trajectory: contact-free pieces, limits by exact extrema, and the floor under w."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.base.errors import OptionError
+from planner.base.errors import OptionError, choices
 from planner.base.polynomials import bernstein, powers
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
@@ -21,17 +21,20 @@ from planner.trajectory.moving_obstacles import TimeProof, prove_in_time
 from planner.trajectory.report import Finding
 from planner.trajectory.trajectory import Trajectory
 
-ROUNDING = 1e-6  # relative: a limit exceeded by less comes from numbers that were printed and read back
-_LEAST = 1e-6  # of the limit on what jumps: less comes from numbers that were printed and read back
+ROUNDING = 1e-6  # relative: printed numbers that are read back exceed a limit by less
+_LEAST = 1e-6  # of the limit on the jumping derivative: printed numbers that are read back jump by less
 _ROUNDED = 4  # last bits of a position
 _REMEDY = {"lines": "; give velocities too", "cubics": "; give accelerations too"}
-_CLOSER = (1.0, 0.1, 0.01)  # of the room: what is undecided is tried again with less
+_FINER = (0.1, 0.01)  # of the resolution, for pieces that it leaves undecided
 ASSUMES = "the geometry of robot and scene as given, a controller that follows the interpolation, floating point"
 
 
 @dataclass(frozen=True)
 class Jump:
-    """At ``time`` s a joint's ``what`` (velocity or acceleration) jumps by ``size``, the largest of ``count`` jumps."""
+    """A jump of a joint's ``what`` (velocity or acceleration) at ``time`` s by ``size``.
+
+    It is the largest of ``count`` jumps.
+    """
 
     what: str
     joint: str
@@ -41,11 +44,11 @@ class Jump:
 
     @property
     def infinite(self) -> tuple[str, ...]:
-        """The kinds of limits that no number can keep then: acceleration and jerk, or jerk."""
+        """The derivatives that are infinite at the jump: acceleration and jerk, or jerk."""
         return KINDS[KINDS.index(self.what) + 1 :]
 
     def text(self, robot: Robot) -> str:
-        """Which joint jumps by how much and when, as part of a sentence."""
+        """Return joint, size and time of the jump as part of a sentence."""
         largest = "" if self.count == 1 else f" (the largest of {self.count} jumps)"
         size = f"{self.size:.4g} {unit_of(robot, self.joint, self.what)}"
         return f"the {self.what} of joint '{self.joint}' jumps by {size} at {self.time:.3f} s{largest}"
@@ -53,55 +56,54 @@ class Jump:
 
 @dataclass(frozen=True, eq=False)
 class MotionProof:
-    """The verdicts (k,) on a trajectory's pieces, the limits that it breaks, the floor under w, and what moves.
+    """Verdicts (k,) on a trajectory's pieces, violations of limits, the floor under w, and proofs in time.
 
-    ``pair`` (k,) is what stopped a piece's proof. ``floor_required`` (k,) says which pieces are asked to keep w above
-    ``floor``, not those of the stretches from a start and to a goal below it, and ``floor_holds`` (k,) which of all do
-    that or are exempt. ``unjudged`` are kinds of limits that are infinite by the ``jump`` of what they limit the change
-    of, and that are merely assumed.
+    ``pair`` (k,) is the pair that stopped a piece's proof. ``floor_required`` (k,) marks the pieces that have to keep w
+    above ``floor``: all but those that lead up from a start, or down to a goal, below it. ``floor_holds`` (k,) marks
+    those that do, or are exempt. ``unchecked`` are the assumed limits that a ``jump`` makes infinite.
     """
 
     verdict: Ints
     pair: Ints
-    excesses: tuple[Finding, ...]
+    violations: tuple[Finding, ...]
     floor: float
     floor_required: Bools
     floor_holds: Bools
     in_time: TimeProof
     jump: Jump | None = None
-    unjudged: tuple[str, ...] = ()
-    kept: tuple[str, ...] = ()  # what the pieces that are free are proven to keep besides
+    unchecked: tuple[str, ...] = ()
+    constraints: tuple[str, ...] = ()  # that free pieces are proven to keep
 
     @property
     def free(self) -> bool:
-        """Every piece is proven free."""
+        """Whether every piece is proven free."""
         return bool((self.verdict == Verdict.FREE).all())
 
     @property
     def whole(self) -> bool:
-        """All that was asked is proven."""
-        limits = not self.excesses and not self.unjudged
+        """Whether every proof succeeded."""
+        limits = not self.violations and not self.unchecked
         return self.free and limits and bool(self.floor_holds.all()) and self.in_time.whole
 
     def to_dict(self, margin: float, library: str) -> dict[str, Any]:
-        """The proof as ``trajectory.json`` has it."""
-        found: dict[str, Any] = {
+        """Return the proof with the keys of ``trajectory.json``."""
+        record: dict[str, Any] = {
             "pieces": len(self.verdict),
             "pieces_free": int((self.verdict == Verdict.FREE).sum()),
             "margin": margin,
             "collision": library,
-            "limits_exceeded": [excess.what[0] for excess in self.excesses],
-            **({"limits_not_judged": list(self.unjudged)} if self.unjudged else {}),
+            "limits_exceeded": [violation.what[0] for violation in self.violations],
+            **({"limits_not_judged": list(self.unchecked)} if self.unchecked else {}),
             "assumes": ASSUMES,
         }
         if self.floor > 0:
-            found["floor"] = self._floor()
-        if self.kept:
-            found["kept"] = list(self.kept)
-        return found | self.in_time.to_dict()
+            record["floor"] = self._floor()
+        if self.constraints:
+            record["kept"] = list(self.constraints)
+        return record | self.in_time.to_dict()
 
     def _floor(self) -> dict[str, Any]:
-        """How many pieces are proven above the floor, exempt, or not proven; proven: something was asked, and holds."""
+        """Return the numbers of pieces proven above the floor, exempt, or unproven."""
         asked, above = int(self.floor_required.sum()), int((self.floor_required & self.floor_holds).sum())
         pieces = {"above": above, "exempt": len(self.verdict) - asked, "below": asked - above}
         counts = {f"pieces_{name}": count for name, count in pieces.items()}
@@ -109,9 +111,12 @@ class MotionProof:
 
 
 def require_joints(joints: tuple[str, ...], checker: CollisionChecker) -> None:
-    """Raise :class:`OptionError` for a checker of another robot."""
+    """Raise :class:`OptionError` if the checker's robot has other ``joints``."""
     if joints != checker.robot.joints:
-        raise OptionError("the trajectory is of other joints than the checker's robot: make a checker for its robot.")
+        raise OptionError(
+            f"joints of the trajectory must be {choices(checker.robot.joints)}, got {choices(joints)}: make a checker "
+            "for its robot."
+        )
 
 
 def prove_motion(
@@ -119,72 +124,71 @@ def prove_motion(
     prover: EdgeProver,
     limits: MotionLimits,
     floor: float = 0.0,
-    room: float = PROOF,
     *,
     kinds: Sequence[str] = KINDS,
     in_time: TimeProof | None = None,
 ) -> MotionProof:
-    """Prove the pieces free, the limits kept by their exact extrema, and w above ``floor`` once it is reached.
+    """Prove the pieces free, the limits kept by exact extrema, and w above ``floor`` once it is reached.
 
-    Of the limits those of the first ``kinds`` are asked for; ``in_time`` is what is proven in time already.
+    Only limits of the first ``kinds`` are checked; ``in_time`` is a proof in time from before.
     """
-    verdict, pair = prove_pieces(trajectory.coefficients, prover, room)
-    asked = _requires_floor(trajectory, prover.robot, floor)
-    holds = ~asked
-    if asked.any():
-        holds[asked] = prove_floor(prover.robot, trajectory.coefficients[asked], floor).holds
-    excesses = find_limit_violations(trajectory, prover.robot, limits, kinds)
+    verdict, pair = prove_pieces(trajectory.coefficients, prover, PROOF)
+    required = _find_floor_pieces(trajectory, prover.robot, floor)
+    holds = ~required
+    if required.any():
+        holds[required] = prove_floor(prover.robot, trajectory.coefficients[required], floor).holds
+    violations = find_limit_violations(trajectory, prover.robot, limits, kinds)
     in_time = in_time or prove_in_time(trajectory, prover.checker)
     jump = largest_jump(trajectory, limits)
-    unjudged = tuple(kind for kind in kinds if jump and kind in jump.infinite and not limits.given(kind))
+    unchecked = tuple(kind for kind in kinds if jump and kind in jump.infinite and not limits.given(kind))
     return MotionProof(
-        verdict, pair, excesses, floor, asked, holds, in_time, jump, unjudged, prover.world.constraints.texts
+        verdict, pair, violations, floor, required, holds, in_time, jump, unchecked, prover.world.constraints.texts
     )
 
 
-def prove_pieces(coefficients: Floats, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:
-    """The verdict (k,) on each of the pieces (k, degree + 1, dof), and the pair (k,) that stopped its proof."""
-    if prover.all_free(coefficients, room):
+def prove_pieces(coefficients: Floats, prover: EdgeProver, resolution: float) -> tuple[Ints, Ints]:
+    """Return the verdict (k,) on each piece (k, degree + 1, dof), and the pair (k,) that stopped it."""
+    if prover.all_free(coefficients, resolution):
         return np.full(len(coefficients), int(Verdict.FREE)), np.full(len(coefficients), -1)
-    proofs = prover.prove_curves(coefficients, room)
+    proofs = prover.prove_curves(coefficients, resolution)
     verdict, pair = proofs.verdict.copy(), proofs.pair.copy()
-    for share in _CLOSER[1:]:
+    for share in _FINER:
         open_ = np.flatnonzero(verdict == Verdict.UNDECIDED)
         if not len(open_):
             break
-        again = prover.prove_curves(coefficients[open_], share * room)
+        again = prover.prove_curves(coefficients[open_], share * resolution)
         verdict[open_], pair[open_] = again.verdict, again.pair
     return verdict, pair
 
 
-def _requires_floor(trajectory: Trajectory, robot: Robot, floor: float) -> Bools:
-    """(k,) the pieces between the first and the last knot at which w reaches ``floor``; none for a floor of 0.
+def _find_floor_pieces(trajectory: Trajectory, robot: Robot, floor: float) -> Bools:
+    """Return which pieces (k,) lie between the first and the last knot with w of ``floor`` or more.
 
-    The others lead up from the start and down to the end.
+    The others lead up from the start and down to the end. A floor of 0 has none.
     """
-    asked = np.zeros(len(trajectory.coefficients), dtype=bool)
+    required = np.zeros(len(trajectory.coefficients), dtype=bool)
     if floor <= 0:
-        return asked
+        return required
     above = np.flatnonzero(manipulability(robot, trajectory.knots()) >= floor)
     if len(above):
-        asked[int(above[0]) : int(above[-1])] = True
-    return asked
+        required[int(above[0]) : int(above[-1])] = True
+    return required
 
 
 def unit_of(robot: Robot, joint: str, quantity: str = "position") -> str:
-    """The unit of a joint's position, or of a derivative of it."""
+    """Return the unit of a joint's position, or of a derivative."""
     return ("m" if robot.prismatic[robot.joints.index(joint)] else "rad") + UNITS.get(quantity, "")
 
 
 def find_limit_violations(
     trajectory: Trajectory, robot: Robot, limits: MotionLimits, kinds: Sequence[str] = KINDS
 ) -> tuple[Finding, ...]:
-    """The worst excess of each kind of limit, by the exact extrema of every piece; of derivatives of ``kinds``.
+    """Return the worst violation of each kind of limit, by the exact extrema of every piece.
 
-    Where a derivative jumps at a point, the next one is infinite, beyond any limit that is given. A limit that is
-    merely assumed does not judge it.
+    A jump of a derivative makes the next one infinite, which violates a given limit; an assumed limit is not checked
+    then.
     """
-    found, jump = _beyond_positions(trajectory, robot), largest_jump(trajectory, limits)
+    findings, jump = _find_position_violation(trajectory, robot), largest_jump(trajectory, limits)
     for order, kind in enumerate(kinds, start=1):
         most = getattr(limits, kind)
         if jump and kind in jump.infinite and limits.is_given(kind):
@@ -192,16 +196,16 @@ def find_limit_violations(
             unit, at = unit_of(robot, jump.joint, kind), (jump.time, jump.time)
             infinite = f"an infinite {kind} where the limit is {allowed:g} {unit}"
             text = f"{jump.text(robot)}: {infinite}{_REMEDY.get(trajectory.interpolation, '')}"
-            found.append(Finding("discontinuity", (kind, jump.joint), at, None, allowed, unit, text=text))
+            findings.append(Finding("discontinuity", (kind, jump.joint), at, None, allowed, unit, text=text))
             continue
         share, piece, joint = trajectory.worst(order, most, 1.0)
         if share > 1.0 + ROUNDING:
             allowed = float(most[joint])
-            found.append(_excess(trajectory, robot, kind, (piece, joint), share * allowed, allowed))
-    return tuple(found)
+            findings.append(_make_finding(trajectory, robot, kind, (piece, joint), share * allowed, allowed))
+    return tuple(findings)
 
 
-def _beyond_positions(trajectory: Trajectory, robot: Robot) -> list[Finding]:
+def _find_position_violation(trajectory: Trajectory, robot: Robot) -> list[Finding]:
     hull = bernstein(trajectory.coefficients)
     if not beyond_limits(robot, hull.min(axis=1)).any() and not beyond_limits(robot, hull.max(axis=1)).any():
         return []
@@ -213,10 +217,12 @@ def _beyond_positions(trajectory: Trajectory, robot: Robot) -> list[Finding]:
         return []
     over = above[piece, joint] >= below[piece, joint]
     value, limit = (high, robot.upper) if over else (low, robot.lower)
-    return [_excess(trajectory, robot, "position", (piece, joint), float(value[piece, joint]), float(limit[joint]))]
+    return [
+        _make_finding(trajectory, robot, "position", (piece, joint), float(value[piece, joint]), float(limit[joint]))
+    ]
 
 
-def _excess(
+def _make_finding(
     trajectory: Trajectory, robot: Robot, kind: str, at: tuple[int, int], value: float, allowed: float
 ) -> Finding:
     begin, end = trajectory.times[at[0] : at[0] + 2].tolist()
@@ -225,10 +231,10 @@ def _excess(
 
 
 def largest_jump(trajectory: Trajectory, limits: MotionLimits) -> Jump | None:
-    """The largest jump of a velocity, measured by the limits on it; of an acceleration where no velocity jumps.
+    """Return the largest jump of a velocity, relative to its limit, else of an acceleration; or None.
 
-    In the end the robot stands. So it does before the beginning where it begins at rest; else it may move already.
-    None where nothing jumps by more than 1e-6 of the limit, or than rounding may be.
+    The robot rests after the end, and before a start at rest; before another start it may move already. Jumps below
+    1e-6 of the limit, or within rounding, do not count.
     """
     stands = bool((np.abs(_sides(trajectory, 1)[1][0]) <= _LEAST * limits.velocity).all())
     for order, what in enumerate(KINDS[:2], start=1):
@@ -245,14 +251,14 @@ def largest_jump(trajectory: Trajectory, limits: MotionLimits) -> Jump | None:
 
 
 def _sides(trajectory: Trajectory, order: int) -> tuple[Floats, Floats]:
-    """A derivative at the end and at the beginning of every piece (k, dof): where it is given, one value on both."""
+    """Return a derivative at the end and at the start of every piece (k, dof): a given one is continuous."""
     if order < len(trajectory.columns):
         return trajectory.columns[order][1:], trajectory.columns[order][:-1]
     return trajectory.ends(order)
 
 
 def _noise(trajectory: Trajectory, order: int) -> Floats:
-    """(k + 1,) what rounded positions make of a derivative that is not given, at each point."""
+    """Return the rounding error (k + 1,) at each point of a derivative that is computed from positions."""
     if order < len(trajectory.columns):
         return np.zeros(len(trajectory.times))
     for_pieces = (2.0, 24.0)[order - 1] * _ROUNDED * np.spacing(np.abs(trajectory.columns[0]).max())

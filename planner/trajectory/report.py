@@ -16,13 +16,13 @@ Kind = Literal["contact", "limit", "discontinuity", "floor", "constraint", "clea
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """A fault of a motion: its ``kind``, ``where`` it begins and ends, and ``what`` is at fault.
+    """A fault of a motion: its ``kind``, its location ``where``, and its subject ``what``.
 
-    ``where`` is in s on a trajectory. On a path it is in segments from the start: 2.25 is a quarter of the third one.
-    ``what`` names two things (contact, and clearance: closer than the margin), a quantity and its joint (limit,
-    discontinuity), or a condition (constraint, floor). ``value`` stands for what is, ``allowed`` for what may be, in
-    ``unit``; a jump makes it infinite, which is None. ``text`` replaces the composed sentence, ``note`` follows it.
-    ``q`` (dof,) is the configuration.
+    ``where`` is a start and an end: in s on a trajectory, in segments from the start on a path (2.25 is a quarter of
+    the third segment). ``what`` names a pair (contact; clearance: within the margin), a quantity and its joint (limit,
+    discontinuity), or a condition (constraint, floor). ``value`` was measured, ``allowed`` is its bound, in ``unit``; a
+    jump has an infinite value, which is None. ``text`` replaces the composed sentence, ``note`` follows it. ``q``
+    (dof,) is the configuration.
     """
 
     kind: Kind
@@ -60,30 +60,30 @@ class Finding:
         return f"joint '{joint}' reaches {value:.6g} {self.unit} of {quantity}, {over}"
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data, with the sentence."""
-        found = {name: getattr(self, name) for name in ("kind", "value", "allowed", "unit", "sentence")}
+        """Return the finding as plain data, with its sentence."""
+        record = {name: getattr(self, name) for name in ("kind", "value", "allowed", "unit", "sentence")}
         q = None if self.q is None else self.q.tolist()
-        return found | {"what": list(self.what), "where": list(self.where), "q": q}
+        return record | {"what": list(self.what), "where": list(self.where), "q": q}
 
 
 def location_text(where: tuple[float, float], timed: bool) -> str:
-    """Where something is on a trajectory (s) or on a path (segments), as part of a sentence."""
+    """Return a location on a trajectory (s) or on a path (segments) as part of a sentence."""
     begin, end = where
     if timed:
         return f"at {begin:.4f} s" if begin == end else f"between {begin:.4f} and {end:.4f} s"
     if begin == end:
-        whole, share = int(begin), begin % 1
-        return f"in segment {whole + 1} at {100 * share:.1f} %" if share else f"at waypoint {whole + 1}"
+        row, share = int(begin), begin % 1
+        return f"in segment {row + 1} at {100 * share:.1f} %" if share else f"at waypoint {row + 1}"
     return f"in segment {int(begin) + 1}, between two samples"
 
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """A check of a path, a trajectory (``timed``) or a task, whose ``parts`` are its segments; true if usable.
+    """A check of a path, a trajectory (``timed``) or a task, with its segments as ``parts``.
 
-    The ``checker`` is of the world, and samples are ``step`` metres of motion apart. ``pieces`` counts proofs by their
-    verdict. ``clearance`` is the smallest one, None where no pair is checked. ``measures`` are data by name: sizes,
-    lengths, w, shares of limits, results of constraints, and limits that were not judged.
+    The ``checker`` holds robot and scene; samples are ``step`` metres of motion apart. ``pieces`` counts proofs by
+    verdict. ``clearance`` is the smallest one, None if no pair is checked. ``measures`` are data by name: sizes,
+    lengths, w, shares of limits, results of constraints, and limits that were not checked.
     """
 
     checker: CollisionChecker
@@ -105,25 +105,25 @@ class Report:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing speaks against running the motion; what could not be proven does not."""
+        """Whether the motion has no finding; unproven pieces are no finding."""
         return not self.findings
 
     @property
     def proven(self) -> bool:
-        """Whether every piece of the motion is proven free, within limits and keeping all constraints."""
+        """Whether every piece is proven free, within limits and within all constraints."""
         if self.parts:
             return self.ok and all(part.proven for part in self.parts)
-        kept = all(each["proven"] for each in self.measures.get("constraints", ()))
-        return self.ok and not self._undecided and not self.measures.get("not_judged") and kept
+        constraints = all(each["proven"] for each in self.measures.get("constraints", ()))
+        return self.ok and not self._undecided and not self.measures.get("not_judged") and constraints
 
     @property
     def _undecided(self) -> int:
-        """How many pieces are not proven free, of what stands or of what moves."""
+        """The number of pieces that are not proven free of static or moving obstacles."""
         return self.measures.get("undecided", 0)
 
     @property
     def sentence(self) -> str:
-        """Whether the motion is usable; if not, the first reason."""
+        """The verdict on the motion, with its first finding."""
         if self.parts:
             bad = sum(not part.ok for part in self.parts)
             wrong = f"{bad} of {len(self.parts)} segments are not free and within limits, or end wrongly."
@@ -131,19 +131,19 @@ class Report:
         if self.findings:
             return f"Not usable: {self.findings[0].sentence.rstrip('.')}."
         piece = "piece between two points" if self.timed else "segment"
-        limits, unjudged = "all limits" if self.timed else "limits", ""
-        if left_open := self.measures.get("not_judged", []):
-            limits = f"the limits on {' and '.join(kind for kind in ('position', *KINDS) if kind not in left_open)}"
+        limits, note = "all limits" if self.timed else "limits", ""
+        if unchecked := self.measures.get("not_judged", []):
+            limits = f"the limits on {' and '.join(kind for kind in ('position', *KINDS) if kind not in unchecked)}"
             jump = self.measures["jump"]
-            unjudged = f"; {' and '.join(left_open)} not judged, as {jump} and the limit is merely assumed"
-        horizon = f" With what may move: {self._horizon()}." if "horizon" in self.measures else ""
+            note = f"; {' and '.join(unchecked)} not checked, as {jump} and the limit is only assumed"
+        horizon = f" Obstacles with a speed limit: {self._horizon()}." if "horizon" in self.measures else ""
         if self._undecided:
             left = f"{count_text(self._undecided, piece.split()[0])} could not be proven"
-            return f"Free and within {limits} wherever it was sampled; {left}{unjudged}.{horizon}"
-        return f"Free and within {limits}; every {piece} is proven free as a whole{unjudged}.{horizon}"
+            return f"Free and within {limits} at every sample; {left}{note}.{horizon}"
+        return f"Free and within {limits}; every {piece} is proven free as a whole{note}.{horizon}"
 
     def rows(self) -> list[tuple[str, str]]:
-        """The report as the table of the terminal."""
+        """Return the report as rows of a table."""
         if self.parts:
             return [(part.title, part._line()) for part in self.parts]
         m, findings = self.measures, [(each.kind, each.sentence) for each in self.findings]
@@ -154,7 +154,7 @@ class Report:
             return rows
         shares = [(kind, share) for kind, share in m.get("shares", {}).items() if share is not None]
         rows += [(kind, f"{100 * share:.1f} % of the limit at most") for kind, share in shares]
-        open_text = f"infinite, as {m.get('jump')}; not judged, as the limit is merely assumed"
+        open_text = f"infinite, as {m.get('jump')}; not checked, as the limit is only assumed"
         rows += [(kind, open_text) for kind in m.get("not_judged", [])]
         if not {"contact", "clearance"} & {kind for kind, _ in findings}:
             rows.append(("contacts", f"none, sampled every {1000 * self.step:g} mm of motion"))
@@ -169,17 +169,17 @@ class Report:
         least = f"min {m['w_min']:.3g} ({self._at(m['w_at'])}), mean {m['w_mean']:.3g}"
         rows.append(("manipulability w", f"{least}, frame {self.checker.robot.tool}"))
         for each in m["constraints"]:
-            proof = "proven all along" if each["proven"] else "NOT proven between what was sampled"
-            spare = f"'{each['condition']}' with {each['spare']:.3g} {each['unit']} to spare"
-            rows += [] if each["strays"] else [("kept", f"{spare}, {proof}, least {self._at(each['at'])}")]
+            proof = "proven on the whole motion" if each["proven"] else "NOT proven between samples"
+            slack = f"'{each['condition']}' with a slack of {each['spare']:.3g} {each['unit']}"
+            rows += [] if each["strays"] else [("constraint", f"{slack} {self._at(each['at'])}, {proof}")]
         return rows
 
     def _size(self) -> str:
         m = self.measures
         size = count_text(m["points"], "point" if self.timed else "waypoint")
         if "duration" in m:
-            late = f", beginning {m['begin']:.3f} s after the start" if m["begin"] > 0 else ""
-            return f"{size}, {m['duration']:.3f} s{late}, run as {m['interpolation']} between them"
+            late = f", from {m['begin']:.3f} s on" if m["begin"] > 0 else ""
+            return f"{size}, {m['duration']:.3f} s{late}, with {m['interpolation']} between them"
         return f"{size}, {m['joint_length']:.3f} rad, {m['workspace_length']:.3f} m" if "w_min" in m else size
 
     def _clearance(self) -> str:
@@ -197,18 +197,18 @@ class Report:
         return location_text((place, place), self.timed)
 
     def _horizon(self) -> str:
-        """Until when unknown motions cannot matter, as part of a sentence."""
+        """Return the time until which unknown motions cannot touch the robot, as part of a sentence."""
         until, limits = (self.measures["horizon"][name] for name in ("free_until", "speed_limits"))
-        within = choices(f"{name} below {limit:g} m/s" for name, limit in limits.items())
-        return f"no contact {'at any time' if until is None else f'before {until:.3f} s'}, whatever these do: {within}"
+        speeds = choices(f"{name} below {limit:g} m/s" for name, limit in limits.items())
+        return f"no contact {'at any time' if until is None else f'before {until:.3f} s'} with any motion of {speeds}"
 
     def _line(self) -> str:
-        """What is said of a segment of a task."""
+        """Return the row of a segment of a task."""
         allowed = "".join(f"; '{a}' may touch '{b}'" for a, b in self.measures["may_touch"])
         return ("; ".join(each.sentence.rstrip(".") for each in self.findings) or "free") + allowed
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data: s, rad and m; places on a path in segments from 0."""
+        """Return the report as plain data: s, rad and m; locations on a path in segments from 0."""
         world = self.checker.world
         found = {"ok": self.ok, "message": self.sentence, "robot": world.robot.name, "scene": world.scene.name}
         found |= {"joints": list(world.robot.joints), "frame": world.robot.tool, "collision": self.checker.name}
@@ -221,17 +221,17 @@ class Report:
 
 
 def count_text(number: int, thing: str) -> str:
-    """ "1 edge", "2 edges"."""
+    """Return "1 edge", "2 edges"."""
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def floor_text(floor: dict[str, Any]) -> str:
-    """What ``proof.floor`` of a trajectory says of w in motion, as part of a sentence."""
+    """Return the content of a trajectory's ``proof.floor`` as part of a sentence."""
     above, exempt, below = (floor[f"pieces_{name}"] for name in ("above", "exempt", "below"))
-    pieces, asked = count_text(above + exempt + below, "piece"), f"the floor of {floor['asked']:g}"
+    pieces, bound = count_text(above + exempt + below, "piece"), f"the floor of {floor['asked']:g}"
     if below:
-        return f"w is NOT proven above {asked} in {below} of {pieces}"
+        return f"w is NOT proven above {bound} in {below} of {pieces}"
     if not above:
-        return f"nothing is proven of w: it never stays above {asked} from one of {pieces} to the next"
-    ways = f"; the other {exempt} lead up from its start or down to its goal" if exempt else ""
-    return f"w is proven above {asked} in {above} of {pieces}{ways}"
+        return f"w is proven nowhere: it stays above {bound} on none of {pieces}"
+    rest = f"; the other {exempt} lead up from the start or down to the goal" if exempt else ""
+    return f"w is proven above {bound} in {above} of {pieces}{rest}"

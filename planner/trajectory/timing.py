@@ -1,4 +1,4 @@
-"""From a path to a trajectory: corners rounded and shortcuts taken as far as they are proven, the quickest motion."""
+"""Timing of a path: rounded corners and shortcuts as far as they are proven, and the fastest motion."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -34,36 +34,36 @@ from planner.trajectory.limits import USED, MotionLimits, limits_or_default
 from planner.trajectory.proof import MotionProof, prove_motion
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
-_NARROWEST = 1 / 64  # of the widest rounding of a corner: one that needs less room is stopped at
-DEVIATION = 0.02  # rad (m): the motion along a path that is given passes each corner as near as this
+_NARROWEST = 1 / 64  # of the widest rounding: the motion stops at a corner that would need a narrower one
+DEVIATION = 0.02  # rad (m): largest distance to a corner of a given path
 _LEAST = 1e-6
-_ROUNDED = 0.9  # of it is left to the rounding; the mean that limits the jerk leaves the curve as well
-_LOOKS = 129  # moments among which the one nearest to a waypoint is sought
-_EXTRA = 1e-7  # by so much more than needed is a motion slowed down that is a little too quick, so that once will do
+_ROUNDED = 0.9  # of the deviation is for the rounding; the smoothing of the jerk leaves the curve as well
+_SAMPLES = 129  # moments per corner, to find the distance to its waypoint
+_EXTRA = 1e-7  # safety factor on the slow-down, so that one iteration suffices
 
 
 class Guide(Protocol):
-    """What a motion has to keep to along its path, besides limits and obstacles: a tube, and a speed.
+    """A tube and a speed that a motion keeps to along its path, besides limits and obstacles.
 
-    Places along the path are one more column of it: its last, ``along``, which grows from waypoint to waypoint.
+    The guide adds a column to the path: ``along``, which grows from waypoint to waypoint.
     """
 
     @property
     def along(self) -> Floats: ...  # (k,) of the waypoints
     @property
-    def fastest(self) -> float: ...  # how much it may grow per second
+    def fastest(self) -> float: ...  # largest growth per second
 
     def holds(self, coefficients: Floats, begin: Floats, end: Floats) -> Bools:
-        """Which curves (m, degree + 1, dof), from one place (m,) to another (m,), are proven to keep to it."""
+        """Return which curves (m, degree + 1, dof) are proven to stay inside from ``begin`` to ``end`` (m,)."""
         ...
 
 
-_FREELY = 1e3  # 1/s²: what the places along a path may be accelerated by
+_FREELY = 1e3  # 1/s²: acceleration limit of the guide's column, which never binds
 
 
 @dataclass(frozen=True, eq=False)
-class _Asked:
-    """What a motion is made for; ``path`` has the guide's places as a last column where there is one."""
+class _Problem:
+    """The input of a timing; with a guide, ``path`` has ``along`` as its last column."""
 
     path: Floats
     prover: EdgeProver
@@ -72,12 +72,12 @@ class _Asked:
     guide: Guide | None
     deviation: float
     cost: Cost
-    most: float | None  # that a curve with shortcuts may cost; None: none are taken
+    most: float | None  # largest cost of a curve with shortcuts; None: without shortcuts
 
     @cached_property
     def widest(self) -> Floats:
         """The shares (k - 2,) of half a segment by which corners are rounded at most, for the deviation."""
-        off = np.abs(np.diff(self.path[:, : self.dof], n=2, axis=0)).max(axis=1, initial=0.0) / 8.0  # by whole halves
+        off = np.abs(np.diff(self.path[:, : self.dof], n=2, axis=0)).max(axis=1, initial=0.0) / 8.0  # at share 1
         return np.minimum(1.0, _ROUNDED * self.deviation / np.maximum(off, 1e-300))
 
     @property
@@ -86,11 +86,11 @@ class _Asked:
 
     @cached_property
     def used(self) -> MotionLimits:
-        """The limits that motions are made for: a little less than those they are judged by."""
+        """The limits that motions are made for, slightly below those that they are checked against."""
         return self.limits.scale_all(USED)
 
-    def inside(self, coefficients: Floats, begin: Floats, end: Floats) -> Bools:
-        """Which curves keep to the guide; all where there is none."""
+    def is_inside(self, coefficients: Floats, begin: Floats, end: Floats) -> Bools:
+        """Return which curves stay inside the guide; all without one."""
         if self.guide is None:
             return np.ones(len(coefficients), dtype=bool)
         return self.guide.holds(coefficients, begin, end)
@@ -98,27 +98,28 @@ class _Asked:
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """A motion along a curve whose corners have ``widths`` (k - 2,), and what is proven of it.
+    """A motion along a curve with corner ``widths`` (k - 2,), and its proof.
 
-    ``piece`` (m,) is that of the curve under each of its own, ``places`` (m + 1, 0 or 1) those of knots along a guide.
+    ``piece`` (m,) is the curve's piece under each of its own; ``guide_places`` (m + 1, 0 or 1) are its knots along a
+    guide.
     """
 
-    asked: _Asked
+    problem: _Problem
     curve: Curve
     widths: Floats
     trajectory: Trajectory
     piece: Ints
-    places: Floats
+    guide_places: Floats
 
     @cached_property
     def proof(self) -> MotionProof:
-        return prove_motion(self.trajectory, self.asked.prover, self.asked.limits, self.asked.floor)
+        return prove_motion(self.trajectory, self.problem.prover, self.problem.limits, self.problem.floor)
 
     @cached_property
-    def inside(self) -> Bools:
-        """(m,) which pieces keep to the guide."""
-        begin, end = self.places[:-1, :1].ravel(), self.places[1:, :1].ravel()
-        return self.asked.inside(self.trajectory.coefficients, begin, end)
+    def is_inside(self) -> Bools:
+        """(m,) which pieces stay inside the guide."""
+        begin, end = self.guide_places[:-1, :1].ravel(), self.guide_places[1:, :1].ravel()
+        return self.problem.is_inside(self.trajectory.coefficients, begin, end)
 
 
 def time_path(
@@ -132,17 +133,19 @@ def time_path(
     cost: Cost = joint_distance,
     extra_cost: float = 0.0,
 ) -> Trajectory:
-    """A motion along a joint path (k, dof) that keeps ``limits``, from rest to rest.
+    """Return a motion along a joint path (k, dof) that keeps ``limits``, from rest to rest.
 
-    ``blended`` rounds corners by parabolas and passes every waypoint: no joint is farther from it than ``deviation``
-    (rad; m where it slides) at some moment, and a larger one makes the motion quicker. Corners are narrower where that
-    is not proven to keep the checker's margin and w above ``floor``, and the motion stops where even narrow ones are
-    not; it is the quickest along that curve, but for the milliseconds over which it is averaged to limit the jerk.
-    ``stop-at-corners`` stays on the path. ``shortcuts``, which the planner's own paths have, may leave out waypoints
-    and loops: it rounds corners by up to half a segment, and takes proven shortcuts in time as long as the curve's
-    ``cost`` is at most 1 + ``extra_cost`` times the path's. Each exists for every path. ``proof``
-    says what is proven of the result; a path that touches something is timed too, and nothing is proven then. Raises
-    :class:`PlannerError` for a path of other joints, without waypoints, or with what is no finite number.
+    ``blended`` rounds corners by parabolas and passes every waypoint within ``deviation`` (rad; m for sliding joints)
+    of each joint; a larger one makes the motion faster. Corners are narrower where that is not proven to keep the
+    checker's margin and w above ``floor``, and the motion stops where even narrow ones are not. The motion is the
+    fastest one along that curve, apart from the milliseconds of averaging that limit the jerk. ``stop-at-corners``
+    stays on the path. ``shortcuts``, the default for the planner's own paths, may leave out waypoints and loops: it
+    rounds corners by up to half a segment, and takes proven shortcuts in time while the curve's ``cost`` is at most 1 +
+    ``extra_cost`` times the path's.
+
+    Every path has a motion under each law. ``proof`` holds the proofs of the result; a path with a contact is timed as
+    well, and then ``proven`` is False. Raises :class:`PlannerError` for a path of other joints, without waypoints, or
+    with numbers that are not finite.
     """
     if not deviation >= _LEAST:
         raise OptionError(f"deviation must be {_LEAST} rad (m) or more, got {deviation:g}: stop-at-corners has none.")
@@ -161,11 +164,11 @@ def time_curve(
     guide: Guide | None = None,
     deviation: float = np.inf,
 ) -> tuple[Trajectory, Curve]:
-    """As :func:`time_path`, with the curve that the motion runs along; proven where it keeps to a ``guide`` too.
+    """Return the motion as :func:`time_path` does, and its curve; ``proven`` includes the ``guide``.
 
-    Corners of the planner's own paths are rounded by up to half a segment.
+    By default corners are rounded by up to half a segment.
     """
-    TimingRequest(time_law=time_law, extra_cost=extra_cost)  # refuses what is out of range
+    TimingRequest(time_law=time_law, extra_cost=extra_cost)  # checks the ranges
     RoadmapQuality(min_manipulability=floor)
     path = configurations(checker, "path", path)
     if not len(path):
@@ -175,130 +178,132 @@ def time_curve(
     points, most = drop_standstills(lifted), None
     if time_law == "shortcuts" and len(points) > 1 and guide is None:
         most = (1.0 + extra_cost) * curve_cost(path_segments(points), cost)
-    asked = _Asked(points, EdgeProver(checker), limits, floor, guide, deviation, cost, most)
-    found, shortcuts = _proven_motion(asked, time_law)
-    record = found.proof.to_dict(checker.world.margin, checker.name)
-    record |= {"corners": len(found.widths), "corners_blended": int((found.widths > 0).sum()), "shortcuts": shortcuts}
+    problem = _Problem(points, EdgeProver(checker), limits, floor, guide, deviation, cost, most)
+    result, shortcuts = _build_motion(problem, time_law)
+    record = result.proof.to_dict(checker.world.margin, checker.name)
+    record |= {"corners": len(result.widths), "corners_blended": int((result.widths > 0).sum()), "shortcuts": shortcuts}
     if guide is not None:
-        record |= {"pieces_inside": int(found.inside.sum())}
-    proven = found.proof.whole and bool(found.inside.all())
-    return replace(found.trajectory, time_law=time_law, limits=limits, proven=proven, proof=record), found.curve
+        record |= {"pieces_inside": int(result.is_inside.sum())}
+    proven = result.proof.whole and bool(result.is_inside.all())
+    return replace(result.trajectory, time_law=time_law, limits=limits, proven=proven, proof=record), result.curve
 
 
-def _proven_motion(asked: _Asked, time_law: TimeLaw) -> tuple[_Motion, int]:
-    """The motion along the path, its corners rounded as far as that is proven, and how many shortcuts it takes.
+def _build_motion(problem: _Problem, time_law: TimeLaw) -> tuple[_Motion, int]:
+    """Return the motion along the path with its corners as wide as is proven, and its number of shortcuts.
 
-    Where a motion with shortcuts is proven, as nearly all are, none without is asked for.
+    Most motions with shortcuts are proven, so the motion without them is built only if they are not.
     """
-    corners = max(len(asked.path) - 2, 0)
-    widths = _provable_widths(asked) if time_law != "stop-at-corners" and corners else np.zeros(corners)
-    curve = round_corners(asked.path, widths)
-    if (found := _shortened(asked, curve, widths)) is not None:
-        return found
-    motion = _motion(asked, curve, widths)
-    while (narrower := _narrowed(motion)) is not None:
-        motion = _motion(asked, round_corners(asked.path, narrower), narrower)
+    corners = max(len(problem.path) - 2, 0)
+    widths = _find_provable_widths(problem) if time_law != "stop-at-corners" and corners else np.zeros(corners)
+    curve = round_corners(problem.path, widths)
+    if (result := _try_shortcuts(problem, curve, widths)) is not None:
+        return result
+    motion = _smooth_motion(problem, curve, widths)
+    while (narrower := _narrow_corners(motion)) is not None:
+        motion = _smooth_motion(problem, round_corners(problem.path, narrower), narrower)
     if motion.widths is not widths and motion.proof.whole:
-        found = _shortened(asked, motion.curve, motion.widths)
-    return found or (motion, 0)
+        result = _try_shortcuts(problem, motion.curve, motion.widths)
+    return result or (motion, 0)
 
 
-def _shortened(asked: _Asked, curve: Curve, widths: Floats) -> tuple[_Motion, int] | None:
-    """The motion along a curve with shortcuts, and how many; None where these make nothing quicker that is proven."""
-    if asked.most is None:
+def _try_shortcuts(problem: _Problem, curve: Curve, widths: Floats) -> tuple[_Motion, int] | None:
+    """Return the motion along a curve with shortcuts, and their number; None if no faster one is proven."""
+    if problem.most is None:
         return None
-    shorter, phases, count, before = shorten(curve, asked.prover, asked.used, asked.floor, asked.cost, asked.most)
+    shorter, phases, count, before = shorten(
+        curve, problem.prover, problem.used, problem.floor, problem.cost, problem.most
+    )
     if not count:
         return None
-    motion = _motion(asked, shorter, widths, phases)
+    motion = _smooth_motion(problem, shorter, widths, phases)
     takes = motion.trajectory.nanoseconds[-1]
     at_least = duration_of(before) / NANOSECOND  # without the window of the mean
-    if takes >= at_least and takes >= _motion(asked, curve, widths, before).trajectory.nanoseconds[-1]:
+    if takes >= at_least and takes >= _smooth_motion(problem, curve, widths, before).trajectory.nanoseconds[-1]:
         return None
     return (motion, count) if motion.proof.whole else None
 
 
-def _provable_widths(asked: _Asked) -> Floats:
-    """The widest of 1, 1/2, ... 1/64 of the allowed width at which a corner's parabola (k - 2,) is proven, else 0."""
-    widths = asked.widest.copy()
-    # next to a waypoint below the floor the path is itself below it, on its way from the start or to the goal
-    above = manipulability(asked.prover.robot, asked.path[:, : asked.dof]) >= asked.floor
-    levels = np.where(above[:-2] & above[1:-1] & above[2:], asked.floor, 0.0)
+def _find_provable_widths(problem: _Problem) -> Floats:
+    """Return the widest of 1, 1/2, ... 1/64 of the allowed widths (k - 2,) with a proven parabola, else 0."""
+    widths = problem.widest.copy()
+    # the path itself is below the floor next to such a waypoint: it leads up from the start or down to the goal
+    above = manipulability(problem.prover.robot, problem.path[:, : problem.dof]) >= problem.floor
+    levels = np.where(above[:-2] & above[1:-1] & above[2:], problem.floor, 0.0)
     open_ = np.arange(len(widths))
     while len(open_):
-        lifted = corner_parabolas(asked.path, widths)[open_]
-        curves = lifted[..., : asked.dof]
-        good = asked.prover.prove_curves(curves, contacts=False).free
+        lifted = corner_parabolas(problem.path, widths)[open_]
+        curves = lifted[..., : problem.dof]
+        good = problem.prover.prove_curves(curves, contacts=False).free
         near = np.flatnonzero(good)
-        good[near] &= asked.inside(curves[near], lifted[near, 0, -1], lifted[near, :, -1].sum(axis=1))
-        if asked.floor > 0:
+        good[near] &= problem.is_inside(curves[near], lifted[near, 0, -1], lifted[near, :, -1].sum(axis=1))
+        if problem.floor > 0:
             asks = np.flatnonzero(good & (levels[open_] > 0))
-            good[asks] = prove_floor(asked.prover.robot, curves[asks], levels[open_[asks]]).holds
+            good[asks] = prove_floor(problem.prover.robot, curves[asks], levels[open_[asks]]).holds
         open_ = open_[~good]
         widths[open_] *= 0.5
-        open_ = open_[widths[open_] >= _NARROWEST * asked.widest[open_]]
-    return np.where(widths >= _NARROWEST * asked.widest, widths, 0.0)
+        open_ = open_[widths[open_] >= _NARROWEST * problem.widest[open_]]
+    return np.where(widths >= _NARROWEST * problem.widest, widths, 0.0)
 
 
-def _motion(asked: _Asked, curve: Curve, widths: Floats, phases: Floats | None = None) -> _Motion:
-    """The smoothed motion along a curve, as slow as it takes to be within limits exactly.
+def _smooth_motion(problem: _Problem, curve: Curve, widths: Floats, phases: Floats | None = None) -> _Motion:
+    """Return the smoothed motion along a curve, slowed down until it keeps the limits exactly.
 
-    ``phases``: the quickest motion along it, where that is known.
+    ``phases`` are the curve's fastest phases, if they are known.
     """
-    limits = asked.used
-    spacing = knot_spacing(limits, asked.path[:, : asked.dof])
-    if len(asked.path) == 1:
-        q = asked.path[[0, 0]]
-        still = Trajectory(asked.limits.joints, np.array([0, spacing[0]]), (q, 0.0 * q, 0.0 * q))
-        trajectory, places = _without_places(still, asked.dof)
-        return _Motion(asked, curve, widths, trajectory, np.zeros(1, dtype=np.int64), places)
+    limits = problem.used
+    spacing = knot_spacing(limits, problem.path[:, : problem.dof])
+    if len(problem.path) == 1:
+        q = problem.path[[0, 0]]
+        still = Trajectory(problem.limits.joints, np.array([0, spacing[0]]), (q, 0.0 * q, 0.0 * q))
+        trajectory, guide_places = _drop_guide_column(still, problem.dof)
+        return _Motion(problem, curve, widths, trajectory, np.zeros(1, dtype=np.int64), guide_places)
     if phases is None:
         velocity, acceleration = limits.velocity, limits.acceleration
-        if asked.guide is not None:
-            velocity, acceleration = np.append(velocity, asked.guide.fastest), np.append(acceleration, _FREELY)
+        if problem.guide is not None:
+            velocity, acceleration = np.append(velocity, problem.guide.fastest), np.append(acceleration, _FREELY)
         phases = fastest_phases(curve, velocity, acceleration)
     stretch = 1.0
     while True:
-        lifted, piece = average_motion(curve, phases, stretch, spacing, asked.limits.joints)
-        trajectory, places = _without_places(lifted, asked.dof)
+        lifted, piece = average_motion(curve, phases, stretch, spacing, problem.limits.joints)
+        trajectory, guide_places = _drop_guide_column(lifted, problem.dof)
         shares = motion_shares(trajectory.nanoseconds, *trajectory.columns, limits.rows).tolist()
         needed = max(share ** (1.0 / order) for order, share in enumerate(shares, start=1))
         if needed <= 1.0:
-            return _Motion(asked, curve, widths, trajectory, piece, places)
+            return _Motion(problem, curve, widths, trajectory, piece, guide_places)
         stretch *= needed * (1.0 + _EXTRA)
 
 
-def _without_places(lifted: Trajectory, dof: int) -> tuple[Trajectory, Floats]:
-    """The motion of the joints, and the places (k, 0 or 1) of its knots along a guide."""
-    places = lifted.columns[0][:, dof:]
-    if not places.size:
-        return lifted, places
-    return replace(lifted, columns=tuple(np.ascontiguousarray(rows[:, :dof]) for rows in lifted.columns)), places
+def _drop_guide_column(lifted: Trajectory, dof: int) -> tuple[Trajectory, Floats]:
+    """Return the motion of the joints, and the values (k, 0 or 1) of ``along`` at its knots."""
+    guide_places = lifted.columns[0][:, dof:]
+    if not guide_places.size:
+        return lifted, guide_places
+    return replace(lifted, columns=tuple(np.ascontiguousarray(rows[:, :dof]) for rows in lifted.columns)), guide_places
 
 
-def _narrowed(motion: _Motion) -> Floats | None:
-    """Half the width for corners next to which something is not proven, or that are passed too far away; else None."""
-    bad = np.flatnonzero((motion.proof.verdict != 0) | ~motion.proof.floor_holds | ~motion.inside)
+def _narrow_corners(motion: _Motion) -> Floats | None:
+    """Return half the width for corners that are unproven or too far from the motion; None without such."""
+    bad = np.flatnonzero((motion.proof.verdict != 0) | ~motion.proof.floor_holds | ~motion.is_inside)
     pieces, corner = motion.piece[bad], motion.curve.corner
     near = np.unique(np.concatenate([pieces, pieces - 1, pieces + 1]).clip(0, len(corner) - 1))
     corners = corner[near]
-    corners = np.append(corners[corners > 0] - 1, _passed_too_far_away(motion))
+    corners = np.append(corners[corners > 0] - 1, _find_distant_corners(motion))
     if not len(corners):
         return None
     narrower = motion.widths.copy()
     narrower[corners] *= 0.5
-    return np.where(narrower >= _NARROWEST * motion.asked.widest, narrower, 0.0)
+    return np.where(narrower >= _NARROWEST * motion.problem.widest, narrower, 0.0)
 
 
-def _passed_too_far_away(motion: _Motion) -> Ints:
-    """The rounded corners (m,) that the motion, averaged to limit the jerk, passes farther away than the deviation."""
-    asked, rounded = motion.asked, np.flatnonzero(motion.curve.corner > 0)
-    if not len(rounded) or np.isinf(asked.deviation):
+def _find_distant_corners(motion: _Motion) -> Ints:
+    """Return the rounded corners (m,) that the smoothed motion passes farther away than the deviation."""
+    problem, rounded = motion.problem, np.flatnonzero(motion.curve.corner > 0)
+    if not len(rounded) or np.isinf(problem.deviation):
         return np.zeros(0, dtype=np.int64)
     trajectory, corner = motion.trajectory, motion.curve.corner[rounded]
     first, behind = (np.searchsorted(motion.piece, rounded, side=side) for side in ("left", "right"))
-    window, _ = knot_spacing(asked.used, asked.path[:, : asked.dof])
-    clock = np.linspace(trajectory.nanoseconds[first], trajectory.nanoseconds[behind] + window, _LOOKS) * NANOSECOND
-    q = trajectory.at(clock.ravel()).reshape(_LOOKS, len(corner), -1)
-    off = np.abs(q - asked.path[corner, : asked.dof]).max(axis=2).min(axis=0)
-    return corner[off > asked.deviation] - 1
+    window, _ = knot_spacing(problem.used, problem.path[:, : problem.dof])
+    clock = np.linspace(trajectory.nanoseconds[first], trajectory.nanoseconds[behind] + window, _SAMPLES) * NANOSECOND
+    q = trajectory.at(clock.ravel()).reshape(_SAMPLES, len(corner), -1)
+    off = np.abs(q - problem.path[corner, : problem.dof]).max(axis=2).min(axis=0)
+    return corner[off > problem.deviation] - 1

@@ -269,8 +269,8 @@ def test_a_jump_is_beyond_every_limit_that_is_given(rows: tuple, limits: LimitsR
     assert left_open.ok
     assert not left_open.proven
     assert "all limits" not in left_open.sentence
-    assert "not judged" in left_open.sentence
-    assert "not judged" in dict(left_open.rows())[kind]
+    assert "not checked" in left_open.sentence
+    assert "not checked" in dict(left_open.rows())[kind]
     assert left_open.measures["shares"][kind] is None
     assert kind in left_open.measures["not_judged"]
 

@@ -57,7 +57,7 @@ def test_where_nothing_is_there_is_nothing_to_come_near_to() -> None:
     assert nearest_on_path(q, checker) is None
     assert nearest_in_motion(time_path(q, checker), checker) is None
     rows = ClearanceRecord(path=None, motion=None, kept=0.0).rows(0.005)
-    assert rows == [("clearance", "there is nothing to come near to")]
+    assert rows == [("clearance", "no pair is checked")]
 
 
 def test_what_is_too_close_is_said_with_the_remedy() -> None:

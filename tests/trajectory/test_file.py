@@ -44,17 +44,17 @@ BAD = [
     ("[1, 2]", "holds no mapping"),
     ("{", "is no JSON"),
     ('{"points": [], "points": []}', "key 'points' stands twice"),
-    (json.dumps({**FILE, "points": [{"t": 0, "q": [1]}] * 2}), "cubics need 2"),
+    (json.dumps({**FILE, "points": [{"t": 0, "q": [1]}] * 2}), "cubics must have 2"),
     (json.dumps({**FILE, "joints": [A, B]}), "for 2 joints"),
-    (json.dumps({**FILE, "joints": [A, A]}), "names a joint twice"),
+    (json.dumps({**FILE, "joints": [A, A]}), "joints must differ"),
     (json.dumps({**FILE, "proof": {"floor": 5}}), "'proof.floor' is wrong"),
     (json.dumps({**FILE, "proof": {"floor": {"asked": "x"}}}), "'proof.floor.asked' is wrong"),
-    (json.dumps({**FILE, "joints": ["\ud800"]}), "no text or no number"),
-    (json.dumps({**FILE, "events": [{**EVENT, "force": float("nan")}]}), "no text or no number"),
-    (json.dumps(FILE), "times that increase"),
+    (json.dumps({**FILE, "joints": ["\ud800"]}), "must be text and finite"),
+    (json.dumps({**FILE, "events": [{**EVENT, "force": float("nan")}]}), "must be text and finite"),
+    (json.dumps(FILE), "times must increase"),
     (json.dumps({**FILE, "unit": "deg"}), "unknown key"),
     *(
-        (json.dumps({**FILE, "points": [FILE["points"][0], {**FILE["points"][0], **odd}]}), "point 2 holds a number")
+        (json.dumps({**FILE, "points": [FILE["points"][0], {**FILE["points"][0], **odd}]}), "got others at point 2")
         for odd in ({"t": 1, "qd": [1e200]}, {"t": 1, "q": [-1e308]}, {"t": 1e300})
     ),
     (json.dumps({**FILE, "points": [{**FILE["points"][0], "w": 1}] * 2}), "unknown key"),

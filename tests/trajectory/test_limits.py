@@ -75,7 +75,7 @@ def test_joints_that_a_moveit_file_does_not_name_keep_their_own_limits(tmp_path:
     limits = MotionLimits.from_robot(ARM, LimitsRequest(limits=file))
     assert limits.velocity.tolist() == [ARM.velocity[0], 0.5]
     np.testing.assert_array_equal(limits.acceleration, MotionLimits.from_robot(ARM).acceleration)
-    told = f"joint_limits.yaml (of it efforts are passed over) (it names no {A}), the rest URDF"
+    told = f"joint_limits.yaml (efforts ignored) (without {A}), the rest URDF"
     assert limits.source["velocity"] == told
 
 
@@ -104,7 +104,7 @@ joint_limits:
 """
     limits = MotionLimits.from_robot(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
     assert limits.acceleration.tolist() == [2.0, 3.0]
-    assert limits.source["acceleration"] == "joint_limits.yaml (of it efforts, wider positions are passed over)"
+    assert limits.source["acceleration"] == "joint_limits.yaml (efforts, wider positions ignored)"
 
 
 def test_the_shares_of_a_request_come_between_a_files_factors_and_the_options(tmp_path: Path) -> None:
@@ -124,22 +124,25 @@ BAD_OPTIONS = [
     ({"acceleration_scale": 1.5}, "acceleration scale must be less than or equal to 1"),
 ]
 BAD_FILES = [
-    ("joint_limits: {}", f"has no joint '{A}'"),
-    ("joint_limits: {finger: {max_velocity: 1}}", f"has no joint '{A}'"),
-    (f"joint_limits: {{{A}: {{max_velocity: 1}}, {B}_: {{}}}}", f"has no joint '{B}'"),
-    (f"joint_limits: {{{A}: {{max_velocity: 9}}, {B}: {{}}}}", "beyond the URDF's 2"),
+    ("joint_limits: {}", f"joint '{A}' not found"),
+    ("joint_limits: {finger: {max_velocity: 1}}", f"joint '{A}' not found"),
+    (f"joint_limits: {{{A}: {{max_velocity: 1}}, {B}_: {{}}}}", f"joint '{B}' not found"),
+    (f"joint_limits: {{{A}: {{max_velocity: 9}}, {B}: {{}}}}", "at most the URDF's 2"),
     (f"joint_limits: {{{A}: {{max_velocity: .nan}}, {B}: {{}}}}", "should be a finite number"),
-    (f"joint_limits: {{{A}: {{max_acceleration: -3}}, {B}: {{}}}}", "acceleration limit -3"),
+    (f"joint_limits: {{{A}: {{max_acceleration: -3}}, {B}: {{}}}}", "got -3"),
     (f"joint_limits: {{{A}: {{max_velocity: fast}}, {B}: {{}}}}", "max_velocity' is wrong"),
     (f"joint_limits: {{{A}: {{max_velocty: 1}}, {B}: {{}}}}", "did you mean 'max_velocity'"),
-    (f"joint_limits: {{{A}: {{has_velocity_limits: true}}, {B}: {{}}}}", "it has_velocity_limits and no max_velocity"),
+    (
+        f"joint_limits: {{{A}: {{has_velocity_limits: true}}, {B}: {{}}}}",
+        "has_velocity_limits must come with max_velocity",
+    ),
     (
         f"joint_limits: {{{A}: {{max_position: 0.5}}, {B}: {{}}}}",
-        f"joint '{A}' positions from .* to 0.5, narrower",
+        f"joint '{A}' must include .*, 0.5\\]: narrow",
     ),
-    (f"joint_limits: {{{A}: {{}}, {B}: {{soft_lower_limit: 0}}}}", f"allows joint '{B}' positions from 0 to"),
+    (f"joint_limits: {{{A}: {{}}, {B}: {{soft_lower_limit: 0}}}}", f"joint '{B}' must include .* got \\[0, "),
     (f"defalt_velocity_scaling_factor: 0.1\njoint_limits: {{{A}: {{}}, {B}: {{}}}}", "did you mean 'default_velocity"),
-    ("joints: {}", "has no key 'joint_limits'"),
+    ("joints: {}", "key 'joint_limits' not found"),
     ("[1]", "holds no mapping"),
     ("{", "is not valid YAML"),
 ]
@@ -153,7 +156,7 @@ def test_bad_options_are_refused(kind: type[LimitsRequest], words: dict[str, Any
 
 
 def test_an_option_that_no_motion_can_keep_is_refused_with_the_robot() -> None:
-    with pytest.raises(PlannerError, match=f"acceleration limit 1e\\+09 of joint '{A}'") as caught:
+    with pytest.raises(PlannerError, match=f"acceleration limit of joint '{A}'") as caught:
         MotionLimits.from_robot(ARM, LimitsRequest(acceleration=1e9))
     assert caught.value.exit_code == 3
 

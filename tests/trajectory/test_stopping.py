@@ -100,7 +100,7 @@ def test_a_stop_is_proven_with_a_checker_and_not_without_one(solved: Plan) -> No
 
 def test_a_checker_of_another_robot_proves_no_stop(solved: Plan) -> None:
     motion = time_path(solved.path, solved.checker)
-    with pytest.raises(PlannerError, match="of other joints than the checker's robot"):
+    with pytest.raises(PlannerError, match="joints of the trajectory must be"):
         stop_at(motion, 0.1, make_checker(load("ur5"), Scene("none")))
 
 
