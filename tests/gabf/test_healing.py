@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base.errors import AssumptionError, OptionError
 
 from .networks import chain, from_arcs, scattered
 
@@ -87,16 +86,3 @@ def test_a_change_before_the_prescribed_time_acts_within_the_same_clock() -> Non
     np.testing.assert_allclose(same_clock.cost_to_go.x, 2.0 * np.arange(30))
     assert same_clock.settling_tau == pytest.approx(3.0 + new_clock.settling_tau)
     assert new_clock.settling_time < same_clock.settling_time < 2.0
-
-
-def test_a_law_that_needs_strict_overestimates_says_so() -> None:
-    net = chain(4)
-    with pytest.raises(AssumptionError, match="start again"):
-        gabf.heal(net, gabf.oracle(net), gabf.PrescribedTime())
-
-
-@pytest.mark.parametrize("since_tau", [np.nan, np.inf, -1.0])
-def test_what_no_clock_shows_is_refused(since_tau: float) -> None:
-    net = chain(4)
-    with pytest.raises(OptionError, match="since_tau"):
-        gabf.heal(net, gabf.oracle(net), since_tau=since_tau)

@@ -10,14 +10,12 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from planner import gabf
-from planner.base.errors import StateError
 from planner.cost.scale import manipulability_cost
 from planner.gabf.path import paths_from
 from planner.problem.request import Objective
 from planner.roadmap.connect_endpoints import attach
-from planner.roadmap.roadmap import path_waypoints
 from planner.search.network import build_network, distance_cost, path_cost
-from tests.worlds import load, make_post, post_roadmap
+from tests.worlds import make_post, post_roadmap
 
 STARTS = np.array([[-0.9, 1.2], [-1.0, 0.8], [0.4, 2.2], [2.0, 1.0], [-2.4, -0.7], [0.9, 0.1]])
 GOALS = np.array([[1.0, -0.8], [1.6, 0.6]])
@@ -55,27 +53,9 @@ def test_every_start_has_its_cheapest_path(many):
     assert len({int(path[-1]) for path in paths}) == 2  # each goal is somebody's nearest
 
 
-def test_paths_are_those_that_one_start_alone_gets(many):
-    roadmap, network, field = many
-    paths = paths_from(network, field.x, roadmap.starts)
-    for q, start, path in zip(STARTS, roadmap.starts, paths, strict=True):
-        np.testing.assert_array_equal(path, gabf.extract_path(network, field, int(start)))
-        np.testing.assert_allclose(path_waypoints(roadmap, load("planar_2r"), path)[0], q)
-
-
 def test_a_start_without_a_way_has_an_empty_path(many):
     roadmap, _, _ = many
     lonely = roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), (roadmap.edges != roadmap.starts[2]).all(axis=1))
     network = build_network(lonely, Objective(BETA, cost_integration="nodes"))
     paths = paths_from(network, gabf.solve(network, law=gabf.SingularityFree(T=4.0)), lonely.starts)
     assert [len(path) > 0 for path in paths] == [True, True, False, True, True, True]
-
-
-def test_a_start_that_is_a_goal_and_one_that_is_no_node(many):
-    roadmap, network, field = many
-    goal = int(roadmap.goals[0])
-    assert paths_from(network, field, [goal])[0].tolist() == [goal]
-    assert paths_from(network, field, []) == ()
-    for start in (-1, len(roadmap.nodes)):
-        with pytest.raises(StateError, match="whole numbers"):
-            paths_from(network, field, [start])

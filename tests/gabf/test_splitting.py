@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base.errors import OptionError
-from planner.gabf import splitting
 from planner.gabf.problem import reduce_network
 from planner.gabf.splitting import Parents, parents_of, run
 
 from . import judge
-from .networks import chain, from_arcs, scattered, solve
+from .networks import chain, scattered, solve
 from .random_runs import draw_extreme
 
 NET = scattered(40, seed=2)
@@ -56,13 +54,6 @@ def test_large_steps_are_sweeps_of_bellman_and_ford():
     assert problem.unpack(here.y) == pytest.approx(gabf.oracle(NET), rel=1e-12)
 
 
-def test_one_row_flows_exactly():
-    parents, step = parents_of(reduce_network(from_arcs(2, [(1, 0, 1.0)])), gabf.Nominal().flow), 0.7
-    there, share = parents.step(parents.state(np.array([9.0, 0.0])), step, 1.0)
-    assert there.y[0] == pytest.approx(1.0 + 8.0 * np.exp(-step), rel=1e-12)
-    assert share == 0.0
-
-
 NEAR_ONE = {"p": (99, 101), "m": (101, 99)}
 FAR_FROM_ONE = {"p": (1, 99), "m": (99, 1)}
 NEAR_AND_FAR = {"p": (1, 99), "m": (101, 99)}
@@ -101,20 +92,6 @@ def test_laws_settle_at_every_exponent_and_magnitude():
         assert gabf.oracle(net) == pytest.approx(result.x, rel=1e-9, abs=0), seed
         most = max(most, tried(net, law, x0))
     assert most < 10_000
-
-
-def test_a_step_that_is_never_good_enough_is_rejected_a_counted_number_of_times(monkeypatch):
-    real = splitting.AffineParents.step
-    monkeypatch.setattr(splitting.AffineParents, "step", lambda *a: (real(*a)[0], np.nan))
-    result = solve(chain(6), gabf.FixedTime(), 9.0, max_steps=200)
-    assert result.outcome is gabf.Ending.BUDGET_SPENT
-    assert result.steps < 200
-
-
-@pytest.mark.parametrize("bad", [{"tolerance": 0.0}, {"max_step": -1.0}, {"tolerance": np.inf}])
-def test_numbers_that_make_no_step_are_refused(bad):
-    with pytest.raises(OptionError):
-        gabf.Splitting(**bad)
 
 
 @pytest.mark.parametrize("kernel", KERNELS[:2], ids=lambda k: type(k).__name__)

@@ -87,12 +87,6 @@ def test_what_is_a_node_already_is_that_node():
     assert (same.sha256, same.origin) == (old.sha256, old.origin)
 
 
-def test_start_and_goal_may_be_one():
-    new = attach(around_the_post(), make_post(), Q, Q)
-    assert new.starts.tolist() == new.goals.tolist()
-    assert len(new.nodes) == len(around_the_post().nodes) + 1
-
-
 def test_the_scale_stays_and_the_measures_are_new():
     old = around_the_post()
     new = attach(old, make_post(), Q, OTHER)
@@ -103,21 +97,6 @@ def test_the_scale_stays_and_the_measures_are_new():
     assert before.node_cost is not None
     assert after.node_cost is not None
     np.testing.assert_allclose(after.node_cost[:n], before.node_cost)
-
-
-def test_an_end_that_cannot_be_linked_stays_alone():
-    """Attached where a new obstacle shuts it in: no link is proven, so none is made."""
-    first = np.sort(around_the_post().nodes[:, 0])
-    widest = int(np.argmax(np.diff(first)))
-    angle = 0.5 * (first[widest] + first[widest + 1])  # no node's first link lies between the walls
-    at = pose([0, 0, 0], [0, 0, angle])
-    walls = [(Box((0.3, 0.02, 0.2)), at @ pose([x, y, 0])) for x, y in [(0.28, -0.055), (0.28, 0.055)]]
-    q = np.array([[angle, 0.4]])
-    shut = make_checker(load("planar_2r"), scene_of(*walls))
-    few = GrowthSettings(join_motions=300)
-    new = attach(around_the_post(), shut, POST_START[None], q, settings=few)
-    assert not new.is_connected
-    assert len(new.edges) == len(around_the_post().edges)
 
 
 def test_an_edge_that_was_not_proven_does_not_become_proven():
@@ -158,18 +137,6 @@ def test_it_grows_where_it_must(least, caplog):
     assert 0 < int(grown) <= len(new.nodes) - n - ends
 
 
-def test_growing_follows_the_seed():
-    part, goal = beyond_the_post(0.8), around_the_post().nodes[around_the_post().goals]
-    one, same, other = (attach(part, make_post(), POST_START[None], goal, seed) for seed in (3, 3, 4))
-    assert one.sha256 == same.sha256 != other.sha256
-
-
-def test_it_does_not_grow_where_it_need_not(caplog, monkeypatch):
-    monkeypatch.setattr("planner.roadmap.connect_endpoints.bridges", lambda *_, **__: pytest.fail("grown"))
-    assert attach(around_the_post(), make_post(), Q, OTHER).is_connected
-    assert not caplog.text
-
-
 def test_one_reachable_goal_of_several_is_enough(monkeypatch):
     monkeypatch.setattr("planner.roadmap.connect_endpoints.bridges", lambda *_, **__: pytest.fail("grown"))
     monkeypatch.setattr("planner.roadmap.connect_endpoints.prove_straight_paths", lambda *_: [])
@@ -186,14 +153,6 @@ def cell():
     """Two walls beside the second link while the first one points along y."""
     at = pose([0.0, 0.0, 0], [0, 0, np.pi / 2])
     return [(Box((0.3, 0.02, 0.2)), at @ pose([0.28, y, 0])) for y in (-0.12, 0.12)]
-
-
-def test_several_starts_on_both_sides():
-    part = beyond_the_post(0.8)
-    starts = np.vstack([POST_START, POST_START + 0.05, [[1.2, 0.3]]])
-    new = attach(part, make_post(), starts, around_the_post().nodes[around_the_post().goals])
-    labels = new.components
-    assert (labels[new.starts] == labels[new.goals[0]]).all()
 
 
 def test_stop_ends_growing_at_once():
@@ -252,16 +211,6 @@ def test_where_nothing_is_in_the_way_the_nearest_pair_is_among_them(sizes: tuple
     np.testing.assert_array_equal(found[0][[0, -1]], [part[i], other[k]])
     for path in found:
         assert_bridge(path, part, other, prover)
-
-
-def test_around_an_obstacle_the_path_is_searched() -> None:
-    prover = EdgeProver(make_post())
-    # the straight motions between these are blocked
-    part, other = LEFT[:1], RIGHT[:1]
-    assert not prover.prove(part, other - part).free[0]
-    (path,) = bridges(prover, part, other)
-    assert len(path) > 2
-    assert_bridge(path, part, other, prover)
 
 
 def test_without_a_way_there_is_none() -> None:

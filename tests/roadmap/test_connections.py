@@ -10,7 +10,6 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.roadmap.connections import candidate_links, connect, find_nearest, nearest_neighbours
@@ -87,33 +86,6 @@ def test_connect_reaches_its_target_and_keeps_what_is_given(post, free_nodes, ta
     np.testing.assert_array_equal(connect(prover, free_nodes, tree, target), edges)
 
 
-def test_connect_ends_when_no_candidate_is_left(post, free_nodes):
-    few = free_nodes[:6]
-    edges = connect(EdgeProver(post), few, np.zeros((0, 2), dtype=int), 10_000)
-    assert 0 < len(edges) <= 15
-
-
-def test_connect_adds_nothing_where_there_is_enough_one_node_or_a_stop(post, free_nodes):
-    prover, none, tree = EdgeProver(post), np.zeros((0, 2), dtype=int), np.array([[0, 1], [1, 2]])
-    np.testing.assert_array_equal(connect(prover, free_nodes, tree, 1), tree)
-    assert len(connect(prover, free_nodes[:1], none, 5)) == 0
-    assert len(connect(prover, free_nodes, none, 50, progress=Progress(stop=lambda: True))) == 0
-
-
-def test_links_join_what_is_apart_first(post, free_nodes):
-    """A pair with no way between it has the longest detour of all: few links make few pieces."""
-    none = np.zeros((0, 2), dtype=int)
-    n = len(free_nodes)
-    edges = connect(EdgeProver(post), free_nodes, none, n)
-    short = candidate_links(load("planar_2r"), free_nodes, none)[:n]
-    assert pieces(n, edges) < pieces(n, short)
-
-
-def pieces(n, edges):
-    graph = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
-    return connected_components(graph, directed=False)[0]
-
-
 @QUICK
 @given(st.integers(1, 40), st.data())
 def test_components_are_scipys(n, data):
@@ -126,15 +98,6 @@ def test_components_are_scipys(n, data):
     assert (labels[:, None] == labels[None]).tolist() == (expected[:, None] == expected[None]).tolist()
     _, first = np.unique(labels, return_index=True)
     assert (np.diff(first) > 0).all()  # numbered in the order of the nodes
-
-
-def test_components_of_a_long_chain():
-    """The worst case for label propagation."""
-    n = 3000
-    order = np.random.default_rng(0).permutation(n)
-    edges = np.column_stack([order[:-1], order[1:]])
-    assert component_labels(n, edges).max() == 0
-    assert component_labels(n, edges[:-1]).max() == 1
 
 
 def test_the_nearest_to_angles_just_below_zero():

@@ -5,15 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.collision import make_checker, second_checker
+from planner.collision import second_checker
 from planner.collision.checker import is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.looks import recheck
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.build import build_roadmap
 from planner.roadmap.edges import MotionChecker, RecordingProver, enlarge_roadmap
 from planner.roadmap.shortcuts import split_motions
-from planner.robot.scene import Scene
 from tests.coal_judge import CoalWorld
 from tests.worlds import checker_of, load, make_post, post_roadmap, random_q, small_plan
 
@@ -31,15 +29,6 @@ def test_the_clearance_of_every_edge_is_there(which):
         delta = robot.difference(roadmap.nodes[i], roadmap.nodes[j])
         nearest = world.nearest_along(roadmap.nodes[i], delta, 0.02, 0.01)
         assert nearest >= roadmap.origin.margin + roadmap.clearance[row] - 1e-6
-
-
-def test_with_a_margin_the_clearance_lies_beyond_it():
-    checker = make_checker(load("planar_2r"), make_post().world.scene, margin=0.02)
-    roadmap = build_roadmap(load("planar_2r"), checker, [-1.0, 0.8], [1.0, -0.8], 30)
-    world = CoalWorld(checker.world)
-    for (i, j), promised in zip(roadmap.edges, roadmap.clearance, strict=True):
-        nearest = world.nearest_along(roadmap.nodes[i], roadmap.nodes[j] - roadmap.nodes[i], 0.02, 0.01)
-        assert nearest >= 0.02 + promised - 1e-6
 
 
 @pytest.fixture
@@ -92,22 +81,6 @@ def test_pieces_have_the_certificate_of_the_motion_that_they_are_of(proven, monk
             assert world.nearest_along(rows[i], rows[j] - rows[i], 0.02, 0.01) >= promised - 1e-6
 
 
-def test_each_piece_of_a_path_has_the_certificate_of_its_own_motion(proven):
-    q, edges, *_ = proven
-    prover = RecordingProver(make_post())
-    a, b = q[edges.T]
-    there, back = prover.prove(a, b - a), prover.prove(b, a - b)
-    for first, last, one, other in zip(a, b, there.clearance, back.clearance, strict=True):
-        rows = split_motions(prover, np.array([first, last, first]), 0.3)
-        number = np.arange(len(rows) - 1)
-        found, looked = prover.certificates(rows, np.column_stack([number, number + 1]))
-        half = len(number) // 2
-        np.testing.assert_array_equal(rows[half], last)
-        assert (found[:half] == max(one, 0.0)).all()
-        assert (found[half:] == max(other, 0.0)).all()
-        assert (looked > 0).all()
-
-
 def test_nothing_is_claimed_for_what_cannot_be_proven():
     """Neither for the motion nor for its pieces."""
     prover = RecordingProver(make_post())
@@ -115,13 +88,6 @@ def test_nothing_is_claimed_for_what_cannot_be_proven():
     for rows, edge in ((across, [[0, 1]]), (split_motions(prover, across, 0.5), [[1, 2]])):
         free, samples = prover.certificates(rows, np.array(edge))
         assert (free.tolist(), samples.tolist()) == ([0.0], [0])
-
-
-def test_no_edges_and_nothing_to_touch():
-    clearance, samples = RecordingProver(make_post()).certificates(np.zeros((1, 2)), np.zeros((0, 2), dtype=int))
-    assert clearance.shape == samples.shape == (0,)
-    empty = make_checker(load("planar_2r"), Scene("none"))
-    assert (RecordingProver(empty).certificates(np.zeros((2, 2)), np.array([[0, 1]]))[0] > 0).all()
 
 
 def test_motions_with_a_floor_refuse_what_dips() -> None:

@@ -11,7 +11,7 @@ from planner.collision.looks import recheck
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
 from planner.roadmap.edges import MotionChecker
-from planner.roadmap.first_path import FIRST_PATH, FirstPathSearch, InformedSet, JoinSettings
+from planner.roadmap.first_path import FirstPathSearch, InformedSet, JoinSettings
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
 
@@ -78,16 +78,6 @@ def test_a_narrow_passage_takes_few_motions() -> None:
     assert 2 * few < many
 
 
-def test_the_last_report_says_that_it_is_there() -> None:
-    seen: list[tuple[str, int, int]] = []
-    search(EdgeProver(make_post()), Progress(lambda *report: seen.append(report))).join(
-        POST_START[None], POST_GOAL[None]
-    )
-    stage, done, total = seen[-1]
-    assert (stage, done) == (FIRST_PATH, total)
-    assert 0 < done < SETTINGS.motions
-
-
 class Nothing(EdgeProver):
     """Proves no motion at all."""
 
@@ -104,17 +94,6 @@ def test_what_cannot_be_proven_is_not_returned_and_the_search_ends() -> None:
     looking = search(Nothing(make_post()))
     assert looking.join(POST_START[None], POST_GOAL[None]) is None
     assert looking.checked >= SETTINGS.motions
-
-
-@pytest.mark.parametrize("ends", [(0, 1), (1, 0)])
-def test_without_a_start_or_a_goal_there_is_nothing_to_join(ends: tuple[int, int]) -> None:
-    looking = search(EdgeProver(make_post()))
-    assert looking.join(POST_START[None][: ends[0]], POST_GOAL[None][: ends[1]]) is None
-    assert looking.checked == 0
-
-
-def test_a_stop_ends_it() -> None:
-    assert search(EdgeProver(make_post()), Progress(stop=lambda: True)).join(POST_START[None], POST_GOAL[None]) is None
 
 
 def test_near_a_gap_the_path_is_proven_and_begins_and_ends_at_nodes() -> None:
@@ -169,25 +148,6 @@ def test_it_holds_what_a_path_of_that_length_may_pass(name: str) -> None:
     assert [within.holds(q) for q in box.tolist()] == (expected <= longest).tolist()
     held = box[expected <= longest]
     assert (((held >= lower) & (held <= upper)) | turns).all()
-
-
-def test_a_path_of_any_length_may_pass_everywhere() -> None:
-    robot = load("panda")
-    within = InformedSet(robot, robot.home[None], robot.home[None] + 0.1, np.inf)
-    assert within.holds(robot.upper.tolist())
-    np.testing.assert_array_equal(within.space.upper, robot.upper)
-
-
-def test_the_box_touches_the_set_on_every_side() -> None:
-    robot = load("planar_2r")
-    start, goal = np.array([-0.5, 0.2]), np.array([0.4, -0.3])
-    space = InformedSet(robot, start[None], goal[None], 1.3).space
-    turn = np.linspace(0.0, 2.0 * np.pi, 20001)
-    axis = (goal - start) / np.linalg.norm(goal - start)
-    short = np.sqrt(1.3**2 - ((goal - start) ** 2).sum()) / 2
-    ring = 0.65 * np.cos(turn)[:, None] * axis + short * np.sin(turn)[:, None] * np.array([-axis[1], axis[0]])
-    ring += 0.5 * (start + goal)
-    np.testing.assert_allclose([space.lower, space.upper], [ring.min(axis=0), ring.max(axis=0)], atol=1e-6)
 
 
 @pytest.mark.parametrize("apart", [5e-324, 1e-310, 1e-160, 1e-30, 1e-17, 1e-12])

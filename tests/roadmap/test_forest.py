@@ -5,23 +5,6 @@ import numpy as np
 from planner.roadmap.forest import Forest
 
 
-def test_the_same_configuration_is_one_node() -> None:
-    forest = Forest()
-    a, b = np.array([0.0, 1.0]), np.array([1.0, 0.0])
-    assert [forest.add(a), forest.add(b), forest.add(a.copy())] == [0, 1, 0]
-    assert len(forest) == 2
-    np.testing.assert_array_equal(forest.nodes(), [a, b])
-
-
-def test_a_path_becomes_edges_between_its_rows() -> None:
-    forest = Forest()
-    path = np.array([[0.0], [1.0], [2.0]])
-    forest.add_path(path)
-    forest.add_path(path[::-1])
-    assert {frozenset(edge) for edge in forest.edges().tolist()} == {frozenset((0, 1)), frozenset((1, 2))}
-    assert len(forest) == 3
-
-
 def test_nodes_that_were_there_keep_their_numbers_and_new_ones_follow() -> None:
     there = np.array([[0.0, 1.0], [1.0, 0.0], [2.0, 2.0]])
     forest = Forest(there, np.array([[0, 1]]))

@@ -53,17 +53,6 @@ def test_steps_keep_the_range(post):
     assert length.max() > 0.2
 
 
-def same(one: Growth, two: Growth) -> bool:
-    return np.array_equal(one.nodes, two.nodes) and np.array_equal(one.edges, two.edges)
-
-
-def test_one_seed_is_one_growth_and_seeds_0_and_1_differ(post):
-    again = [grown(post, seed=0) for _ in range(2)]
-    assert same(*again)
-    assert not same(again[0], grown(post, seed=1))
-    assert same(grown(post, seed=1), grown(post, seed=1))
-
-
 def test_first_paths_are_searched_where_a_shorter_one_may_pass(monkeypatch):
     """The bar leaves two ways round: no roadmap's path is longer than with the first path alone, most are shorter."""
     checker = make_checker(load("planar_2r"), scene_of((Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0]))))
@@ -84,22 +73,6 @@ def test_first_paths_are_searched_where_a_shorter_one_may_pass(monkeypatch):
     assert several.sum() < 0.985 * first_only.sum()
 
 
-def test_searches_that_cannot_even_begin_end(post, monkeypatch):
-    calls = []
-    monkeypatch.setattr("planner.roadmap.grow.find_shorter_path", lambda *asked: (calls.append(asked), (None, 0))[1])
-    monkeypatch.setattr("planner.roadmap.grow._SHORTER", 7)
-    monkeypatch.setattr("planner.roadmap.grow._NEARLY_STRAIGHT", 0.0)
-    grown(post, nodes=300)
-    assert len(calls) == 7
-
-
-def test_more_nodes_is_not_another_first_path(post):
-    few, many = grown(post, nodes=30), grown(post, nodes=90)
-    spine = [q for q in few.nodes[2:7]]
-    assert len(many.nodes) == 90
-    assert all((many.nodes == q).all(axis=1).any() for q in spine)
-
-
 def test_progress_counts_up_to_the_nodes(post):
     heard = []
     growth = grow(
@@ -116,13 +89,6 @@ def test_progress_counts_up_to_the_nodes(post):
     assert first[-1]
     assert done == sorted(done)
     assert done[-1] == 50 == len(growth.nodes)
-
-
-def test_start_is_goal(post):
-    growth = grown(post, starts=A, goals=A)
-    assert growth.starts.tolist() == growth.goals.tolist() == [0]
-    assert not growth.joined
-    assert len(growth.nodes) == 60
 
 
 class Doubting(EdgeProver):

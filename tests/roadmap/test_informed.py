@@ -5,22 +5,10 @@ import pytest
 
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
-from planner.kinematics.manipulability import manipulability
 from planner.problem.request import Objective
-from planner.roadmap.informed import LazyRoadmap, _in_ellipsoid, _lifted, informed_samples
+from planner.roadmap.informed import LazyRoadmap, informed_samples
 from planner.roadmap.refine import PathRefiner
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
-
-
-def test_samples_fill_the_ellipsoid() -> None:
-    robot, rng = load("planar_2r"), np.random.default_rng(0)
-    a, b = np.array([-0.5, 0.2]), np.array([0.4, -0.3])
-    q = _in_ellipsoid(robot, a, b, 1.3, 4000, rng)
-    far = np.linalg.norm(q - a, axis=1) + np.linalg.norm(q - b, axis=1)
-    assert far.max() <= 1.3 + 1e-12
-    inner = np.linalg.norm(q - a, axis=1) + np.linalg.norm(q - b, axis=1) < np.sqrt(1.06 + 0.25 * (1.69 - 1.06))
-    area = [length * np.sqrt(length**2 - 1.06) for length in (np.sqrt(1.06 + 0.25 * (1.69 - 1.06)), 1.3)]
-    assert inner.mean() == pytest.approx(area[0] / area[1], abs=0.03)
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.4])
@@ -37,16 +25,6 @@ def test_samples_lie_where_a_joint_turns_the_other_way(turned: float) -> None:
     near = [np.linalg.norm(robot.difference(drawn, end), axis=1) for end in path[[0, -1]]]
     assert (near[0] + near[1]).max() <= longest + 1e-9
     assert (np.abs(drawn[:, 0]) > 2.9).mean() > 0.1
-
-
-def test_lifted_states_rise_in_w_within_limits() -> None:
-    robot, rng = load("panda"), np.random.default_rng(3)
-    q = rng.uniform(robot.lower, robot.upper, (40, robot.dof))
-    lifted = _lifted(robot, q, rng)
-    gain = manipulability(robot, lifted) - manipulability(robot, q)
-    assert (gain > 0).mean() > 0.9
-    assert ((lifted >= robot.lower) & (lifted <= robot.upper)).all()
-    assert np.linalg.norm(lifted - q, axis=1).max() <= 1.0 + 1e-9
 
 
 def test_a_path_that_is_taken_up_is_proven_once_it_is_cheapest() -> None:

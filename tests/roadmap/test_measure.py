@@ -96,13 +96,3 @@ def test_a_query_has_its_new_nodes_checked_only() -> None:
     assert found.nodes_checked["fcl"] == len(found.nodes)
     # the two ends are asked for once more when they are resolved
     assert checker.asked == len(found.nodes) - 60 + 2
-
-
-def test_words() -> None:
-    record = post_roadmap().record()
-    for checked, words in (
-        ({"fcl": 60, "coal": 0}, "each checked by fcl"),
-        ({"fcl": 3, "coal": 1}, "3 checked by fcl, 1 checked by coal"),
-        ({"fcl": 0, "coal": 0}, "checked by no library"),
-    ):
-        assert replace(record, nodes_checked=checked).text.startswith(f"60 nodes ({words}), ")

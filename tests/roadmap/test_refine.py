@@ -10,7 +10,7 @@ from planner.cost.motion_cost import MotionCost
 from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.request import Objective
-from planner.roadmap.refine import TOLERANCE, PathRefiner, _meeting, simplify, split_evenly
+from planner.roadmap.refine import TOLERANCE, PathRefiner, simplify, split_evenly
 from planner.trajectory.measure import count_corners, path_contact, path_manipulability
 from tests.worlds import checker_of, load, small_plan
 
@@ -85,11 +85,3 @@ def test_a_path_below_the_floor_stays_as_it_is() -> None:
     assert np.isinf(refiner.total(path))
     with np.errstate(all="raise"):
         np.testing.assert_array_equal(simplify(refiner, path, np.random.default_rng(0)), path)
-
-
-def test_lines_that_meet_do_so_in_one_point() -> None:
-    rng = np.random.default_rng(1)
-    a, meeting, aside = rng.normal(size=(3, 5, 4))
-    b = 2.0 * meeting - a + 0.3 * aside  # blunt corners
-    p, q = a + 0.9 * (meeting - a), b + 0.9 * (meeting - b)
-    np.testing.assert_allclose(_meeting(a, p, q, b), meeting, atol=1e-9)

@@ -12,7 +12,6 @@ from planner import gabf
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.looks import recheck
 from planner.cost.motion_cost import MotionCost
-from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
 from planner.problem.request import Objective, PlanRequest
 from planner.roadmap.build import build_roadmap
@@ -23,7 +22,6 @@ from planner.roadmap.shortcuts import (
     DraftRoadmap,
     _best_paths,
     _cheaper,
-    _with_dips,
     add_refined_paths,
     find_best_path,
     prove_shortcuts,
@@ -81,17 +79,6 @@ def test_straight_motions_are_those_that_are_proven():
     assert len(path) == 4
     steep = MotionChecker(motions.prover, floor=10.0)
     assert prove_straight_paths(steep, POST_START[None], goals, 0.5) == []
-
-
-def test_pieces_of_a_path_that_wraps():
-    robot = load("kinova")
-    first = np.where(robot.continuous, 3.0, robot.home)
-    last = np.where(robot.continuous, -3.0, robot.home)
-    path, _ = subdivide(robot, np.array([first, last]), 0.1)
-    np.testing.assert_array_equal(path[[0, -1]], [first, last])
-    steps = np.linalg.norm(robot.difference(path[:-1], path[1:]), axis=1)
-    np.testing.assert_allclose(steps.sum(), np.linalg.norm(robot.difference(first, last)))
-    assert steps.max() <= 0.1 + 1e-9
 
 
 @pytest.mark.parametrize("beta", BETAS)
@@ -168,14 +155,3 @@ def test_refined_paths_make_better_paths() -> None:
         ratios.append(total(cost, found.path) / total(cost, best))
     assert max(ratios) <= 1.0
     assert min(ratios) < 0.8
-
-
-def test_a_dip_inside_a_motion_becomes_a_node() -> None:
-    robot = load("planar_2r")  # w = l1 l2 |sin q2|
-    path = np.array([[0.0, 0.8], [0.2, -0.4], [0.4, -0.9]])
-    dipped = _with_dips(robot, path)
-    assert len(dipped) == 4
-    np.testing.assert_array_equal(dipped[[0, 2, 3]], path)
-    assert manipulability(robot, dipped)[1] < 0.1 * manipulability(robot, path).min()
-    (x, y), (u, v) = dipped[1] - path[0], path[1] - path[0]
-    assert x * v - y * u == pytest.approx(0.0, abs=1e-12)

@@ -120,24 +120,3 @@ def test_counts_are_those_of_the_arrays() -> None:
     assert told["components"] == sorted(told["components"], reverse=True)
     assert told["manipulability"]["0"] == some.manipulability.min()
     assert told["manipulability"]["1"] == some.manipulability.max()
-
-
-def test_a_roadmap_without_edges_or_with_nothing_to_touch_has_no_numbers_for_them() -> None:
-    roadmap = post_roadmap()
-    free = replace(roadmap, clearance=np.full(len(roadmap.edges), np.inf))
-    assert summarize(free)["clearance"] == {"min": None, "median": None, "max": None}
-    m = 0
-    bare = replace(
-        roadmap,
-        edges=roadmap.edges[:m],
-        proven=roadmap.proven[:m],
-        joint_length=roadmap.joint_length[:m],
-        tool_length=roadmap.tool_length[:m],
-        edge_manipulability=roadmap.edge_manipulability[:m],
-        clearance=roadmap.clearance[:m],
-        samples=roadmap.samples[:m],
-    )
-    assert summarize(bare)["joint_length"]["max"] is None
-    assert not summarize(bare)["connected"]
-    assert "none" in bare._repr_html_()
-    assert bare.record().text.endswith(f"{len(bare.nodes)} components")
