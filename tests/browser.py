@@ -104,7 +104,7 @@ class Tab:
         return self.settled()
 
     def drawn(self) -> None:
-        """Wait until the page has drawn what it was told last."""
+        """Wait until the page has drawn the last change."""
         self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
 
     def press(self, key: str, code: str = "") -> None:

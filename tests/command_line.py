@@ -45,12 +45,12 @@ def assert_total_covers(timings: Mapping[str, float], stages: set[str]) -> None:
 
 def assert_remedies_are_options(arguments: Sequence[str], text: str) -> None:
     """A command names none but its own ``--options``; of other commands only where it quotes them whole."""
-    told = " ".join(line for line in text.splitlines() if line.startswith("planner: "))
-    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", re.sub(r"'planner [^']*'", "", told)))
+    sentence = " ".join(line for line in text.splitlines() if line.startswith("planner: "))
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", re.sub(r"'planner [^']*'", "", sentence)))
     if not named:
         return
     own = _options(tuple(arguments[: 2 if arguments[:1] in (["roadmap"], ("roadmap",)) else 1]))
-    assert named - set(arguments) <= own, f"{arguments[0]} has no {named - own}: {told}"
+    assert named - set(arguments) <= own, f"{arguments[0]} has no {named - own}: {sentence}"
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Fixtures that several rooms use; what they are made of stands in the modules beside."""
+"""Fixtures of several rooms."""
 
 import json
 import sys
@@ -11,7 +11,6 @@ import pytest
 from benchmarks.__main__ import main as benchmarks_main
 from planner import cli
 from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import EdgeProver
 from planner.planning.result import Plan
 from planner.roadmap.roadmap import Roadmap
 from reproduce.__main__ import main as reproduce_main
@@ -56,11 +55,6 @@ def roadmap(solved: Plan) -> Roadmap:
 def paper() -> CollisionChecker:
     """iiwa14 in the paper's scene."""
     return checker_of("iiwa14", "paper")
-
-
-@pytest.fixture(scope="session")
-def paper_prover() -> EdgeProver:
-    return EdgeProver(checker_of("iiwa14", "paper"))
 
 
 @pytest.fixture

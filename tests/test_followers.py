@@ -16,22 +16,15 @@ from planner.base.polynomials import evaluate
 from planner.certificate import verify, verify_proof
 from planner.certificate.geometry import extract_geometry
 from planner.certificate.verify_proof import Refused
-from planner.collision import BACKENDS, make_checker
-from planner.collision.coal import CoalInTime
+from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.collision.moving_prover import TimedProver
-from planner.collision.path_moves import first_free
 from planner.collision.world import World
-from planner.constraints.path_constraints import PathConstraints
 from planner.kinematics.forward import Chain, joint_placements, tool_pose
-from planner.kinematics.inverse import beyond_reach, solve
 from planner.kinematics.manipulability import manipulability, node_manipulability
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.conditions import PlaneConstraint
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
-from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.reach import Reach
 from planner.robot.robot import Robot
@@ -66,19 +59,6 @@ def test_links_are_where_pinocchio_has_them(which: str | int) -> None:
             np.testing.assert_allclose(turn @ frame.placement.rotation, there[:3, :3], atol=1e-12)
             np.testing.assert_allclose(turn @ frame.placement.translation + shift, there[:3, 3], atol=1e-12)
         np.testing.assert_allclose(tool_pose(robot, row).homogeneous, made.frames(row)[robot.tool], atol=1e-12)
-
-
-def test_mimic_joints_are_those_of_pinocchio() -> None:
-    """Its own reader of <mimic>, which is given no chains and no joints that come before their leaders."""
-    robot, model = palletizer().robot, pin.buildModelFromUrdf(str(palletizer().path), mimic=True)
-    assert (list(model.names), model.nq) == (list(robot.model.names), robot.dof)
-    data, q = model.createData(), random_q(robot, 50)
-    rotation, position = joint_placements(Chain.from_arm(robot), q)
-    for k, row in enumerate(q):
-        pin.forwardKinematics(model, data, row)
-        for j in range(1, model.njoints):
-            np.testing.assert_allclose(rotation[j, k], data.oMi[j].rotation, atol=1e-12)
-            np.testing.assert_allclose(position[j, k], data.oMi[j].translation, atol=1e-12)
 
 
 @pytest.mark.parametrize("which", LINKAGES)
@@ -139,22 +119,6 @@ def test_proven_free_means_that_coal_finds_no_contact(which: str | int) -> None:
 
 
 BALL = scene_of((Sphere(0.03), pose([-0.306, 0.0, 0.868])))
-LED = np.array([[0.0, 0.0, 0.0], [0.0, -0.5, 0.0]])  # the rod goes through the ball, all other links pass it
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_a_rod_that_is_led_through_a_ball_collides(backend: str) -> None:
-    made, single = palletizer(), np.ones(1, dtype=np.int64)
-    checker = make_checker(made.robot, BALL, backend)
-    assert made.nearest(checker.world, along(LED)) < -0.03
-    assert made.nearest(checker.world, along(LED), but="rod") > 0.01
-    prover = EdgeProver(checker)
-    proofs = prover.prove_curves(LED[None])
-    assert proofs.verdict[0] == Verdict.COLLIDES
-    assert str(checker.world.contact(int(proofs.pair[0]))) == "'rod' and 'thing0'"
-    assert first_free(prover, LED[:1], LED[1:], single, single) == [-1]
-    assert not checker.bound.look_along(0.01)(*LED)
-    assert prover.prove_curves(LED[None] * 0.5).free[0]
 
 
 NARROWED = [  # kind of the leader, the follower's kind, limits, <mimic>; what the leader is kept to, None refused
@@ -203,50 +167,6 @@ def test_no_point_moves_further_than_its_reach(which: str | int) -> None:
         points = some_points(body, rng)
         moved = points @ (turned - turn)[body.joint].transpose(0, 2, 1) + (shifted - shift)[body.joint][:, None]
         assert (np.linalg.norm(moved, axis=2).max(axis=1) <= most[:, k] + 1e-9).all()
-
-
-@pytest.mark.parametrize("which", LINKAGES)
-def test_inverse_kinematics_brings_the_tool_there(which: str | int) -> None:
-    made, rng = linkage(which), np.random.default_rng(3)
-    for q in random_q(made.robot, 3, seed=4):
-        target = made.frames(q)[made.robot.tool]
-        assert beyond_reach(made.robot, target[:3, 3]) == 0.0
-        found = solve(made.robot, target[:3, 3], rng, 40).configurations
-        assert len(found)
-        for there in found:
-            np.testing.assert_allclose(made.frames(there)[made.robot.tool][:3, 3], target[:3, 3], atol=2e-6)
-
-
-@pytest.mark.parametrize("which", LINKAGES)
-def test_what_curves_are_proven_to_keep_dense_samples_keep(which: str | int) -> None:
-    made = linkage(which)
-    for curve in curves_of(made.robot, 10, 3, seed=5):
-        way = np.array([made.frames(q)[made.robot.tool][:3, 3] for q in along(curve, 200)])
-        direction = np.array([0.36, 0.48, 0.8])
-        lowest, highest = float((way @ direction).min()), float((way @ direction).max())
-        for share in (0.97, 1.001):
-            bound = highest - share * (highest - lowest)
-            constraints = PathConstraints(made.robot, (PlaneConstraint(tuple(direction), bound),))
-            assert constraints.proven(curve[None])[0] == (share > 1)
-
-
-def test_what_is_proven_in_time_touches_at_no_moment() -> None:
-    made, rng = palletizer(), np.random.default_rng(8)
-    places = [pose(rng.uniform([-0.6, -0.6, 0.4], [0.6, 0.6, 1.2]).tolist()) for _ in range(3)]
-    mover = MovingObstacle("mover", Sphere(0.06), KnownMotion([0.0, 1.0, 2.0], places))
-    prover = TimedProver(make_checker(made.robot, Scene("none")), [mover])
-    curves, begin = curves_of(made.robot, 40, 3, seed=9), rng.uniform(0.0, 1.5, 40)
-    free = prover.free(curves, np.column_stack([begin, np.full(40, 0.5), np.zeros(40)]))
-    looks, verdicts = CoalInTime(prover.world, prover.motions), []
-    world = replace(World.of(made.robot, BALL, frozenset()), self_pairs=np.zeros((0, 2), dtype=np.int64))
-    for curve, first, proven in zip(curves, begin, free, strict=True):
-        q, t = along(curve, 40), first + np.linspace(0.0, 0.5, 40)
-        worlds = [replace(world, scene=scene_of((Sphere(0.06), there))) for there in mover.motion.at(t)]
-        gaps = [made.nearest(there, row[None]) for there, row in zip(worlds, q, strict=True)]
-        np.testing.assert_array_equal(looks.touching(q, t), np.array(gaps) <= 0)
-        assert min(gaps) > 0 or not proven
-        verdicts.append((bool(proven), min(gaps) > 0))
-    assert {(True, True), (False, False)} <= set(verdicts)
 
 
 # plans, certificates, the gate

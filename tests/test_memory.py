@@ -1,6 +1,6 @@
 """Nothing that C++ holds is freed too early: plans and planners under the allocators' debug hooks, collected often.
 
-Freed memory is overwritten there, so that whoever reads it afterwards dies of it instead of being lucky.
+Freed memory is overwritten there, so that a later read crashes.
 """
 
 import os

@@ -19,10 +19,9 @@ from planner.cost.scale import COSTS
 from planner.kinematics.forward import tool_positions
 from planner.planning.plan import plan
 from planner.planning.record import PlanRecord
-from planner.problem.outcome import BlockedInTime, FloorTooHigh, Outcome
+from planner.problem.outcome import FloorTooHigh, Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.roadmap import path_waypoints
-from planner.roadmap.storage import save_roadmap
 from planner.search.network import build_network, distance_cost
 from planner.tradeoff.sweep import add_alternatives
 from planner.trajectory.trajectory import Trajectory
@@ -126,14 +125,6 @@ def test_every_cost_and_metric_is_optimal(small, metric, cost):
     assert_sound(plan(request=small.with_options(metric=metric, manipulability_cost=cost), timing=None))
 
 
-@pytest.mark.parametrize("law", ["nominal", "prescribed-time", "fixed-time", "singularity-free"])
-def test_every_law_finds_the_same_path(small, law):
-    found = plan(request=small.with_options(law=law), timing=None)
-    assert_sound(found)
-    np.testing.assert_array_equal(found.path_nodes, plan(request=small, timing=None).path_nodes)
-    assert gabf.law_from_name(law).name
-
-
 def test_a_margin_is_kept_along_the_path(small):
     found = plan(request=small.with_options(margin=0.02), timing=None)
     assert_sound(found)
@@ -151,18 +142,6 @@ def test_start_is_goal(small):
     assert found.cost is not None
     assert (found.cost.total, found.cost.manipulability, found.cost.distance) == (0, 0, 0)
     assert found.max_error_vs_oracle == 0.0
-
-
-def test_no_path_is_an_outcome(scenes):
-    found = plan(request=PlanRequest.from_options(robot="planar_2r", scene=scenes["shut"], nodes=50), timing=None)
-    assert found.outcome is Outcome.NO_PATH
-    assert found.outcome.exit_code == 4
-    assert not found.roadmap.is_connected
-    assert len(found.path) == len(found.path_nodes) == 0
-    assert found.cost is None
-    assert found.network is not None
-    assert found.max_error_vs_oracle == 0.0
-    assert len(found.roadmap.nodes) > 2
 
 
 def test_the_highest_floor_that_was_found_can_be_kept_to():
@@ -213,37 +192,7 @@ def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, l
     assert after.cost.total >= before.cost.total
 
 
-def test_when_every_way_fails_there_is_no_path(small, monkeypatch):
-    before = plan(request=small, timing=None)
-    around = before.roadmap.edges[np.isin(before.roadmap.edges, before.roadmap.goals).any(axis=1)]
-    collide(monkeypatch, before.roadmap, around)
-    after = plan(request=small, timing=None)
-    assert after.outcome is Outcome.NO_PATH
-    beside = np.asarray(~np.isin(before.roadmap.edges, before.roadmap.goals).any(axis=1), dtype=bool)
-    others = before.roadmap.part(np.ones(len(before.roadmap.nodes), dtype=bool), beside)
-    ends = around[~np.isin(around, before.roadmap.goals)]
-    reached = others.components[ends] == others.components[before.roadmap.starts[0]]
-    assert after.edges_removed == reached.sum() > 1  # the others lead to nodes that nothing else leads to
-    assert not after.roadmap.is_connected
-    assert after.cost is None
-    assert len(after.path) == 0
-    assert after.max_error_vs_oracle == 0.0
-
-
 # a roadmap of a file
-
-
-def test_a_roadmap_of_a_file_gives_the_same_plan(small, tmp_path):
-    first = plan(request=small, timing=None)
-    save_roadmap(first.roadmap, tmp_path / "r.npz")
-    again = plan(request=small.with_options(roadmap=tmp_path / "r.npz"), timing=None)
-    assert_sound(again)
-    np.testing.assert_array_equal(again.path, first.path)
-    assert again.roadmap.sha256 == first.roadmap.sha256
-    elsewhere = plan(request=small.with_options(roadmap=tmp_path / "r.npz", goal="q:0.8,-1.1"), timing=None)
-    assert_sound(elsewhere)
-    assert len(elsewhere.roadmap.nodes) > len(first.roadmap.nodes)
-    np.testing.assert_allclose(elsewhere.path[-1], [0.8, -1.1])
 
 
 # interrupted
@@ -329,16 +278,3 @@ def test_among_what_moves_the_plan_is_in_time(moving, tmp_path):
     assert Trajectory.load(tmp_path).proof["horizon"] == record["in_time"]["horizon"]
     np.testing.assert_allclose(Trajectory.load(tmp_path).at(times["arrivals"]), record["path"], atol=1e-9)
     RECORD.validate_python(record)
-
-
-def test_what_moves_in_the_way_is_a_reason(moving, tmp_path):
-    path = tmp_path / "late.yaml"
-    path.write_text(CART.replace("[-1.5, -1.5, 0]", "[0.7, 0.5, 0]"))
-    found = plan(request=moving.with_options(scene=str(path)), timing=TimingRequest())
-    assert found.outcome is Outcome.NO_PATH
-    assert found.reason == BlockedInTime("goal", ("cart",))
-    assert found.trajectory is None
-    record = found.to_dict()
-    assert (record["path"], record["in_time"], record["cost"]) == ([], None, None)
-    RECORD.validate_python(record)
-    assert found.page()

@@ -1,14 +1,11 @@
 """Arrays that cannot be written to, arithmetic on rows, and what is refused where arrays enter."""
 
 import itertools
-from typing import Any
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
 from planner.base.arrays import cut, frozen, indices, numbers, parts_of, placement, so_far
-from planner.base.errors import ArrayError, StateError
 
 
 def test_a_frozen_array_is_a_copy_of_what_may_change_and_itself_where_it_is_frozen() -> None:
@@ -53,26 +50,3 @@ def test_a_rounded_rotation_becomes_the_nearest_one() -> None:
     scaled = turned.copy()
     scaled[:3, :3] *= 1 - 4e-7
     np.testing.assert_allclose(placement("p", scaled), turned, atol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("read", "values", "more", "words"),
-    [
-        (numbers, np.zeros((3, 1)), (("n", 2),), r"has shape \(3, 1\): give an array of shape \(n, 2\)"),
-        (numbers, [[0, 1], [np.nan, 0]], (("n", 2),), r"x\[1, 0\] is nan"),
-        (numbers, -np.inf, ((),), "x is -inf"),
-        (numbers, [0, 200.0], ((2,), ArrayError, 100), r"x\[1\] is 200"),
-        (numbers, ["a"], (("n",),), "no array of numbers"),
-        (numbers, 10**400, ((),), "no array of numbers"),
-        (numbers, [True, False], ((2,),), "no array of numbers"),
-        (numbers, np.array([1.0, "0_3"], dtype=object), ((2,),), "no array of numbers"),
-        (numbers, [[1], [2, 3]], (("n", 2),), "no array of numbers"),
-        (numbers, np.zeros(3), ((2,), StateError), "has shape"),
-        (indices, [0, 3], (("m",), 3), "whole numbers from 0 to 2"),
-        (indices, [0.5], (("m",), 3), "whole numbers"),
-        (placement, 2 * np.eye(4), (), "not rigid"),
-    ],
-)
-def test_others_are_refused(read: Any, values: Any, more: tuple[Any, ...], words: str) -> None:
-    with pytest.raises(StateError if StateError in more else ArrayError, match=words):
-        read("x", values, *more)

@@ -1,4 +1,4 @@
-"""Hashes tell contents apart, and the cache makes arrays once, anew after any damage, and is never in the way."""
+"""Hashes tell contents apart, and the cache makes arrays once, again after any damage, and never stops a command."""
 
 from pathlib import Path
 

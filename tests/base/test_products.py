@@ -68,7 +68,7 @@ def _planned(core: str, without: str = "") -> str:
 
 @pytest.mark.skipif(len(_runnable()) < 2, reason="needs an x86-64 processor with AVX2, on Linux")
 def test_the_same_bits_whatever_blas_is_made_for() -> None:
-    """Before, 100 nodes of the default had paths that cost 1.07 or 1.29, by the processor that BLAS was told."""
+    """Before, 100 nodes of the default had paths that cost 1.07 or 1.29, by the processor of BLAS."""
     oldest, *_, newest = _runnable()
     assert _planned(oldest) == _planned(newest)
 

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import planner
-from planner.base.errors import FileError
+from planner.base.errors import FileError, PlannerError
 from planner.base.yamlfile import (
     Number,
     Strict,
@@ -22,6 +22,7 @@ from planner.base.yamlfile import (
     yaml_text,
 )
 from planner.roadmap.storage import _Header
+from tests.any_data import data_of
 from tests.random_shapes import QUICK
 
 PLAIN = st.recursive(
@@ -106,3 +107,17 @@ def loose(schema: Any, place: str, judged: bool = False) -> Iterator[str]:
 def test_no_number_of_a_model_is_made_of_a_boolean_or_a_text(model: type[pydantic.BaseModel]) -> None:
     model.model_rebuild()
     assert not list(loose(model.__pydantic_core_schema__, model.__name__))
+
+
+@pytest.mark.parametrize("model", models(), ids=lambda kind: f"{kind.__module__}.{kind.__qualname__}")
+@settings(QUICK, max_examples=25, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@given(data=st.data())
+def test_any_data_is_a_value_of_the_model_or_one_sentence(model: type[pydantic.BaseModel], data: st.DataObject) -> None:
+    try:
+        assert isinstance(validate(model, data.draw(data_of(model, unknown=True)), "it"), model)
+    except PlannerError as error:
+        text = str(error)
+        assert text.startswith("it")
+        assert text.endswith(".")
+        assert "\n" not in text
+        assert len(text) < 1000

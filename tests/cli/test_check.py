@@ -66,19 +66,3 @@ def test_a_trajectory_is_judged_by_its_own_limits_whatever_its_name(run: Run, tm
     record["limits"]["velocity"] = [float("nan"), 0.01]
     (tmp_path / "motion.json").write_text(json.dumps(record))
     assert run("check", str(tmp_path / "motion.json"))[0] == 3
-
-
-@pytest.mark.parametrize(("kind", "says"), [("velocity", "beyond the URDF's"), ("acceleration", "is said to be the")])
-def test_limits_that_the_robot_does_not_have_are_no_measure(kind: str, says: str, run: Run, tmp_path: Path) -> None:
-    """Else a file makes any motion one within limits, and says that these are the robot's."""
-    made(run, tmp_path)
-    record = json.loads((tmp_path / "trajectory.json").read_text())
-    record["limits"][kind] = [100.0, 100.0]
-    (tmp_path / "trajectory.json").write_text(json.dumps(record))
-    code, out, error = run("check", str(tmp_path / "trajectory.json"))
-    assert (code, out) == (3, "")
-    assert says in " ".join(error.split())
-    assert run("check", str(tmp_path / "trajectory.json"), "--acceleration", "100")[0] == 0
-    code, _, error = run("export", str(tmp_path), "--format", "csv", "--rate", "100")
-    assert says in " ".join(error.split())
-    assert "the motion on the grid is not proven" in " ".join(error.split())

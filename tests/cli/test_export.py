@@ -12,8 +12,8 @@ from tests.command_line import Run
 @pytest.mark.parametrize("kind", ["ros-json", "csv"])
 def test_what_is_exported_is_proven_by_check(run: Run, timed_plan: Path, tmp_path: Path, kind: str) -> None:
     file = tmp_path / f"motion.{kind.removeprefix('ros-')}"
-    code, out, told = run("export", str(timed_plan), "--format", kind, "--rate", "100", "--out", str(file))
-    assert (code, told) == (0, "")
+    code, out, error = run("export", str(timed_plan), "--format", kind, "--rate", "100", "--out", str(file))
+    assert (code, error) == (0, "")
     assert "one every 10 ms exactly; the end held to a row" in out
     assert "proven free and within limits" in out
     assert (f"python3 {tmp_path}/send_trajectory.py {file}" in "".join(out.splitlines())) == (kind == "ros-json")

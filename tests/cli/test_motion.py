@@ -38,13 +38,13 @@ def test_among_what_moves_a_plan_is_in_time_or_refused(run: Run, tmp_path: Path)
     words = ["plan", "--robot", "planar_2r", "--scene", str(scene), "--start", "q:-1,0.8", "--goal", "q:1,-0.8"]
     words += ["--nodes", "40", "--refinement-rounds", "0", "--out", str(out)]
     scene.write_text(f"obstacles: [{ball % '-2'}]")
-    code, told, _ = run(*words)
+    code, out, _ = run(*words)
     assert code == 0
-    assert "proven clear of ball" in told
+    assert "proven clear of ball" in out
     assert json.loads((out / "plan.json").read_text())["trajectory"]["time_law"] == "safe-intervals"
     assert run("check", str(out / "trajectory.json"), "--robot", "planar_2r", "--scene", str(scene))[0] == 0
     scene.write_text(f"obstacles: [{ball % '0.7'}]")
-    code, told, _ = run(*words)
+    code, out, _ = run(*words)
     assert code == 4
     assert json.loads((out / "plan.json").read_text())["reason"]["obstacles"] == ["ball"]
     assert not (out / "trajectory.json").exists()

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 from tests.command_line import Run, assert_refused, assert_total_covers, command
-from tests.worlds import planar_trap
 
 
 @pytest.fixture(scope="module")
@@ -70,23 +69,6 @@ def test_two_fresh_processes_give_the_same_path_under_load(tmp_path: Path) -> No
     assert first["path"] == second["path"]
     assert first["roadmap"]["sha256"] == second["roadmap"]["sha256"]
     assert (tmp_path / "o0" / "roadmap.npz").read_bytes() == (tmp_path / "o1" / "roadmap.npz").read_bytes()
-
-
-def test_no_path_is_an_outcome(run: Run, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    code, text, _ = run("plan", "--robot", "planar_2r", "--scene", str(planar_trap(tmp_path)), "--start", "q:0,0.5",
-                        "--goal", "q:2.5,0.5", "--nodes", "40", "--out", str(out))  # fmt: skip
-    record = json.loads((out / "plan.json").read_text())
-    assert code == 4, text
-    assert record["outcome"] == "no_path"
-    assert record["reason"]["kind"] == "separated"
-    assert f"'{record['reason']['obstacles'][0]}' separates them" in record["message"]
-    assert record["message"] in text
-    assert record["path"] == []
-    assert record["cost"] is None
-    assert record["roadmap"]["components"] >= 2
-    assert (out / "roadmap.npz").is_file()
-    assert (out / "plan.html").is_file()
 
 
 def test_ctrl_c_saves_what_there_is(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ ARM = str(robots_folder() / "examples" / "arm.urdf")
 
 @pytest.fixture
 def made(run: Run, tmp_path: Path) -> Path:
-    """A robot file for the example arm, and what was said of it."""
+    """A robot file for the example arm."""
     out = tmp_path / "mine" / "robot.yaml"
     code, text, error = run("robot-yaml", ARM, "--tool", "tip", "--out", str(out))
     assert code == 0, error

@@ -12,7 +12,7 @@ ENDS = {
     "a library": (ImportError("libx.so: failed to map segment"), 3, "a library cannot be loaded (libx.so"),
     "no thread": (RuntimeError("can't start new thread"), 3, "memory does not suffice"),
     "a full disk": (OSError(errno.ENOSPC, "No space left on device"), 3, "No space left on device; make room"),
-    "nobody reads": (BrokenPipeError(), 0, ""),
+    "a closed pipe": (BrokenPipeError(), 0, ""),
 }
 
 

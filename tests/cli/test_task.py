@@ -62,52 +62,27 @@ def shifted(plan: dict, number: int, row: int, by: float) -> None:
     plan["segments"][number]["path"][row][1] += by
 
 
-DAMAGES: dict[str, tuple[Callable[[dict, dict], object], int, str]] = {  # of a plan and its motion, beside each other
-    "no attach": (lambda plan, _: without("attach")(plan), 3, "other events than its trajectory"),
-    "a waypoint in contact": (lambda plan, _: shifted(plan, 3, 1, 1.2), 4, "segments are not free"),
-    "an end elsewhere": (lambda plan, _: shifted(plan, 0, -1, 0.01), 3, "plan again"),
-    "a segment lacks": (lambda plan, _: plan["segments"].pop(3), 3, "after segment 3"),
-    "another is held": (lambda plan, _: plan["segments"][3].update(carried=None), 3, "says that nothing is held"),
-    "a failure": (lambda plan, _: plan.update(outcome="no_path"), 3, "must be solved, got 'no_path', 7 segments"),
-    "a swing while the gripper closes": (
-        lambda _, motion: swing(motion, motion["events"][0]["t"]),
-        3,
-        "moves on after",
-    ),
-    "a segment less": (lambda plan, _: plan["segments"].pop(), 3, "moves on after segment 6"),
-    "taken on the way": (
-        lambda plan, motion: [events[1].update(t=0.1) for events in (plan["events"], motion["events"])],
-        3,
-        "does not come after segment 2",
-    ),
-    "faster than the arm": (lambda _, motion: motion["limits"].update(velocity=[99.0] * 7), 3, "beyond the URDF's"),
-    "another motion": (
-        lambda _, motion: motion["points"][len(motion["points"]) // 2].update(q=[0.3] * 7),
-        4,
-        "segments are not free and within limits",
-    ),
+DAMAGES: dict[str, tuple[Callable[[dict, dict], object], int]] = {  # of a plan and its motion
+    "no attach": (lambda plan, _: without("attach")(plan), 3),
+    "a waypoint in contact": (lambda plan, _: shifted(plan, 3, 1, 1.2), 4),
+    "an end elsewhere": (lambda plan, _: shifted(plan, 0, -1, 0.01), 3),
+    "a segment lacks": (lambda plan, _: plan["segments"].pop(3), 3),
+    "another is held": (lambda plan, _: plan["segments"][3].update(carried=None), 3),
+    "a failure": (lambda plan, _: plan.update(outcome="no_path"), 3),
+    "a swing while the gripper closes": (lambda _, motion: swing(motion, motion["events"][0]["t"]), 3),
+    "faster than the arm": (lambda _, motion: motion["limits"].update(velocity=[99.0] * 7), 3),
+    "another motion": (lambda _, motion: motion["points"][len(motion["points"]) // 2].update(q=[0.3] * 7), 4),
 }
 
 
-def checked(folder: Path, run: Run, plan: dict, motion: dict | None = None) -> tuple[int, str]:
-    """The exit code for a plan and its motion, and what is said of them."""
-    (folder / "plan.json").write_text(json.dumps(plan))
-    if motion is not None:
-        (folder / "trajectory.json").write_text(json.dumps(motion))
-    told = ["--json"] if motion is None else []
-    code, out, error = run("check", str(folder), *told)
-    assert "Traceback" not in error
-    return code, " ".join((out + error).split())
-
-
 @pytest.mark.parametrize("name", DAMAGES)
-def test_a_damaged_plan_or_motion_is_seen(tidy: Path, run: Run, tmp_path: Path, name: str) -> None:
-    damage, code, text = DAMAGES[name]
+def test_a_damaged_plan_or_motion_is_refused(tidy: Path, run: Run, tmp_path: Path, name: str) -> None:
+    damage, code = DAMAGES[name]
     plan, motion = (json.loads((tidy / file).read_text()) for file in ("plan.json", "trajectory.json"))
     damage(plan, motion)
-    found, said = checked(tmp_path, run, plan, motion)
-    assert found == code, said
-    assert text in said
+    for file, record in (("plan.json", plan), ("trajectory.json", motion)):
+        (tmp_path / file).write_text(json.dumps(record))
+    assert run("check", str(tmp_path))[0] == code
 
 
 def swing(motion: dict, after: float) -> None:

@@ -79,18 +79,6 @@ def post(tmp_path: Path) -> tuple[str, ...]:
     return ("--robot", "planar_2r", "--scene", str(path))
 
 
-def test_a_state_in_collision_and_out_of_limits(run: Run, tmp_path: Path, post: tuple[str, ...]) -> None:
-    words, data = seen(run, tmp_path, *post, "--state", "q:0,0")
-    assert "'link_2' and 'post' touch" in words
-    assert set(data["touching"]) >= {"link_2", "post"}
-    assert "contact" in data["wrong"]
-    words, data = seen(run, tmp_path, *post, "--state", "bad")
-    assert "out of limits: joint_2" in words
-    assert "joint_2" in data["wrong"]
-    words, data = seen(run, tmp_path, *post, "--state", "q:0.9,0", "--margin", "0.6")
-    assert "are closer than the margin of 0.6 m" in words
-
-
 # the live page
 
 

@@ -53,7 +53,7 @@ def test_after_any_changes_and_back_again_it_answers_as_one_that_shares_nothing(
     shared = [CoalChecker(world_of(obstacles))]
     fresh = [shared[0]]
     for k in range(16):
-        obstacles, before = changed(obstacles, k, rng), parts(shared[-1])  # what nobody has asked has none
+        obstacles, before = changed(obstacles, k, rng), parts(shared[-1])  # a checker without questions has none
         shared.append(CoalChecker(world_of(obstacles), shared[-1]))
         fresh.append(CoalChecker(world_of(obstacles)))
         assert set(parts(shared[-1])) & set(before), "the parts that are as they were"

@@ -16,7 +16,7 @@ from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.fcl import FclChecker
 from planner.collision.looks import first_seen, straight
-from planner.collision.path_moves import cheapest_chain, first_free
+from planner.collision.path_moves import cheapest_chain
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.files.robot_files import read_robot
@@ -164,18 +164,6 @@ def test_no_wall_that_the_tip_of_a_folding_arm_crosses_is_called_clear():
     assert proven > 60
 
 
-def test_a_batch_is_its_edges_however_they_are_asked(paper_prover):
-    a, b = edges_of(load("iiwa14"), 60, 11, 0.6)
-    whole, is_free = paper_prover.prove(a, b), paper_prover.each_free()
-    alone = [paper_prover.prove(start, delta) for start, delta in zip(a, b, strict=True)]
-    assert whole.verdict.tolist() == [int(proof.verdict[0]) for proof in alone]
-    np.testing.assert_allclose(whole.clearance[whole.free], [p.clearance[0] for p in alone if p.free[0]], atol=1e-9)
-    assert 0 < whole.free.sum() < len(a)
-    assert paper_prover.free(a, b).tolist() == whole.free.tolist()
-    assert [is_free(start, delta) for start, delta in zip(a, b, strict=True)] == whole.free.tolist()
-    assert len(paper_prover.prove(a[:0], b[:0]).verdict) == 0
-
-
 def test_one_after_the_other_nothing_is_overlooked():
     a, b = np.array([0.3, 0.4]), np.array([0.2, -0.1])
 
@@ -192,15 +180,6 @@ def test_one_after_the_other_nothing_is_overlooked():
 
 
 # special edges
-
-
-@pytest.mark.parametrize("name", ["iiwa14", "panda", "planar_2r", "kinova"])
-def test_an_edge_without_length_is_its_state(name):
-    checker = checker_of(name, "paper")
-    q = random_q(load(name), 25, seed=14)
-    proofs = EdgeProver(checker).prove(q, np.zeros_like(q))
-    for row, verdict in zip(q, proofs.verdict, strict=True):
-        assert (verdict == Verdict.FREE) == is_free(checker, row)
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.02])
@@ -288,28 +267,6 @@ def test_the_cheapest_chain_is_dijkstras_over_all_motions_that_are_proven() -> N
             lengths.append(len(rows))
     assert len(set(lengths)) > 3
     assert cheapest_chain(prover, points, np.full((k, k), np.inf)).tolist() == list(range(k))
-
-
-def test_the_first_alternative_is_the_first_whose_motions_are_all_proven() -> None:
-    prover, points, free = choices_among(25)
-    rng, chosen = np.random.default_rng(4), []
-    alternatives = rng.integers(0, 5, size=60)
-    motions = rng.integers(1, 4, size=alternatives.sum())
-    i = rng.integers(0, 20, size=motions.sum())
-    j = i + rng.integers(1, 5, size=motions.sum())
-    odd = (i % 2).astype(bool)
-
-    def allows(start: np.ndarray, _: np.ndarray) -> np.ndarray:
-        return np.array([np.abs(points - q).max(axis=1).argmin() % 2 == 0 for q in start], dtype=bool)
-
-    for test, may in ((None, free[i, j]), (allows, free[i, j] & ~odd)):
-        found = first_free(prover, points[i], points[j] - points[i], motions, alternatives, allows=test)
-        proven = [part.all() for part in np.split(may, np.cumsum(motions)[:-1])]
-        items = np.split(np.array(proven), np.cumsum(alternatives)[:-1])
-        assert found.tolist() == [int(item.argmax()) if item.any() else -1 for item in items]
-        chosen.append(found)
-    assert {-1, 0, 1} <= set(chosen[0].tolist())
-    assert (chosen[0] != chosen[1]).any()
 
 
 def test_what_slides_beyond_its_limits_is_not_proven(urdf_file) -> None:

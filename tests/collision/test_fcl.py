@@ -18,8 +18,8 @@ from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.poses import pose
 from planner.robot.scene import Scene
-from planner.robot.shapes import Box, Cylinder, Mesh, Shape, Sphere
-from tests.coal_judge import CoalWorld, coal_distance, coal_geometry, coal_push, coal_transform
+from planner.robot.shapes import Box, Cylinder, Shape, Sphere
+from tests.coal_judge import CoalWorld, coal_distance, coal_geometry, coal_push
 from tests.random_shapes import FCL_AT_ITS_WORST, KINDS, PRIMITIVES, box_mesh, random_pose, random_shape
 from tests.worlds import body, checker_of, load, random_q, scene_of
 
@@ -145,30 +145,6 @@ def test_a_margin_is_kept_where_fcl_is_worst(case, kind):
         assert kind(replace(world, margin=truth + 2e-3)).first_contact(np.zeros((1, 2))) is not None
 
 
-@pytest.mark.parametrize(("first", "second"), [pair for pair in PAIRS if "mesh" not in pair])
-def test_contact_itself_is_told_to_a_tenth_of_a_millimetre(first, second):
-    """Whatever its distances are worth: 0.1 to 3 mm from touching, on either side, FCL and coal say the same."""
-    rng, verdicts = np.random.default_rng(3), []
-    for _ in range(120):
-        shapes = [random_shape(rng, k, ("normal", "thin", "large")[int(rng.integers(3))]) for k in (first, second)]
-        a, b = map(coal_geometry, shapes)
-        direction = rng.normal(size=3)
-        place = coal_push(a, b, random_pose(rng)[:3, :3], direction / np.linalg.norm(direction), 3e-3)
-        if place is None:
-            continue
-        result = coal.DistanceResult()
-        pair = a, coal_transform(np.eye(4)), b, coal_transform(place)
-        apart = coal.distance(*pair, coal.DistanceRequest(), result)
-        towards = (result.getNearestPoint1() - result.getNearestPoint2()) / apart
-        place[:3, 3] += (apart + rng.choice([-1, 1]) * 10 ** rng.uniform(-4, -2.5)) * towards
-        truth = coal_distance(a, np.eye(4), b, place)
-        if abs(truth) > BAND:
-            world = as_world(shapes[0], [(shapes[1], place)])
-            verdicts.append(FclChecker(world).first_contact(np.zeros((1, 2))) is not None)
-            assert verdicts[-1] == (truth < 0)
-    assert 0.2 < np.mean(verdicts) < 0.8
-
-
 def test_a_ball_through_a_triangle_touches():
     """In either order, wherever; FCL answers 1e-322 for some of them."""
     rng, mesh = np.random.default_rng(4), box_mesh((1, 1, 1))
@@ -225,12 +201,6 @@ def near(world: World, q: np.ndarray, reach: float) -> list[tuple[int, int]]:
     return [pair for rows, pairs in found for pair in zip(rows.tolist(), pairs.tolist(), strict=True)]
 
 
-def among_things(name: str, seed: int, regime: str = "normal") -> World:
-    rng = np.random.default_rng(seed)
-    things = [(random_shape(rng, KINDS[k % 5], regime), random_pose(rng, 0.8)) for k in range(12)]
-    return make_checker(load(name), scene_of(*things)).world
-
-
 @pytest.mark.parametrize("far", [0.0, 1000.0], ids=["here", "a kilometre away"])
 @pytest.mark.parametrize(("first", "second"), list(itertools.combinations_with_replacement(KINDS, 2)))
 def test_no_pair_of_shapes_is_left_out_that_is_near(first: str, second: str, far: float) -> None:
@@ -242,27 +212,6 @@ def test_no_pair_of_shapes_is_left_out_that_is_near(first: str, second: str, far
         world = World.of(robot, scene_of(*others), frozenset())
         for pair, distance in enumerate(CoalWorld(world).distances(np.zeros(2))):
             assert (0, pair) in near(world, np.zeros((1, 2)), max(distance, 0.0) + 1e-5)
-
-
-@pytest.mark.parametrize("thinned", [0.0, 0.002])
-def test_meshes_without_thickness_have_boxes(thinned: float) -> None:
-    """A flat one, and one whose triangle has no area, which is asked about with a micrometre of width."""
-    flat = Mesh(np.array([[0.0, 0, 0], [0.2, 0, 0], [0.2, 0.2, 0], [0, 0.2, 0]]), np.array([[0, 1, 2], [0, 2, 3]]))
-    line = Mesh(np.array([[0.0, 0, 0], [0.2, 0, 0], [0.1, 0, 0]]), np.array([[0, 1, 2]]))
-    above = pose([0.0, 0.0, 0.1])
-    robot = replace(load("planar_2r"), bodies=(body(replace(flat, radius=thinned)),))
-    world = World.of(robot, scene_of((line, above), (flat, above)), frozenset())
-    for pair in (0, 1):
-        assert (0, pair) in near(world, np.zeros((1, 2)), 0.1 - thinned)
-        assert (0, pair) not in near(world, np.zeros((1, 2)), 0.0998 - thinned)
-
-
-def test_pairs_that_are_not_checked_are_not_asked_about() -> None:
-    world = among_things("iiwa14", 8)
-    q, some = random_q(load("iiwa14"), 20, seed=9), np.arange(world.checked.size) % 3 > 0
-    left = replace(world, checked=some.reshape(world.checked.shape), self_pairs=world.self_pairs[:0])
-    scene = [(k, pair) for k, pair in near(world, q, 0.1) if pair < world.checked.size]
-    assert near(left, q, 0.1) == [(k, pair) for k, pair in scene if some[pair]]
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.01])

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import coal
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
@@ -12,10 +11,8 @@ from scipy.optimize import minimize_scalar
 from planner.base.polynomials import evaluate
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.coal import CoalChecker, CoalInTime
+from planner.collision.coal import CoalInTime
 from planner.collision.moving_prover import TimedProver, moving_world
-from planner.collision.world import World
-from planner.kinematics.forward import joint_placements
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
@@ -70,73 +67,6 @@ def test_what_is_proven_in_time_touches_at_no_sampled_moment(kind: str) -> None:
                 assert slack > 0  # what is free of a piece begun on time is proven
     assert proven > 5
     assert touched > 1
-
-
-def uneven(rng: np.random.Generator, kind: str) -> MovingObstacle:
-    """One that stands, creeps, turns, and leaps within a millisecond or a microsecond, near the arm as often as not."""
-    steps = rng.choice([1e-6, 1e-3, 0.02, 0.3, 1.0], 12)
-    places = np.cumsum(rng.normal(size=(13, 2)) * rng.choice([0.0, 0.05, 0.5], (13, 1)), axis=0) + rng.uniform(-1, 1, 2)
-    turns = np.cumsum(rng.normal(size=(13, 3)) * rng.choice([0.0, 0.3, 2.0], (13, 1)), axis=0)
-    poses = [pose([*place, 0.0], turn.tolist()) for place, turn in zip(places, turns, strict=True)]
-    return MovingObstacle("mover", random_shape(rng, kind), KnownMotion(np.append(0.0, np.cumsum(steps)), poses))
-
-
-class Nearest:
-    """The distance (m) of an obstacle from the arm along a piece, by coal, when it is begun early or late."""
-
-    def __init__(self, obstacle: MovingObstacle, world: World, coefficients: np.ndarray, span: np.ndarray) -> None:
-        self.judge, self.looks = CoalChecker(world), CoalInTime(world, {obstacle.name: obstacle.motion})
-        self.motion, self.coefficients, self.span = obstacle.motion, coefficients, span
-
-    def __call__(self, s: float, late: float) -> float:
-        begin, takes, slack = self.span
-        place = self.motion.at(begin + takes * s + slack * late)[0]
-        self.judge._placements[len(self.judge.world.bodies)] = coal.Transform3s(place[:3, :3], place[:3, 3])
-        rotation, position = joint_placements(self.judge.chain, evaluate(self.coefficients[None], np.array([s])))
-        pairs = np.flatnonzero(self.judge.world.checked.ravel())
-        return float(self.judge.distances(rotation[:, 0], position[:, 0], pairs).min())
-
-    def climbed(self, near: float) -> float:
-        """The least that is found from a grid, which holds the times of the motion; inf beyond ``near``."""
-        begin, takes, slack = self.span
-        changes = self.motion.times - begin
-        middles = np.concatenate([changes, 0.5 * (changes[1:] + changes[:-1])])
-        late = np.repeat([-1.0, 0.0, 1.0] if slack else [0.0], 25 + len(middles))
-        s = np.tile(np.append(np.linspace(0, takes, 25), middles), len(late) // (25 + len(middles)))
-        s = np.clip((s - slack * late) / takes, 0, 1)
-        q = evaluate(np.repeat(self.coefficients[None], len(s), axis=0), s)
-        grid = np.flatnonzero(self.looks.touching(q, begin + takes * s + slack * late, near))[:8]
-        return min((self.down(float(s[k]), float(late[k])) for k in grid), default=np.inf)
-
-    def down(self, s: float, late: float) -> float:
-        """The least that a climb ends at."""
-        least, step = self(s, late), 0.05
-        for _ in range(14):
-            there = [(s + step, late), (s - step, late), (s, late + 4 * step), (s, late - 4 * step)]
-            found = min((self(*here), *here) for here in np.clip(there, [0, -1], [1, 1]).tolist())
-            if found[0] < least:
-                least, s, late = found
-            else:
-                step *= 0.4
-        return least
-
-
-@pytest.mark.parametrize("kind", ["box", "capsule", "cylinder"])
-def test_no_climb_finds_a_contact_on_what_is_proven_among_motions_that_leap(kind: str) -> None:
-    rng, checker = np.random.default_rng(len(kind)), make_checker(load("planar_2r"), Scene("none"), "coal")
-    nearest = []
-    for _ in range(16):
-        obstacle = uneven(rng, kind)
-        prover = TimedProver(checker, [obstacle])
-        coefficients = rng.uniform(-1, 1, (PIECES, 4, 2)) * rng.choice([0.0, 0.3, 1.0], (PIECES, 1, 1))
-        coefficients[:, 0] = rng.uniform(-3, 3, (PIECES, 2))
-        spans = np.column_stack([rng.uniform(0, prover.end, PIECES), rng.uniform(0.1, 2, PIECES), np.zeros(PIECES)])
-        spans[::2, 2] = rng.choice([1e-6, 0.01, 0.1], len(spans[::2]))
-        for k in np.flatnonzero(prover.free(coefficients, spans)):
-            nearest.append(Nearest(obstacle, prover.world, coefficients[k], spans[k]).climbed(0.3))
-    assert min(nearest) > 0
-    assert min(nearest) < 0.1  # the attack comes near
-    assert len(nearest) > 20
 
 
 def dithering(rng: np.random.Generator) -> tuple[MovingObstacle, np.ndarray, np.ndarray]:

@@ -36,23 +36,6 @@ def test_every_robot_is_free_at_home_and_can_hit_itself(name):
     assert len(checker.world.self_pairs)
 
 
-def test_generated_pairs_turn_off_what_always_touches(urdf_file):
-    """Links 1 and 3 overlap whatever the joints do; 1 and 4 only sometimes: that stays checked."""
-    ball, arm = '<sphere radius="0.1"/>', '<sphere radius="0.05"/>'
-    links = link_xml("l1", ball) + link_xml("l2") + link_xml("l3", ball) + link_xml("l4", arm)
-    robot = Robot.load(
-        urdf_file(
-            links
-            + joint_xml("j1", "l1", "l2", limit="-3 3")
-            + joint_xml("j2", "l2", "l3", limit="-3 3", xyz="0.05 0 0")
-            + joint_xml("j3", "l3", "l4", "prismatic", "1 0 0", limit="0 2")
-        )
-    )
-    disabled = generate_disabled_pairs(robot, FclChecker)
-    assert frozenset(("l1", "l3")) in disabled
-    assert frozenset(("l1", "l4")) not in disabled
-
-
 def test_a_pedestal_and_links_that_are_held_can_be_hit(urdf_file):
     """Pinocchio's frames and coal: the first moving link meets both, which hang on the base."""
     ball, post = '<sphere radius="0.02"/>', '<box size="0.1 0.1 0.1"/>'

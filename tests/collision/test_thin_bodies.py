@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.cache import cache_folder
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import joint_placements
@@ -86,17 +85,6 @@ def test_nothing_is_proven_that_touches_the_mesh_of_the_file(robot: Robot) -> No
     assert touched.any()
     assert not (proven & touched).any()
     assert (proven | (truth[np.searchsorted(fine, ends - 1e-12)] < 0.003)).all()
-
-
-def test_again_from_the_cache_and_after_damage_it_is_the_same_robot(robot: Robot) -> None:
-    again = Robot.load(str(robot.source.path), tool="b")
-    assert again.identity == robot.identity
-    files = list(cache_folder().glob("*/*.npz"))
-    assert files
-    for file in files:
-        file.write_bytes(file.read_bytes()[:-9] + b"123456789")
-    assert Robot.load(str(robot.source.path), tool="b").identity == robot.identity
-    assert make_checker(again, scene()).first_contact(np.zeros((1, 1))) is None
 
 
 def test_a_mesh_that_changes_is_read_anew(robot: Robot, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from planner.kinematics.forward import Chain, joint_placements, tool_pose, tool_positions
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
-from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
+from tests.worlds import joint_xml, link_xml, load, random_q
 
 UNTURNED = [
     link_xml("a"),
@@ -37,12 +37,6 @@ def assert_as_pinocchio(robot: Robot, q: np.ndarray) -> None:
             np.testing.assert_allclose(position[joint, k], data.oMi[joint].translation, atol=1e-12)
         np.testing.assert_allclose(tools[k], data.oMf[robot.tool_id].translation, atol=1e-12)
         np.testing.assert_allclose(tool_pose(robot, row).homogeneous, data.oMf[robot.tool_id].homogeneous, atol=1e-12)
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_batch_is_pinocchio(name):
-    robot = load(name)
-    assert_as_pinocchio(robot, np.vstack([random_q(robot, 40), np.zeros((1, robot.dof)), robot.home]))
 
 
 def test_batch_is_pinocchio_for_sliding_and_skew_joints_on_a_turned_base(odd_robot):

@@ -6,7 +6,6 @@ import pytest
 from scipy.optimize import least_squares
 
 from planner.kinematics import inverse
-from planner.kinematics.forward import Chain
 from planner.query.resolve import IK_STARTS
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
@@ -89,26 +88,6 @@ def test_sliding_joints_reach_further(urdf_file, first):
     robot = Robot.load(urdf_file(links + joints))
     for q in random_q(robot, 200):
         assert inverse.beyond_reach(robot, tool(robot, q).translation) <= 1e-9
-
-
-def test_the_angle_that_is_left_is_pinocchios_up_to_half_a_turn():
-    robot = load("iiwa14")
-    frame, limits = robot.model.frames[robot.tool_id], (robot.lower, robot.upper, robot.continuous)
-    rng = np.random.default_rng(3)
-    for q, axis in zip(random_q(robot, 50, seed=5), rng.normal(size=(50, 3)), strict=True):
-        for angle in (0.0, 1e-9, 1.0, np.pi - 1e-7, np.pi):
-            target = tool(robot, q)
-            target.rotation = target.rotation @ pin.exp3(angle * axis / np.linalg.norm(axis))
-            _, _, left = Chain.from_arm(robot).native.inverse(
-                q[None],
-                int(frame.parentJoint),
-                frame.placement.homogeneous,
-                target.homogeneous[None],
-                True,
-                limits,
-                0,
-            )
-            assert left[0] == pytest.approx(angle, abs=1e-8)
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5", "iiwa14"])

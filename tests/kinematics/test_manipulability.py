@@ -15,12 +15,6 @@ from tests.linkages import palletizer, random_linkage
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
 
 
-def test_planar_2r_is_its_closed_form():
-    robot = load("planar_2r")
-    q = random_q(robot, 500)
-    np.testing.assert_allclose(manipulability(robot, q), 0.5 * 0.4 * np.abs(np.sin(q[:, 1])), atol=1e-14)
-
-
 def singular(name) -> np.ndarray:
     """Configurations whose Jacobian has lost a rank: stretched, or with a wrist whose axes line up."""
     robot, zero = load(name), np.zeros(load(name).dof)

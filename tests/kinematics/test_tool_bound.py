@@ -14,7 +14,7 @@ from tests.worlds import joint_xml, link_xml, load, random_q
 
 
 def sliding(urdf_file) -> Robot:
-    """Slide, turn, slide, turn, and a joint beside that does not carry the tool."""
+    """Slide, turn, slide, turn, and a joint that does not carry the tool."""
     inside = "".join(link_xml(name) for name in "abcdef")
     inside += joint_xml("j1", "a", "b", "prismatic", "0 1 0") + joint_xml("j2", "b", "c", xyz="0.2 0 0", limit="-3 3")
     inside += joint_xml("j3", "c", "d", "prismatic", "1 0 0", xyz="0.3 0 0.1")

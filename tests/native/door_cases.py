@@ -6,6 +6,7 @@ in them: no rows and one, one joint and many, no obstacles, no pairs, one arc.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -379,31 +380,24 @@ def of_chunks(rng: Rng, size: Size) -> list[Any]:
 
 
 def of_stops(rng: Rng, size: Size) -> list[Any]:
-    """Within limits by the exact extrema of their derivatives; no shorter time would do."""
+    """Begin where the arm is, end at rest, and keep the limits by the exact extrema of their derivatives."""
     n, dof = size.rows, size.joints
     start = rng.normal(size=(n, 3, dof)) * np.array([1.0, 0.5, 2.0])[:, None]
-    times, positions = 0.05 * 1.3 ** np.arange(14), (np.full(dof, -2.5), np.full(dof, 2.5))
-    limits = np.repeat([[1.0], [4.0], [60.0]], dof, axis=1)
-    limits[2, 0] = np.inf
-    pieces, seconds, broken = stops_quickest(start, times, limits, positions)
-    for k in range(n):
-        worst = [share_of_limits(start[k], T, limits, positions) for T in times]
-        fastest_phases = next((T for T, share in zip(times, worst, strict=True) if share <= 1.0), 0.0)
-        assert ((broken[k] >= 0) & (broken[k] < [4, dof])).all()
-        if fastest_phases or not seconds[k].any():
-            np.testing.assert_array_equal(seconds[k], [0.0, fastest_phases])
-            continue
-        assert max(shares_of_limits(pieces[k, 0], seconds[k, 0], limits, positions)) <= 1.0 + 1e-9
-        assert max(shares_of_limits(pieces[k, 1], seconds[k, 1], limits, positions)) <= 1.0 + 1e-9
-        np.testing.assert_allclose(
-            pieces[k, 0, 1:3] / seconds[k, 0] ** [[1], [2]], start[k, 1:] / [[1], [2]], atol=1e-9
-        )
-        assert_one_after_the_other(pieces[k], seconds[k])
-    moving = seconds[:, 1] > 0
+    positions, limits = (np.full(dof, -2.5), np.full(dof, 2.5)), np.repeat([[1.0], [4.0], [60.0]], dof, axis=1)
+    pieces, seconds, broken = stops_quickest(start, LADDER, limits, positions)
     np.testing.assert_array_equal(pieces[:, 0, 0], start[:, 0])
-    powers = np.arange(5)
-    rest = [(factor[:, None] * pieces[moving, 1]).sum(axis=1) for factor in (powers, powers * (powers - 1))]
-    np.testing.assert_allclose(rest, 0.0, atol=1e-9)
+    assert ((broken >= 0) & (broken < [4, dof])).all()
+    moving, powers = seconds[:, 1] > 0, np.arange(5)
+    for factor in (powers, powers * (powers - 1)):  # velocity and acceleration in the end
+        np.testing.assert_allclose((factor[:, None] * pieces[moving, 1]).sum(axis=1), 0.0, atol=1e-9)
+    for k, half in np.argwhere(seconds > 0):
+        c = pieces[k, half]
+        for order in range(4):
+            least, largest = polynomial_extrema(c[None])
+            low, high = positions if order == 0 else (-limits[order - 1], limits[order - 1])
+            assert (least >= low - 1e-9).all()
+            assert (largest <= high + 1e-9).all()
+            c = c[1:] * np.arange(1, len(c))[:, None] / seconds[k, half]
     return [pieces, seconds, broken]
 
 
@@ -430,57 +424,19 @@ def of_gates(rng: Rng, size: Size) -> list[Any]:
         np.testing.assert_allclose(seconds, np.diff(times), rtol=1e-9)
         np.testing.assert_array_equal(pieces, interpolate(seconds[:, None], q, v))
         np.testing.assert_array_equal(knots[:, :2], np.stack([q, v], axis=1))
-        stops, durations, broken = stops_quickest(knots[1:], LADDER, most, (-wide, wide))
-        within = [
-            all(polynomial_worst(piece[None], seconds[k : k + 1], order, most[order - 1], 0.0)[0] <= 1.0
-                for order in (1, 2))
-            for k, piece in enumerate(pieces)
-        ]  # fmt: skip
-        count = within.index(False) if False in within else len(pieces)
-        without = np.flatnonzero(durations[:count, 1] == 0.0)
-        first = int(without[0]) if len(without) else count
-        assert (judged.usable, judged.pieces) == (1, first)
-        curves, _, what = chunk_curves(pieces[:first], clock[: first + 1], (stops[:first], durations[:first]), None)
-        free = int((world.prove_together(bounds_of(world), curves, 1e-3)[0] == 0).sum()) if first else 0
-        assert judged.proven == free
+        stops, durations, _ = stops_quickest(knots[1:], LADDER, most, (-wide, wide))
+        count = judged.pieces
+        assert (durations[:count, 1] > 0).all()
+        for k, order in product(range(count), (1, 2)):
+            assert polynomial_worst(pieces[k][None], seconds[k : k + 1], order, most[order - 1], 0.0)[0] <= 1.0
+        curves, _, what = chunk_curves(pieces[:count], clock[: count + 1], (stops[:count], durations[:count]), None)
+        free = int((world.prove_together(bounds_of(world), curves, 1e-3)[0] == 0).sum()) if count else 0
+        assert (judged.usable, judged.proven) == (1, free)
         if free < len(curves):
             assert (judged.reason, judged.piece, judged.place) == (3, *what[free])
-        elif first < count:
-            assert (judged.reason, judged.place, judged.piece) == (2, 2, first)
-            assert (judged.kind, judged.joint) == ((broken[first, 0] + 1) % 4, broken[first, 1])
         else:
-            assert (judged.reason, judged.piece) == ((2, count) if count < len(pieces) else (0, 0))
+            assert judged.reason == (0 if count == len(pieces) else 2)
         found += [judged.proven, judged.reason, judged.piece, pieces, knots]
-    return found
-
-
-def assert_one_after_the_other(pieces: Any, seconds: Any) -> None:
-    """Two pieces (2, 5, dof): with the position, velocity and acceleration that one ends with the next one begins."""
-    powers = np.arange(5.0)[:, None]
-    for order in range(3):
-        factor = np.prod([powers - k for k in range(order)], axis=0) if order else np.ones_like(powers)
-        end = (factor * pieces[0]).sum(axis=0) / seconds[0] ** order
-        np.testing.assert_allclose(end, pieces[1, order] * (1, 1, 2)[order] / seconds[1] ** order, atol=1e-6)
-
-
-def share_of_limits(start: Any, T: float, limits: Any, positions: tuple[Any, Any]) -> float:
-    """The largest share of a limit that the quintic to rest with the same end has: it is that very stop."""
-    q, v, a = start
-    c = np.array([q, v * T, a * T**2 / 2, -v * T - 2 / 3 * a * T**2, v * T / 2 + a * T**2 / 4])
-    return max(shares_of_limits(c, T, limits, positions))
-
-
-def shares_of_limits(c: Any, T: float, limits: Any, positions: tuple[Any, Any]) -> list[float]:
-    """Of a piece (5, dof) that takes T s, by its exact extrema; above 1 where a position is not allowed."""
-    found = []
-    for order in range(4):
-        least, largest = polynomial_extrema(c[None])
-        if order == 0:
-            beyond = max((positions[0] - least).max(), (largest - positions[1]).max())
-            found.append(1.0 + beyond if beyond > 0 else 0.0)
-        else:
-            found.append(float((np.maximum(-least, largest) / limits[order - 1]).max()))
-        c = c[1:] * np.arange(1, len(c))[:, None] / T
     return found
 
 
@@ -517,70 +473,27 @@ def cheapest_proven(world: NativeWorld, points: Any, price: Any) -> list[int]:
 
 
 def of_refinement(rng: Rng, size: Size) -> list[Any]:
-    """Moves are as much cheaper as is asked for, proven, and gain what they say."""
+    """All sweeps and tries at once are as one after the other, and what they make of a path is proven."""
     size = replace(size, rows=min(size.rows + 2, 30))
     (chain, world), dof, found = a_world(rng, size), size.joints, []
     path = np.cumsum(0.02 * states(rng, size), axis=0)
     mixes, limits = rng.random((4, 2)), (np.full(dof, -1.0), np.full(dof, 1.0))
     ends = np.sort(rng.permuted(np.tile(np.arange(len(path)), (5, 1)), axis=1)[:, :2], axis=1)
     for kind, first in ((0, 1), (1, 2), (2, 1)):
-        wraps, inner = rng.random(dof) < 0.3, np.arange(first, len(path) - 1, 2)
-        tool = dof, np.ones(3), (0, 3)
-        charge = Charge(chain, (*NUMBERS, 0.0), kind, kind == 2, 3 + 2 * kind, wraps, *tool)
-        judge = Judge(world, bounds_of(world), 1e-3, charge)
+        judge = Judge(world, bounds_of(world), 1e-3, charge_of(rng, size, chain, kind))
         draws = rng.normal(size=(5, max(0, (len(path) - 1) // 2), 3, dof + 1))
         sweeps = Descent(path, first, Step(0.1, 0.2), 0.05, 0.02, limits, mixes, draws, 4)
-        one, begin, k = sweeps._replace(draws=draws[:1]), np.zeros(draws.shape[1], dtype=np.int64), len(inner)
-        while (begin[:k] < 4).any():  # every place there is, one after the other
-            moved, _, step = descend(judge, one, begin)
-            chosen = moved.chosen[:k]
-            assert ((chosen == -1) | (chosen >= begin[:k])).all()
-            assert step == (0.1 * 0.7, np.mean(chosen >= 0))
-            for row in inner[chosen >= 0]:
-                ways = [np.array([path[row - 1], q, path[row + 1]]) for q in (path[row], moved.path[row])]
-                costs = [charge.costs(way[:-1], way[1:]).sum() for way in ways]
-                assert costs[1] < 0.98 * costs[0]
-                assert (wraps | (np.abs(moved.path[row]) <= 1.0)).all()
-            found += of_refined(world, path, moved)
-            begin[:k] = np.where(chosen < 0, 4, chosen + 1)
-        found += swept(world, judge, sweeps)
+        (at_once, *_), one_by_one = descend(judge, sweeps), sweeps
+        for k in range(len(draws)):
+            turn = one_by_one._replace(first=1 + (first - 1 + k) % 2, draws=draws[k : k + 1])
+            moved, _, step = descend(judge, turn)
+            one_by_one = one_by_one._replace(path=moved.path, step=step)
+        assert np.array_equal(one_by_one.path, at_once.path)
         joints, shares = rng.random((3, 5, dof)) < 0.5, rng.uniform(0.5, 1.0, (3, 5))
-        found += straightened(world, judge, EvenStretches(path, np.array([ends] * 3), joints, shares, -0.1, 4))
+        tries = EvenStretches(path, np.array([ends] * 3), joints, shares, -0.1, 4)
+        straightened = even_stretches(judge, tries)
+        found += of_refined(world, path, at_once) + of_refined(world, path, straightened)
     return found
-
-
-def swept(world: NativeWorld, judge: Judge, sweeps: Descent) -> list[Any]:
-    """All sweeps at once are as one after the other."""
-    (at_once, *after), one_by_one, made = descend(judge, sweeps), sweeps, 0
-    for sweep in range(len(sweeps.draws)):
-        first = 1 + (sweeps.first - 1 + sweep) % 2
-        moved, more, step = descend(judge, one_by_one._replace(first=first, draws=sweeps.draws[sweep : sweep + 1]))
-        one_by_one, made = one_by_one._replace(path=moved.path, step=step), made + more
-    assert [made, one_by_one.step] == after
-    assert np.array_equal(one_by_one.path, at_once.path)
-    return of_refined(world, sweeps.path, at_once)
-
-
-def straightened(world: NativeWorld, judge: Judge, tries: EvenStretches) -> list[Any]:
-    """Every stretch that may be taken, best first, of the first try; and all tries at once, as one after the other."""
-    found, last, path = [], (-1, np.inf), tries.path
-    one = tries._replace(ends=tries.ends[:1], joints=tries.joints[:1], shares=tries.shares[:1])
-    total = judge.charge.costs(path[:-1], path[1:]).sum()
-    while (moved := even_stretches(judge, one, last[0] + 1)).chosen[0] >= 0:
-        number, now = int(moved.chosen[0]), judge.charge.costs(moved.path[:-1], moved.path[1:]).sum()
-        assert last[0] < number < 4
-        assert not np.isfinite(now + total) or -0.1 * total < total - now + 1e-9 * total <= last[1] + 2e-9 * total
-        last = number, float(total - now)
-        found += of_refined(world, path, moved)
-    at_once = even_stretches(judge, tries)
-    for k in range(len(tries.ends)):
-        rows = slice(k, k + 1)
-        one = tries._replace(path=path, ends=tries.ends[rows], joints=tries.joints[rows], shares=tries.shares[rows])
-        moved = even_stretches(judge, one)
-        assert moved.chosen[0] == at_once.chosen[k]
-        path = moved.path
-    assert np.array_equal(path, at_once.path)
-    return found + of_refined(world, tries.path, at_once)
 
 
 def of_refined(world: NativeWorld, before: Any, refined: Refined) -> list[Any]:

@@ -216,7 +216,7 @@ def test_a_thread_that_is_not_the_main_one_is_left_alone() -> None:
 
 
 def test_ctrl_c_is_heard_by_a_program_that_knows_nothing_of_it() -> None:
-    # whoever starts the tests in the background may have SIGINT ignored
+    # SIGINT may be ignored where tests run in the background
     code = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     code += (
         "; from tests.native.test_interrupts import LONG; call, given = LONG['path_lengths']; print('go', flush=True)"

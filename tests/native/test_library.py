@@ -9,7 +9,7 @@ import pytest
 from benchmarks.attack.cases import Case
 from benchmarks.attack.claims import world_of
 from benchmarks.attack.true_distance import true_distance
-from planner.kinematics.forward import Chain, joint_placements
+from planner.kinematics.forward import joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
 from planner.native.compiled import NativeChain, NativeWorld
 from planner.robot.poses import pose
@@ -102,20 +102,6 @@ def test_sines_are_those_of_the_math_module() -> None:
     assert (np.abs(sines - np.sin(angles))[small] <= 4e-16 * np.abs(np.sin(angles))[small]).all()
 
 
-@pytest.mark.parametrize("name", ["panda", "ur5", "planar_2r"])
-def test_four_configurations_have_the_bits_of_one(name: str) -> None:
-    """Frames are placed one configuration at a time, a carried point at four."""
-    robot = load(name)
-    q, chain, tool = random_q(robot, 13), Chain.from_arm(robot), robot.model.frames[robot.tool_id]
-    turn, shift = chain.native.placements(q)
-    joint, point = tool.parentJoint, tool.placement.translation
-    expected = (turn[joint] * point).sum(axis=2) + shift[joint]
-    found = chain.native.points(q, joint, point)
-    assert np.abs(found - expected).max() < 1e-15
-    assert np.array_equal(found, np.concatenate([chain.native.points(row[None], joint, point) for row in q]))
-    assert np.array_equal(chain.native.points(q, joint, np.zeros(3)), shift[joint])
-
-
 def test_a_motion_looks_free_where_its_states_do() -> None:
     """The end, the middle and states at even distances; not the start, where a motion is already.
 
@@ -136,7 +122,7 @@ def test_a_motion_looks_free_where_its_states_do() -> None:
 
 
 def test_what_no_joint_moves_does_not_clear_a_motion() -> None:
-    """A ball slides past a post; beside it stands a body, as a large ball shows near one thing and far from another."""
+    """A ball slides past a post; a second body stands, as a large ball shows near one thing and far from another."""
     straight, x = np.eye(3), np.array([[1.0, 0, 0]])
     chain = NativeChain(
         np.zeros(1, dtype=int),

@@ -80,18 +80,6 @@ def test_the_front_is_one(name: str) -> None:
     assert positional == (["robot", "scene"] if name in ("plan", "sweep", "Session", "Gate") else [next(iter(given))])
 
 
-def test_robot_scene_and_options_replace_those_of_a_request() -> None:
-    plain = PlanRequest.from_options(robot="panda", scene="shelf", seed=3)
-    assert request_of(plain, None, {}) == plain
-    made = request_of(plain, planner.Objective(0.2), {"nodes": 7}, robot="iiwa14")
-    assert made == plain.with_options(robot="iiwa14", beta=0.2, nodes=7)
-    assert request_of(SweepRequest(), None, {}, "iiwa14", "paper") == SweepRequest()
-    with pytest.raises(KeywordError, match="sweep has no option 'beta'"):
-        request_of(SweepRequest(), planner.Objective(0.2), {})
-    with pytest.raises(KeywordError, match="task has no option 'min_manipulability'"):
-        request_of(TaskRequest(), planner.Objective(floor=0.2), {})
-
-
 @pytest.mark.parametrize(
     ("name", "value"),
     [

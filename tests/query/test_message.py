@@ -13,15 +13,13 @@ from scipy.spatial.transform import Rotation
 
 from planner.base.errors import PlannerError
 from planner.problem.conditions import AxisConstraint, OrientationConstraint
-from planner.problem.request import LimitsRequest, PlanRequest
+from planner.problem.request import PlanRequest
 from planner.problem.targets import ToolGoal
 from planner.query.query import Query, make_query
 from planner.robot.moveit.requests import goals_of, read_motion_plan_request
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
-from planner.trajectory.limits import MotionLimits
-from tests.linkages import palletizer
 from tests.refusals import refusal_of
 from tests.robot.files.moveit.samples import REQUEST, SCENE, changed
 
@@ -50,7 +48,7 @@ def placement(robot: Robot, frame: str, q: np.ndarray) -> np.ndarray:
     return data.oMf[robot.model.getFrameId(frame)].homogeneous
 
 
-def told(query: Query) -> str:
+def notes_of(query: Query) -> str:
     return " ".join(note.text for note in notes(query.robot, query.scene))
 
 
@@ -91,19 +89,6 @@ def test_a_goal_in_a_fixed_frame(tmp_path: Path) -> None:
     np.testing.assert_allclose(reached[:3, 0], [0, 1, 0], atol=1e-5)
 
 
-def test_factors_scale_the_limits_of_the_motion(tmp_path: Path) -> None:
-    request = changed(changed(REQUEST, "max_velocity_scaling_factor", 0.1), "max_acceleration_scaling_factor", 0.25)
-    robot, plain = asked(tmp_path, request).robot, MotionLimits.from_robot(Robot.load("panda"))
-    limits = MotionLimits.from_robot(robot)
-    np.testing.assert_allclose(limits.velocity, 0.1 * plain.velocity)
-    np.testing.assert_allclose(limits.acceleration, 0.25 * plain.acceleration)
-    assert limits.source["velocity"] == "URDF, times 0.1 (the request's)"
-    said = MotionLimits.from_robot(robot, LimitsRequest(velocity_scale=0.5))
-    np.testing.assert_allclose(said.velocity, 0.5 * plain.velocity)
-    assert said.source["velocity"] == "URDF, times 0.5 (in place of the request's 0.1)"
-    assert MotionLimits.from_robot(asked(tmp_path, REQUEST).robot).source == plain.source
-
-
 def test_a_request_attaches_what_the_arm_carries(tmp_path: Path) -> None:
     query = asked(tmp_path, changed(REQUEST, "start_state.attached_collision_objects", ATTACHED))
     (rod,) = query.robot.carried
@@ -113,25 +98,6 @@ def test_a_request_attaches_what_the_arm_carries(tmp_path: Path) -> None:
     long = changed(REQUEST, "start_state.attached_collision_objects", ATTACHED)
     long["start_state"]["attached_collision_objects"][0]["object"]["primitives"][0]["dimensions"] = [0.02, 0.02, 1.2]
     assert "start is in collision: 'rod'" in refusal_of(lambda: asked(tmp_path, long))
-
-
-def test_attached_by_scene_and_request(tmp_path: Path) -> None:
-    """The request's replaces the scene's of the same name; what else the scene attaches is kept, and said to be."""
-    other = [{**ATTACHED[0], "object": {**ROD, "id": "other"}}]
-    scene = changed(SCENE, "robot_state.attached_collision_objects", ATTACHED)
-    request = changed(REQUEST, "start_state.attached_collision_objects", other)
-    query = asked(tmp_path, request, scene)
-    assert [item.name for item in query.robot.carried] == ["rod", "other"]
-    assert "MoveIt would let go of rod" in told(query)
-    query = asked(tmp_path, changed(request, "start_state.is_diff", True), scene)
-    assert [item.name for item in query.robot.carried] == ["rod", "other"]
-    assert "let go" not in told(query)
-    again = changed(REQUEST, "start_state.attached_collision_objects", ATTACHED)
-    assert [item.name for item in asked(tmp_path, again, scene).robot.carried] == ["rod"]
-    standing = changed(
-        REQUEST, "start_state.attached_collision_objects", [{**ATTACHED[0], "object": ROD | {"id": "post"}}]
-    )
-    assert "'post' is attached, and stands in scene" in refusal_of(lambda: asked(tmp_path, standing))
 
 
 def test_a_start_that_is_a_difference_is_the_scenes_for_the_rest(tmp_path: Path) -> None:
@@ -190,7 +156,7 @@ def test_three_tolerances_become_a_cone_an_axis_or_both(constraints: dict, texts
     """Written by hand from the docs: the hand of the panda points down at the request's start."""
     query = asked(tmp_path, kept(**constraints))
     assert list(query.checker.world.constraints.texts) == [f"{text} of panda_hand" for text in texts]
-    assert "inside them is followed: path_constraints." in told(query)
+    assert "inside them is followed: path_constraints." in notes_of(query)
 
 
 @pytest.mark.parametrize("parameterization", [0, 1])
@@ -231,7 +197,7 @@ def test_positions_on_the_path_are_boxes_planes_and_cubes_inside_spheres(tmp_pat
     def texts(solid: dict, turn: list[float]) -> list[str]:
         region = {"primitives": [solid], "primitive_poses": [{"position": [0, 0, 1], "orientation": turn}]}
         query = asked(tmp_path, kept(position_constraints=[{**PLACED, "constraint_region": region}]))
-        assert ("inside them is followed: path_constraints." in told(query)) == (solid["type"] == 2)
+        assert ("inside them is followed: path_constraints." in notes_of(query)) == (solid["type"] == 2)
         return list(query.checker.world.constraints.texts)
 
     box, quarter = {"type": 1, "dimensions": [4, 4, 6]}, [0, 0, 0.5**0.5, 0.5**0.5]
@@ -242,23 +208,11 @@ def test_positions_on_the_path_are_boxes_planes_and_cubes_inside_spheres(tmp_pat
     np.testing.assert_allclose(np.linalg.norm(numbers.reshape(2, 3) - [0, 0, 1], axis=1), 2.0)  # its corners touch
 
 
-def test_a_range_of_a_joint_narrows_its_limits(tmp_path: Path) -> None:
-    around = {"joint_name": "panda_joint1", "position": 0.5, "tolerance_above": 2.0, "tolerance_below": 1.5}
-    query = asked(tmp_path, kept(joint_constraints=[around]))
-    assert (query.robot.lower[0], query.robot.upper[0]) == (-1.0, 2.5)
-    for change, words in (
-        ({"joint_name": "panda_finger_joint1", "tolerance_below": 0.1}, "but it is not planned, and held at"),
-        ({"joint_name": "panda_joint22"}, "names joint 'panda_joint22' (did you mean 'panda_joint2'?)"),
-        ({"position": 9.0}, "to [7.5, 11], and it has [-2.8973, 2.8973]"),
-    ):
-        assert words in refusal_of(lambda change=change: asked(tmp_path, kept(joint_constraints=[around | change])))
-
-
 def test_tolerances_of_a_goal_are_met_and_used(tmp_path: Path) -> None:
     """Within them, but all over them: a goal that may turn about its axis is reached in many turns."""
     goal = link_goal("panda_hand", **tolerances(0.05, 0.1, 4))
     query, turns = asked(tmp_path, goal, ik_solutions=8), []
-    assert "inside them is followed: goal 1." in told(query)
+    assert "inside them is followed: goal 1." in notes_of(query)
     for q in query.goals:
         reached = placement(query.robot, "panda_hand", q)
         assert np.linalg.norm(reached[:3, 3] - [0.45, 0.25, 0.5]) <= 1e-3 + 2e-6
@@ -266,29 +220,3 @@ def test_tolerances_of_a_goal_are_met_and_used(tmp_path: Path) -> None:
         assert (np.abs(off[:2]) <= [0.05 + 2e-6, 0.1 + 2e-6]).all()
         turns.append(off[2])
     assert np.ptp(turns) > 1.0
-
-
-def of_palletizer(goal: dict[str, float], rod: float = 0.2, kept: list[dict] | None = None) -> dict:
-    """From j2 = 0.2 to a goal of joints; ``rod`` is where the start says that the rod is, which follows j2."""
-    start = {"name": ["j1", "j2", "j3", "rod_joint"], "position": [0.0, 0.2, 0.1, rod]}
-    constraints = [{"joint_name": name, "position": value} for name, value in goal.items()]
-    asked_for = {"start_state": {"joint_state": start}, "goal_constraints": [{"joint_constraints": constraints}]}
-    return asked_for | ({"path_constraints": {"joint_constraints": kept}} if kept else {})
-
-
-def test_followers_are_where_their_leaders_put_them(tmp_path: Path) -> None:
-    ends = {"j1": 0.3, "j2": 0.4, "j3": 0.0}
-    named = {"robot": str(palletizer().path), "tool": "tcp"}
-    scene = {"name": "none", "world": {"collision_objects": []}}
-    query = asked(tmp_path, of_palletizer(ends | {"rod_joint": 0.4}), scene, **named)
-    assert query.robot.joints == ("j1", "j2", "j3")
-    assert not set(query.robot.fixed_joints) & {"rod_joint", "level_2", "level_3"}
-    assert "elsewhere than start_state says" not in told(query)
-    assert "holds rod_joint elsewhere than start_state" in told(
-        asked(tmp_path, of_palletizer(ends, 0.5), scene, **named)
-    )
-    wrong = of_palletizer(ends | {"rod_joint": 0.1})
-    assert "wants joint 'rod_joint' at 0.1" in refusal_of(lambda: asked(tmp_path, wrong, scene, **named))
-    bar = [{"joint_name": "level_2", "position": -0.3, "tolerance_above": 0.4, "tolerance_below": 0.2}]
-    kept = asked(tmp_path, of_palletizer(ends, kept=bar), scene, **named)
-    np.testing.assert_allclose([kept.robot.lower[1], kept.robot.upper[1]], [-0.1, 0.5])

@@ -24,6 +24,6 @@ def test_the_robot_stands_where_base_says() -> None:
 def test_base_goes_before_the_scene(tmp_path: Path) -> None:
     scene = tmp_path / "cell.yaml"
     scene.write_text("robots: {ur5: {base: {position: [0, 0, 1]}}}\n")
-    said = open_world(WorldRequest("ur5", str(scene))).robot.base
-    told = open_world(WorldRequest("ur5", str(scene), base=(0, 0, 2))).robot.base
-    assert (said[2, 3], told[2, 3]) == (1.0, 2.0)
+    of_scene = open_world(WorldRequest("ur5", str(scene))).robot.base
+    given = open_world(WorldRequest("ur5", str(scene), base=(0, 0, 2))).robot.base
+    assert (of_scene[2, 3], given[2, 3]) == (1.0, 2.0)

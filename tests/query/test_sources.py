@@ -78,7 +78,7 @@ def test_robots_and_scenes_of_the_package_count_too_and_what_is_not_there_is_tol
         for scene in ("shelf", "table")
     }
     assert len(found) == 4
-    assert sources_hash(SweepRequest.from_options(robot="nobody", scene="nowhere.yaml"))
+    assert sources_hash(SweepRequest.from_options(robot="nowhere", scene="nowhere.yaml"))
     names = {path.name for path in (*robot_sources("panda"), *scene_sources("shelf"))}
     assert {"robot.yaml", "panda.urdf", "panda.srdf", "shelf.yaml"} < names
     assert any(name.endswith((".stl", ".obj", ".dae")) for name in names)

@@ -49,12 +49,6 @@ def test_an_object_stands_in_its_frame(frame: str, at: np.ndarray, tmp_path: Pat
     assert table.frame == post.frame == ""
 
 
-def test_the_frames_of_a_base_at_the_origin_change_no_bit(tmp_path: Path) -> None:
-    scene = scene_in("panda_link0", tmp_path)
-    for before, after in zip(scene.obstacles, in_world(scene, Robot.load("panda")).obstacles, strict=True):
-        assert before.placement.tobytes() == after.placement.tobytes()
-
-
 @pytest.mark.parametrize(
     ("frame", "part"),
     [

@@ -1,19 +1,14 @@
 """Models that load and make little sense are noticed, with a remedy."""
 
-from collections.abc import Callable
-
 import pytest
 
-from planner.base.errors import RobotError
-from planner.problem.request import RoadmapRequest, WorldRequest
-from planner.query.query import make_query, open_world
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
 from planner.robot.shapes import Mesh
 from tests.robot.test_solids import box
-from tests.worlds import ROBOTS, joint_xml, link_xml, load, scene_of
+from tests.worlds import ROBOTS, load, scene_of
 
 OPEN = Mesh(box(0.3).vertices, box(0.3).triangles[1:])
 
@@ -25,14 +20,6 @@ def grave(robot: Robot, scene: Scene) -> list[str]:
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name != "z1"])
 def test_built_in_robots_raise_no_doubt(name: str) -> None:
     assert grave(load(name), Scene.load("paper")) == []
-
-
-def test_a_robot_that_nothing_can_touch_is_refused(urdf_file: Callable[..., str]) -> None:
-    path = urdf_file(link_xml("a") + link_xml("b") + joint_xml("j", "a", "b"))
-    with pytest.raises(RobotError, match="no collision geometry at all"):
-        open_world(WorldRequest(path, "empty"))
-    with pytest.raises(RobotError, match="no collision geometry at all"):
-        make_query(RoadmapRequest.from_options(robot=path, scene="empty", start="q:0", goal="q:1").what)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from planner.kinematics.forward import tool_pose
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
 from tests.random_shapes import QUICK
-from tests.worlds import ROBOTS, joint_xml, link_xml, load
+from tests.worlds import ROBOTS, load
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -72,14 +72,6 @@ def test_fixed_joints_move_what_hangs_on_them():
     np.testing.assert_allclose(shift, 0.04, atol=1e-9)
 
 
-def test_a_urdf_by_path(urdf_file):
-    inside = link_xml("a") + link_xml("b") + joint_xml("j", "a", "b", limit="0.5 1")
-    robot = Robot.load(urdf_file(inside, name="mine"))
-    assert (robot.name, robot.joints, robot.tool, robot.jacobian_rows) == ("mine", ("j",), "b", "translation")
-    assert robot.home.tolist() == [0.5]  # 0 lies outside the limits
-    assert robot.disabled_pairs is None
-
-
 # identity
 
 VARIANTS = {
@@ -102,14 +94,6 @@ def test_identity_knows(what):
 
 
 # refusals
-
-
-def test_a_fixed_joint_is_not_planned_but_held():
-    whole, robot = load("iiwa14"), Robot.load("iiwa14", fixed_joints={"iiwa14_joint_3": 0.4})
-    assert robot.joints == tuple(joint for joint in whole.joints if joint != "iiwa14_joint_3")
-    q = np.linspace(-0.5, 0.5, 6)
-    assert tool_pose(robot, q).isApprox(tool_pose(whole, np.insert(q, 2, 0.4)))
-    np.testing.assert_array_equal(robot.home, np.delete(whole.home, 2))
 
 
 @pytest.mark.parametrize("bits", range(-6, 7))

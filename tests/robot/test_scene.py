@@ -105,15 +105,6 @@ def test_identity_minds_shapes_and_places(scene, text):
 # refusals
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_every_set_up_fits_its_robot(name):
-    scene = Scene.load(name)
-    for robot in {*scene.robots, *scene.states}:
-        placement = scene.placement(robot)
-        made = Robot.load(robot, placement.tool, placement.fixed_joints, placement.base.matrix())
-        assert made.name == robot
-
-
 CARRIED = """
 obstacles: [{name: box, type: box, size: [0.1, 0.1, 0.1], position: [1, 1, 1]}]
 carried:

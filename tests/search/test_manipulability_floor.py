@@ -122,19 +122,6 @@ def test_a_plan_keeps_its_promise_at_ten_times_finer_sampling(charge: str) -> No
     assert not len(above) or v[above[0] : above[-1]].min() < floor
 
 
-def test_breach_names_the_segment() -> None:
-    robot = load("planar_2r")  # w = l1 l2 |sin q2|
-    path = np.array([[0.0, 0.5], [0.3, 1.2], [0.3, -1.2], [0.0, 1.0]])
-    top = manipulability(robot, path)
-    assert find_violation(robot, path[:2], 0.9 * top[0]) is None
-    assert find_violation(robot, path[:2], 1.1 * top[0]) is None  # the start lies below: a way up
-    assert find_violation(robot, path, 0.9 * top[0]) == 1
-    assert find_violation(robot, path[2:], 0.9 * top[2]) == 0
-    away = np.array([[0.0, 1.0], [0.0, 0.4], [0.0, 1.0]])  # leaves the floor and comes back
-    assert find_violation(robot, away, 0.9 * top[3]) == 0
-    assert find_violation(robot, away[:2], 0.9 * top[3]) is None  # the last stretch to a goal that lies below
-
-
 def test_w_of_zero_between_two_samples_is_seen() -> None:
     """The elbow of a planar arm goes straight: w = 0 there, above the floor at the nearest samples on either side."""
     robot = load("planar_2r")

@@ -92,13 +92,3 @@ def test_what_has_passed_a_second_look_is_not_looked_at_again(monkeypatch: pytes
         "planner.search.search.second_look", lambda checker, pieces, progress: pytest.fail(f"{len(pieces)} more")
     )
     assert post_paths(seen=seen).holds(steps[::-1])
-
-
-def test_an_arc_that_falls_below_the_floor_goes_and_its_edge_stays() -> None:
-    """Start and goal lie on either side of w = 0, which lies between the states that are kept of edges."""
-    paths = post_paths(floor=1e-9)
-    arcs = paths.network.n_arcs
-    found = search(paths, gabf.SingularityFree())
-    assert len(found.steps) == 0
-    assert paths.network.n_arcs < arcs
-    assert paths.kept.all()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 # the paths for all betas
 import html
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,19 +33,6 @@ def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) 
         rows = dict(shown.numbers)
         assert rows["w mean (m²)"] == f"{interval.w_mean:.3g}"
         assert rows["tool's path"] == f"{interval.workspace_length:.3f} m"
-
-
-def test_a_plan_that_is_one_of_several_as_good_is_shown_itself(made: Plan) -> None:
-    """At a corner of the trade-off, as at 0 and 1, the plan's path may be none of the intervals'."""
-    assert made.cost is not None
-    other = replace(made, cost=replace(made.cost, distance=made.cost.distance + 1.0))
-    plain, _ = made.shown_paths()
-    for beta, place in ((0.0, 0), (plain[0].interval[1], 1), (1.0, len(plain))):
-        shown, current = replace(other, request=made.request.with_options(beta=beta)).shown_paths()
-        assert len(shown) == len(plain) + 1
-        assert current == place
-        assert shown[current].interval == (beta, beta)
-        assert shown[current].path is made.path
 
 
 def test_pages_are_the_same_bytes_twice_and_whole(made: Plan, tradeoff: Tradeoff, tmp_path: Path) -> None:

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.kinematics.forward import tool_positions
 from planner.planning.plan import plan
 from planner.planning.result import Plan
-from planner.problem.outcome import Outcome, Separated
+from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
@@ -27,9 +26,9 @@ from planner.trajectory.measure import path_manipulability
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
 from planner.view.state import inspect_state
-from tests.browser import Tab, browser, choose, dataset, drag, text, text_content
+from tests.browser import Tab, browser, dataset, drag, text, text_content
 from tests.linkages import random_linkage
-from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap, random_q
+from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
 
 STAGE = (slice(0, 525), slice(345, None))  # of a picture: neither panel nor player
 ARM = PlanRequest.from_options(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
@@ -126,16 +125,6 @@ def test_forward_kinematics_of_every_robot(tab: Tab, urdf_file: Callable[..., st
 # playing
 
 
-def test_play_goes_on_to_the_end_and_starts_over(tab: Tab) -> None:
-    tab.run("shownPath().seconds = 0.2, play()")
-    tab.run("new Promise(done => (function look() { playing ? setTimeout(look, 20) : done(1); })())")
-    assert dataset(tab, "share") == "1.0000"
-    assert text(tab, "play") == "Play"
-    tab.run("shownPath().seconds = 1000, play()")
-    assert float(dataset(tab, "share")) < 0.01
-    assert text(tab, "play") == "Pause"
-
-
 # the trade-off
 
 
@@ -162,33 +151,6 @@ def test_the_slider_changes_the_path(sweep_tab: Tab, tradeoff: Tradeoff) -> None
 
 
 # roadmap
-
-
-def test_nodes_and_edges_are_coloured_by_choice(tab: Tab, made: Plan) -> None:
-    assert made.cost_to_go is not None
-    n, x = len(made.roadmap.nodes), made.cost_to_go.x
-    colours = "Array.from(drawn('roadmap/{}').geometry.attributes.color.array)"
-    nodes = lambda: np.array(tab.run(colours.format("nodes"))).reshape(n, 3)  # noqa: E731
-    looks = {}
-    for choice, legend, values in (
-        ("w", "manipulability w (m³)", made.roadmap.manipulability),
-        ("cost", "cost-to-go (no unit)", x),
-        ("component", "component", made.roadmap.components),
-    ):
-        choose(tab, "colour", choice)
-        assert legend in text(tab, "legend-unit")
-        looks[choice] = nodes()
-        if choice != "component":
-            assert text(tab, "high") == f"{values[np.isfinite(values)].max():.{3 if choice == 'w' else 2}f}"
-            known = np.isfinite(values)  # no edge that keeps so much clearance leads on from the others: they are grey
-            lightness = looks[choice][known].sum(axis=1)
-            np.testing.assert_allclose(lightness[np.argsort(values[known])], np.sort(lightness), atol=0.02)
-            assert (np.ptp(looks[choice][~known], axis=1) < 0.02).all()
-    assert len(np.unique(looks["component"], axis=0)) == made.roadmap.component_count
-    assert np.abs(looks["w"] - looks["cost"]).max() > 0.2
-    choose(tab, "colour", "w")
-    ends = np.array(tab.run(colours.format("edges"))).reshape(-1, 8, 3)[:, [0, 7]]
-    np.testing.assert_allclose(ends, looks["w"][made.roadmap.edges], atol=1e-6)
 
 
 # manipulability
@@ -245,33 +207,6 @@ def test_on_a_phone_the_robot_is_seen_and_the_panel_unfolds(phone: Tab) -> None:
 # two paths at once, and those of no beta
 
 
-def test_two_paths_side_by_side(sweep_tab: Tab, tradeoff: Tradeoff) -> None:
-    tab, last = sweep_tab, len(tradeoff.intervals) - 1
-    drag(tab, "beta", 0.0)
-    tab.run("goTo(0.5)")
-    choose(tab, "compare", str(last))
-    assert dataset(tab, "compared") == str(last)
-    visible = tab.run("data.paths.map((_, k) => group('paths/' + k).visible)")
-    assert [k for k, seen in enumerate(visible) if seen] == [0, last]
-    for name in ("manipulability_cost", "distance_cost"):
-        for k, column in ((0, 1), (last, 2)):
-            cells = tab.run(f"[...element('numbers').rows].map(r => r.cells[{column}].textContent)")
-            assert f"{getattr(tradeoff.intervals[k], name):.4f}" in cells
-    assert tab.run("ghost.visible") is True
-    # the second robot stands where the second path is
-    offset = tab.run("data.chain.tool.offset")
-    place = f"new THREE.Vector3(...{offset}).applyMatrix4((g => (g.updateMatrix(), g.matrix))(ghost.children.at(-1)))"
-    motion = tradeoff.intervals[last].trajectory
-    assert motion is not None
-    q = motion.at(0.5 * motion.duration)[0]
-    np.testing.assert_allclose(tab.run(f"{place}.toArray()"), tool_positions(tradeoff.robot, q)[0], atol=1e-6)
-    w = path_manipulability(tradeoff.robot, np.array([q, q]))[0]
-    assert f"{w:.4f}" in text(tab, "now-other")
-    drag(tab, "beta", 1.0)  # the path beside itself
-    assert dataset(tab, "compared") == ""
-    assert tab.run("ghost.visible") is False
-
-
 # other pages
 
 
@@ -292,20 +227,6 @@ def test_pages_without_a_path(window: Tab, tradeoff: Tradeoff, tmp_path: Path) -
         assert window.run("data.paths.length") == paths
         assert window.run("element('player').hidden && element('tradeoff').hidden") is (paths == 1)
         assert window.run("element('colour').querySelector('[value=cost]') !== null") is field
-
-
-def test_what_separates_start_from_goal_is_red(window: Tab, tmp_path: Path) -> None:
-    request = ARM.with_options(scene=str(planar_trap(tmp_path)), start="q:0.2,0.3", goal="q:3.0,-0.3", nodes=30)
-    found = plan(request=request, timing=None)
-    assert isinstance(found.reason, Separated)
-    found.save(tmp_path)
-    assert window.open(tmp_path / "plan.html"), window.console
-    assert window.console == window.requests == []
-    assert found.reason.sentence == text(window, "message")
-    red = window.run("Object.keys(data.names).filter(p => drawn(p).material.color.getHex() === 0xe61f1f)")
-    names = window.run("data.names")
-    assert [names[path] for path in red] == list(found.reason.obstacles)
-    assert "separates start from goal" in text_content(window, "key")
 
 
 def test_what_moves_is_where_it_is_at_the_time_shown(window: Tab, tmp_path: Path) -> None:
@@ -342,14 +263,6 @@ def test_a_damaged_page_fails(window: Tab, plan_file: Path, tmp_path: Path) -> N
         assert not window.open(damaged)
         window.drawn()
         assert window.console
-
-
-def test_a_page_that_asks_the_network_is_noticed(window: Tab, plan_file: Path, tmp_path: Path) -> None:
-    whole, nosy = plan_file.read_text(), tmp_path / "nosy.html"
-    nosy.write_text(whole.replace("</body>", '<img src="http://127.0.0.1:9/pixel.png"></body>'))
-    assert window.open(nosy)
-    window.drawn()
-    assert window.console, "the page's own policy forbids it"
 
 
 HOSTILE = (

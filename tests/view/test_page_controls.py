@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import json
 import shlex
 from collections.abc import Callable, Iterator
@@ -13,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
@@ -156,30 +153,6 @@ def test_curves_have_limits_units_and_values_under_the_pointer(opened: Callable[
     assert tab.run("element('plots').hidden")
 
 
-def test_curves_leave_as_csv_and_png(opened: Callable[..., Tab], moving: Plan) -> None:
-    tab, motion = opened(moving), moving.trajectory
-    assert motion is not None
-    tab.run("void (saved = {}, save = (name, content, type) => { saved[name] = content; })")
-    for button in (1, 2):
-        tab.run(f"document.querySelectorAll('#plots button:nth-of-type({button})').forEach(b => b.click())")
-    tab.run(
-        "new Promise(done => (function look() { Object.keys(saved).length < 16 ? setTimeout(look, 20) : done(1); })())"
-    )
-    for order, key in enumerate(("q", "velocity", "acceleration", "jerk")):
-        head, *lines = tab.run(f"saved['{key}.csv']").splitlines()
-        unit = "rad" + ("", "/s", "/s²", "/s³")[order]
-        assert head == f"t (s),joint_1 ({unit}),joint_2 ({unit})"
-        rows = np.array([line.split(",") for line in lines], dtype=float)
-        exact = motion.at(rows[:, 0], order)
-        np.testing.assert_allclose(rows[:, 1:], exact, atol=1e-3 * np.abs(exact).max(), err_msg=key)
-    bytes_of = "saved['w.png'].arrayBuffer().then(b => btoa(String.fromCharCode(...new Uint8Array(b))))"
-    picture = Image.open(io.BytesIO(base64.b64decode(tab.run(bytes_of))))
-    assert picture.size == tuple(
-        tab.run("(b => [2 * b.width, 2 * b.height])(document.querySelector('#plots svg').viewBox.baseVal)")
-    )
-    assert len(np.unique(np.asarray(picture.convert("L")))) > 20
-
-
 # the sweep
 
 
@@ -273,21 +246,6 @@ def test_another_plan_is_drawn_over_this_one(
     assert f"{other.cost.distance:.4f}" in text(tab, "numbers")
     choose(tab, "compare", "")
     assert tab.run("ghost.visible") is False
-
-
-def test_a_file_that_cannot_be_compared_is_refused_in_a_sentence(
-    opened: Callable[..., Tab], moving: Plan, solved: Plan, tmp_path: Path
-) -> None:
-    solved.save_without_page(tmp_path / "iiwa")
-    (tmp_path / "text.json").write_text("no JSON")
-    tab = opened(moving)
-    for path, words in (
-        (tmp_path / "iiwa" / "plan.json", "open a plan of the same joints"),
-        (tmp_path / "text.json", "cannot be shown"),
-    ):
-        choose_file(tab, path)
-        assert words in text(tab, "file-said")
-        assert dataset(tab, "compared") == ""
 
 
 def test_the_page_is_dark_where_that_is_preferred_and_by_its_switch(opened: Callable[..., Tab], moving: Plan) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
 from planner.robot.poses import pose
 from planner.robot.shapes import Sphere
@@ -37,7 +36,7 @@ def test_contacts_and_clearance_are_coals(margin: float) -> None:
         assert report.sentence.startswith("'" if report.contacts else "Free and within")
 
 
-def test_limits_are_named_beside_contacts(tmp_path: Path) -> None:
+def test_limits_are_named_next_to_contacts(tmp_path: Path) -> None:
     checker = make_checker(ROBOT, BALLS)
     report = inspect_state(checker, np.array([0.3, 3.0]))
     assert report.outside == ("joint_2",)
@@ -48,7 +47,3 @@ def test_limits_are_named_beside_contacts(tmp_path: Path) -> None:
     data = page_data(tmp_path / "state.html")
     assert ["tool (m)", "0.000, 0.250, -0.500"] in data["paths"][0]["numbers"]
     assert str(report.sentence) in str(data).replace('"', "'") or report.sentence.split("'")[1] in str(data)
-
-
-def beside(y: float) -> CollisionChecker:
-    return make_checker(ROBOT, scene_of((Sphere(0.1), pose([0.6, y, 0.0]))))

@@ -1,12 +1,7 @@
 """COLLADA files: geometry that pycollada would misread is refused, unit and axis are noted."""
 
-from pathlib import Path
-
 import pytest
 
-from planner.robot.robot import Robot
-from planner.robot.scene import Scene
-from planner.robot.shapes import Mesh
 from tests.refusals import refusal_of
 from tests.robot.files.test_meshes import read, volume
 
@@ -53,23 +48,3 @@ def test_geometry_that_would_be_misread_is_refused(old: str, new: str) -> None:
     assert volume(read(TETRAHEDRON, "dae")) == pytest.approx(1.0)
     assert old in TETRAHEDRON
     assert "mesh file" in refusal_of(lambda: read(TETRAHEDRON.replace(old, new), "dae"))
-
-
-SCENE = "obstacles: [{name: wedge, type: mesh, file: wedge.dae, scale: 0.01, position: [2, 0, 0]}]"
-ARM = """<robot name="arm"><link name="base"/><link name="hand"><collision><geometry>
-<mesh filename="file://{folder}/wedge.dae" scale="0.01 0.01 0.01"/></geometry></collision></link>
-<joint name="turn" type="revolute"><parent link="base"/><child link="hand"/><axis xyz="0 0 1"/>
-<limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>"""
-
-
-def test_scenes_and_robots_note_it(tmp_path: Path) -> None:
-    """The numbers of the file are not scaled by its unit."""
-    (tmp_path / "wedge.dae").write_text(TETRAHEDRON)
-    (tmp_path / "scene.yaml").write_text(SCENE)
-    (tmp_path / "arm.urdf").write_text(ARM.format(folder=tmp_path))
-    scene, robot = Scene.load(tmp_path / "scene.yaml"), Robot.load(tmp_path / "arm.urdf")
-    for shape in (scene.obstacles[0].shape, robot.bodies[0].shape):
-        assert isinstance(shape, Mesh)
-        assert shape.vertices.max() == 0.03
-    for found in (scene.notes, robot.notes):
-        assert ["its unit is '0.01' m" in note.text for note in found] == [True]

@@ -1,11 +1,9 @@
 """Joints that mimic others: tools and held objects follow, whatever the order of leaders."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
-from planner.kinematics.arm import Mimic
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.robot.files.robot_files import JointChoice
 from planner.robot.robot import Robot, with_carried, with_tool
@@ -44,16 +42,3 @@ def test_a_mimic_joint_moves_tools_and_what_is_held(urdf_file: Callable[..., str
     )
     led = Robot.load(path, tool="tcp", choice=JointChoice(joints=("turn",)), fixed_joints={"bend": 0.5})
     assert led.fixed_joints == {"bend": 0.5, "follow": 0.5}
-
-
-def test_a_mimic_joint_of_a_mimic_joint_follows_its_leader(urdf_file: Callable[..., str]) -> None:
-    says = '<mimic joint="follow" multiplier="-0.5" offset="0.25"/></joint>'
-    second = joint_xml("second", "base", "last").replace("</joint>", says)
-    path = urdf_file(follows() + link_xml("last", '<sphere radius="0.1"/>') + second)
-    robot = Robot.load(path, tool="fore", choice=JointChoice(joints=("turn", "bend")))
-    assert robot.followers == (Mimic("follow", "bend", 1.0, 0.0), Mimic("second", "bend", -0.5, 0.25))
-    held = Robot.load(path, tool="upper", fixed_joints={"bend": 0.5})
-    assert held.fixed_joints == {"bend": 0.5, "follow": 0.5}, "and the second is at 0"
-    Path(path).write_text(Path(path).read_text().replace('<mimic joint="bend"/>', '<mimic joint="second"/>'))
-    assert "joint 'follow'" in (text := refusal_of(lambda: Robot.load(path, tool="fore")))
-    assert "their leaders form a circle" in text

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import coal
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -16,7 +15,6 @@ from planner.robot.files.meshes import pieces_of
 from planner.robot.files.packages import example_robot_data
 from planner.robot.robot import Robot, load_visuals
 from planner.robot.shapes import Body, Mesh
-from planner.robot.solids import is_watertight
 from tests.worlds import joint_xml, link_xml, load
 
 ROBOTS = ("iiwa14", "panda", "planar_2r", "ur5")
@@ -119,44 +117,6 @@ def test_a_model_made_by_hand() -> None:
     )
     assert found.solved
     np.testing.assert_array_equal(found.scene.obstacles, ())
-
-
-def test_collision_pairs_say_what_is_checked() -> None:
-    model, geometry = sample()
-    geometry.addAllCollisionPairs()
-    names = [item.name for item in geometry.geometryObjects]
-    geometry.removeCollisionPair(pin.CollisionPair(names.index("shoulder_object"), names.index("effector_object")))
-    robot = Robot.from_pinocchio(model, geometry, tool="effector_body")
-    world = planner.make_checker(robot, None).world
-    checked = {frozenset(robot.bodies[k].name for k in pair) for pair in world.self_pairs.tolist()}
-    assert checked == {frozenset((names[pair.first], names[pair.second])) for pair in geometry.collisionPairs}
-    geometry.geometryObjects[names.index("elbow_object")].disableCollision = True
-    robot = Robot.from_pinocchio(model, geometry, tool="effector_body")
-    assert {body.name for body in robot.bodies} == {*names} - {"elbow_object"}
-
-
-def test_shapes() -> None:
-    """Hulls and meshes of coal are meshes; a geometry that names a joint and no frame is a link of its own name."""
-    model, geometry = sample()
-    rng, joint = np.random.default_rng(2), model.getJointId("wrist2_joint")
-    corners, points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), rng.normal(size=(40, 3))
-    mesh, cloud = (coal.BVHModelOBBRSS() for _ in range(2))
-    for made, vertices in ((mesh, corners), (cloud, points)):
-        made.beginModel(4, len(vertices))
-        made.addVertices(vertices)
-        made.addTriangles(np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
-        made.endModel()
-    cloud.buildConvexHull(True, "Qt")
-    for name, shape in (("hull", cloud.convex), ("mesh", mesh)):
-        geometry.addGeometryObject(pin.GeometryObject(name, joint, pin.SE3.Identity(), shape))
-    bodies = {body.name: body for body in Robot.from_pinocchio(model, geometry, tool="effector_body").bodies}
-    assert [bodies[name].link for name in ("hull", "mesh")] == ["hull", "mesh"]
-    for name, given in (("hull", points), ("mesh", corners)):
-        shape = bodies[name].shape
-        assert isinstance(shape, Mesh)
-        assert is_watertight(shape)
-        for direction in rng.normal(size=(50, 3)):
-            assert (shape.vertices @ direction).max() == pytest.approx((given @ direction).max())
 
 
 def with_joint(joint: pin.JointModel) -> tuple[pin.Model, pin.GeometryModel]:

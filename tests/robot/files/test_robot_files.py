@@ -10,7 +10,6 @@ import trimesh
 import planner
 from planner.base.errors import InstallationError, RobotError
 from planner.robot.files import robot_files
-from planner.robot.files.robot_files import ALL_JOINTS, JointChoice, read_robot
 from planner.robot.robot import Robot
 from tests.worlds import joint_xml, link_xml
 
@@ -25,18 +24,6 @@ def arm(tmp_path: Path) -> Path:
         "name: mine\nurdf: {file: arm.urdf}\ntool: d\nmanipulability: planar\nfixed_joints: {j3: 0.2}\n"
     )
     return tmp_path / "robot.yaml"
-
-
-def test_held_joints_are_not_planned(arm: Path) -> None:
-    files = read_robot(str(arm), None)
-    assert files.name == "mine"
-    assert files.planned_joints(None, ALL_JOINTS, {}) == ["j1", "j2"]
-    assert files.planned_joints(None, ALL_JOINTS, {"j1": 0.0}) == ["j2"]
-    assert files.planned_joints("c", JointChoice(joints=("j2",)), {}) == ["j2"]
-    with pytest.raises(RobotError, match="j3"):
-        files.planned_joints(None, JointChoice(joints=("j2", "j3")), {})
-    with pytest.raises(RobotError, match="j9"):
-        files.planned_joints(None, JointChoice(joints=("j9",)), {})
 
 
 MODULES = {  # of a package that has what the package robot_descriptions has

@@ -30,7 +30,7 @@ THINGS = st.one_of(STANDING, HELD, st.builds(MovingObstacle, st.none(), shapes, 
 
 
 def triangles(shape: Mesh) -> np.ndarray:
-    return shape.vertices[shape.triangles]  # the reader of meshes numbers vertices anew
+    return shape.vertices[shape.triangles]  # the reader of meshes renumbers vertices
 
 
 def require_same(first: Scene, second: Scene) -> None:

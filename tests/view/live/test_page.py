@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -113,18 +112,6 @@ def test_without_a_path_the_reason_is_shown_and_no_path(page: LivePage) -> None:
     page.undo()
     assert path().visible
     assert post.color == colour
-
-
-def test_a_drag_moves_the_obstacle_and_its_end_plans(page: LivePage) -> None:
-    page.chosen.value = "drum"
-    target = SimpleNamespace(position=np.array([-0.6, 0.7, 0.1]), wxyz=np.array([1.0, 0.0, 0.0, 0.0]))
-    for phase in ("start", "update", "end"):
-        event: Any = SimpleNamespace(target=target, phase=phase)
-        with pytest.raises(StopIteration):
-            page._drag(event).send(None)
-        page._drop(event)
-        assert len(page.answers) == (2 if phase == "end" else 1)
-    assert page._session.scene.obstacles[1].placement[:3, 3].tolist() == [-0.6, 0.7, 0.1]
 
 
 def test_a_saved_scene_is_planned_to_the_same_ends(page: LivePage, tmp_path: Path) -> None:

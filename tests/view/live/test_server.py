@@ -43,7 +43,7 @@ def test_only_its_own_page_may_connect(server: viser.ViserServer) -> None:
 
 
 def test_the_page_in_a_browser(tmp_path: Path) -> None:
-    """It asks nobody else for anything, shows the outcome, and its buttons work."""
+    """It sends no other request, shows the outcome, and its buttons work."""
     session = Session("planar_2r", "empty", nodes=60)
     page = LivePage(session, Question("q:0,1", "q:1,1", 0.5), tmp_path / "saved.yaml")
     try:

@@ -4,7 +4,7 @@ import contextlib
 import copy
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +13,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from planner.base.errors import PlannerError
-from planner.base.yamlfile import models_in
-from planner.robot.moveit.messages import Message
 from planner.robot.moveit.requests import (
     MotionPlanRequest,
     MotionPlanRequestMessage,
@@ -26,6 +24,7 @@ from planner.robot.moveit.requests import (
 from planner.robot.moveit.scenes import PlanningScene, PlanningSceneMessage, planning_scene
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
+from tests.any_data import data_of
 from tests.refusals import refusal_of
 from tests.robot.files.moveit.samples import REQUEST, SCENE, changed
 
@@ -186,34 +185,8 @@ def test_an_unknown_key_counts_where_it_holds_a_value(at: str, default: Any, val
     assert f"'{key}" in refusal_of(lambda: planning_scene(changed(SCENE, key, value), Path("s.yaml")))
 
 
-NUMBERS = st.sampled_from([0, 1, 2, 0.5, -0.1, 3.14, 4, 1e9, float("nan"), True, None])
-WORDS = st.sampled_from(["", "a", "panda_hand", "panda_joint1", "world", "box", "sphere", "cylinder", "table"])
-
-
-def of_kind(kind: type[Message]) -> st.SearchStrategy[Any]:
-    """Messages with some of the keys of a model, right and wrong ones."""
-    values = {name: of_field(field) for name, field in kind.model_fields.items()}
-    return st.fixed_dictionaries({}, optional=values)
-
-
-def of_field(field: Any) -> st.SearchStrategy[Any]:
-    kinds, text = list(models_in(field)), str(field.annotation)
-    inner = of_kind(kinds[0]) if kinds else of_plain(text)
-    return st.lists(inner, max_size=2) | (of_plain(text) if not kinds else st.nothing()) if _is_list(field) else inner
-
-
-def of_plain(text: str) -> st.SearchStrategy[Any]:
-    if "float" in text or "int" in text:
-        return st.sampled_from([[0, 0, 0], [0, 0, 0, 1], [0.1, 0.2, 0.3], [0.5, 0.5, 0.5, 0.5]]) | NUMBERS | WORDS
-    return WORDS | st.booleans()
-
-
-def _is_list(field: Any) -> bool:
-    return any(part is Ellipsis for part in get_args(field.annotation)) or "list" in str(field.annotation)
-
-
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
-@given(scene=of_kind(PlanningSceneMessage), request_=of_kind(MotionPlanRequestMessage))
+@given(scene=data_of(PlanningSceneMessage), request_=data_of(MotionPlanRequestMessage))
 def test_any_message_of_known_keys_is_read_or_refused(
     scene: Any, request_: Any, panda: Robot, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

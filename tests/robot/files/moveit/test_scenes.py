@@ -46,17 +46,6 @@ def _matrix(*names: str, allowed: bool = False) -> dict:
     return {"entry_names": list(names), "entry_values": [[allowed] * len(names) for _ in names]}
 
 
-def test_what_the_matrix_says_against_the_srdf_is_noted(tmp_path: Path) -> None:
-    robot = load("panda")
-    said = _written(tmp_path, allowed_collision_matrix=_matrix("panda_link5", "panda_link6", "panda_link4"))
-    (note,) = notes(robot, said)
-    assert "not followed, as the SRDF says otherwise: panda_link4 and panda_link5, panda_link4 and" in note.text
-    links = ("panda_link0", "panda_link5")
-    assert not notes(robot, _written(tmp_path, allowed_collision_matrix=_matrix(*links)))
-    (note,) = notes(robot, _written(tmp_path, allowed_collision_matrix=_matrix(*links, allowed=True)))
-    assert note.text.endswith("not followed, as the SRDF says otherwise: panda_link0 and panda_link5.")
-
-
 TWO = {**BOX, "id": "pair", **{key: 2 * BOX[key] for key in ("primitives", "primitive_poses")}}
 
 
