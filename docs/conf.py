@@ -10,7 +10,9 @@ project = "gabf-planner"
 author = "the gabf-planner authors"
 version = release = importlib.metadata.version("gabf-planner")
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "site_parts"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "site_parts"]
+templates_path = ["_templates"]
+autosummary_imported_members = True  # public names live in modules below their package
 exclude_patterns = ["_build", "notebooks/pictures"]
 myst_enable_extensions = ["dollarmath", "deflist", "fieldlist"]
 myst_heading_anchors = 3
@@ -19,6 +21,7 @@ nb_execution_mode = "off"  # the notebooks are shown as they are kept; the test 
 html_theme = "furo"
 html_title = "gabf-planner"
 html_static_path = ["_static"]
+html_extra_path = ["_build/extra"]  # the pages of the gallery, which site_parts makes
 html_css_files = ["wrapped.css"]
 html_math_renderer = "mathml"
 html_show_copyright = False

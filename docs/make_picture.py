@@ -1,6 +1,6 @@
-"""Make the moving picture of README and docs: ``python -m docs.make_picture`` in the root of the repository.
+"""Make the pictures of README and docs: ``python -m docs.make_picture`` in the root of the repository.
 
-Plan the paper's scenario, open its page in headless Chromium, and take a picture at each step of the player.
+Open pages in headless Chromium: the paper's scenario, with a picture at each step of the player, and the built gallery.
 """
 
 import tempfile
@@ -13,29 +13,35 @@ import planner
 from planner.tradeoff.sweep import add_alternatives
 from tests.browser import Tab, browser
 
-PICTURE = Path(__file__).parent / "_static" / "plan.webp"
+DOCS = Path(__file__).parent
+MOVING = DOCS / "_static" / "plan.webp"
+GALLERY = DOCS / "_static" / "gallery"
 FRAMES, WIDTH, MILLISECONDS = 30, 800, 90
+SHARES = {"cart": 0.5, "tidy": 0.45}  # of the motion in a picture of the gallery, where it is not 0.35
 
 
 def frame(tab: Tab, share: float) -> Image.Image:
     """Return a picture of the page with the arm at a share of its path."""
     tab.run(f"(s => {{ s.value = {1000 * share}; s.dispatchEvent(new Event('input')); }})(element('scrub'))")
     tab.drawn()
-    return Image.fromarray(tab.screenshot().astype(np.uint8))
+    picture = Image.fromarray(tab.screenshot().astype(np.uint8))
+    size = WIDTH, round(WIDTH * picture.height / picture.width)
+    return picture.convert("RGB").resize(size, Image.Resampling.LANCZOS)
 
 
 def main() -> None:
-    """Write the picture."""
+    """Write the moving picture and one picture of each page of the gallery, which ``make docs`` builds."""
+    GALLERY.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, browser() as tab:
         add_alternatives(planner.plan()).save(folder)
         assert tab.open(Path(folder) / "plan.html")
-        pages = [frame(tab, share) for share in np.linspace(0, 1, FRAMES)]
-    size = WIDTH, round(WIDTH * pages[0].height / pages[0].width)
-    pictures = [picture.resize(size, Image.Resampling.LANCZOS) for picture in pages]
-    frames = [*pictures, *[pictures[-1]] * 6]
-    frames[0].save(
-        PICTURE, save_all=True, append_images=frames[1:], duration=MILLISECONDS, loop=0, quality=72, method=6
-    )
+        frames = [frame(tab, share) for share in np.linspace(0, 1, FRAMES)]
+        for page in sorted((DOCS / "_build" / "extra" / "gallery").glob("*/*.html")):
+            assert tab.open(page)
+            name = page.parent.name
+            frame(tab, SHARES.get(name, 0.35)).save(GALLERY / f"{name}.webp", quality=75, method=6)
+    frames += [frames[-1]] * 6
+    frames[0].save(MOVING, save_all=True, append_images=frames[1:], duration=MILLISECONDS, loop=0, quality=72, method=6)
 
 
 if __name__ == "__main__":

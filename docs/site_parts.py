@@ -9,6 +9,8 @@ import contextlib
 import io
 import os
 import re
+import subprocess
+import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -30,12 +32,12 @@ _CODE = re.compile(r"(``.*?``|:\w+:`.*?`)")
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Called by Sphinx."""
-    app.add_directive("public-names", PublicNames)
     app.add_directive("command-help", CommandHelp)
     app.add_directive("record-keys", RecordKeys)
     app.add_html_math_renderer("mathml", (_inline_math, None), (_display_math, None))
     app.connect("autodoc-process-docstring", _process_docstring)
     app.connect("source-read", _add_pictures)
+    app.connect("source-read", _add_gallery)
     return {"parallel_read_safe": True}
 
 
@@ -61,29 +63,6 @@ def _escaped(line: str) -> str:
     return "".join(
         part if k % 2 else re.sub(r"(?<!\*)\*(?!\*)|\||_(?=\W|$)", r"\\\g<0>", part) for k, part in enumerate(parts)
     )
-
-
-class PublicNames(SphinxDirective):
-    """``public-names`` MODULE: autodoc of every name that the module's ``__all__`` lists."""
-
-    required_arguments = 1
-
-    def run(self) -> list[nodes.Node]:
-        module = __import__(self.arguments[0], fromlist=["__all__"])
-        text: list[str] = []
-        for name in sorted(module.__all__, key=str.lower):
-            text += _autodoc(self.arguments[0], name, getattr(module, name))
-        return self.parse_text_to_nodes("```{eval-rst}\n" + "\n".join(text) + "\n```\n")
-
-
-def _autodoc(module: str, name: str, thing: Any) -> list[str]:
-    if isinstance(thing, type):
-        # two modules may list a class: the index has the entry of the module that it belongs to
-        index = [] if thing.__module__.startswith(module) else ["   :no-index:"]
-        return [f".. autoclass:: {module}.{name}", "   :members:", *index, ""]
-    if callable(thing):
-        return [f".. autofunction:: {module}.{name}", ""]
-    return []
 
 
 # pictures
@@ -118,6 +97,27 @@ def with_pictures(text: str, folder: Path, link: str) -> str:
 
     with mock.patch.object(Figure, "savefig", savefig):
         return _PYTHON.sub(ran, text)
+
+
+# gallery
+
+
+def _add_gallery(app: Sphinx, name: str, source: list[str]) -> None:
+    """Run the commands of the gallery, whose pages ``html_extra_path`` copies to the site."""
+    if name != "gallery":
+        return
+    folder = Path(app.srcdir) / "_build" / "extra"
+    folder.mkdir(parents=True, exist_ok=True)
+    for command in re.findall(r"```sh\n(planner .*)\n```", source[0]):
+        root = Path(app.srcdir).parent
+        words = [str(root / word) if word.startswith("scenes/") else word for word in command.split()]
+        subprocess.run(
+            [sys.executable, "-m", *words], cwd=folder, env=os.environ | {"PYTHONPATH": str(root)}, check=True
+        )
+    for path in folder.rglob("*.*"):
+        if path.suffix != ".html":
+            path.unlink()
+    source[0] = source[0].replace("](pages:", "](")
 
 
 # commands

@@ -1,9 +1,11 @@
 """The documentation: every page is reached, its code and its commands run, and it keeps up with the program."""
 
 import re
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import resolve_name
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -87,6 +89,31 @@ def test_the_scene_example_shows_every_kind_of_obstacle() -> None:
     still, moving = (SceneFile.model_validate(yaml.safe_load(text)).obstacles for text in texts)
     assert all(obstacle.motion or obstacle.speed_limit for obstacle in moving)
     assert {obstacle.type for obstacle in still} == {"box", "cylinder", "sphere", "capsule", "mesh"}
+
+
+MODULES_OF_THE_REFERENCE = {"planner": "library", "planner.figures": "library", "planner.gabf": "gabf"}
+
+
+@pytest.mark.parametrize(("module", "page"), MODULES_OF_THE_REFERENCE.items())
+def test_the_reference_lists_every_public_name(module: str, page: str) -> None:
+    text = (DOCS / "reference" / f"{page}.md").read_text()
+    blocks = re.findall(rf"currentmodule:: {module}\n\n.. autosummary::\n(?:   :.*\n)+\n((?:   \w+\n)+)", text)
+    listed = [name for block in blocks for name in block.split()]
+    public = {name for name in import_module(module).__all__ if name != "__version__"}
+    modules = {name for name in public if isinstance(getattr(import_module(module), name), ModuleType)}
+    assert sorted(listed) == sorted(public - modules)
+
+
+@pytest.mark.parametrize("module", ["planner", "planner.gabf"])
+def test_every_public_class_has_an_example_that_runs(
+    module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (DOCS / "reference" / f"examples_{module.rpartition('.')[2]}.py").read_text()
+    names = re.findall(r"^# --- (\w+) ---$", text, re.MULTILINE)
+    public = {name: getattr(import_module(module), name) for name in import_module(module).__all__}
+    assert names == sorted(name for name, thing in public.items() if isinstance(thing, type))
+    exec(text, {})
 
 
 def test_the_reference_has_every_command() -> None:

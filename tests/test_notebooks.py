@@ -70,7 +70,7 @@ def test_uses_public_names_only(path: Path) -> None:
 def documented_modules() -> list[str]:
     """The modules whose names docs/reference lists."""
     pages = "".join(page.read_text() for page in (FOLDER.parent / "docs/reference").glob("*.md"))
-    modules = re.findall(r"\{public-names\} (\S+)", pages)
+    modules = re.findall(r"currentmodule:: (\S+)", pages)
     assert "planner" in modules
     return modules
 

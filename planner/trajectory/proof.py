@@ -140,7 +140,7 @@ def prove_motion(
     violations = find_limit_violations(trajectory, prover.robot, limits, kinds)
     in_time = in_time or prove_in_time(trajectory, prover.checker)
     jump = largest_jump(trajectory, limits)
-    unchecked = tuple(kind for kind in kinds if jump and kind in jump.infinite and not limits.given(kind))
+    unchecked = tuple(kind for kind in kinds if jump and kind in jump.infinite and not limits.is_given(kind))
     return MotionProof(
         verdict, pair, violations, floor, required, holds, in_time, jump, unchecked, prover.world.constraints.texts
     )
