@@ -11,7 +11,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import first_seen
+from planner.collision.recheck import sample_contacts
 from planner.roadmap.first_path import FIRST_PATH
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -40,7 +40,7 @@ def path_contacts(checker: CollisionChecker, path: Floats) -> list[str]:
 
 def motion_contact(motion: Trajectory, judge: CollisionChecker) -> str:
     """The first contact at 0.1 mm of motion, empty where there is none."""
-    seen = first_seen(judge, motion.coefficients, STEP)
+    seen = sample_contacts(judge, motion.coefficients, STEP)
     if seen is None:
         return ""
     t = motion.times[seen.piece] + seen.s * motion.seconds[seen.piece]

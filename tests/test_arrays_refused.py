@@ -12,7 +12,7 @@ import pytest
 
 import planner
 from planner.base.errors import PlannerError
-from planner.collision.checker import CollisionChecker, contact_of, is_free
+from planner.collision.checker import CollisionChecker, contact_at, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.path_moves import cheapest_chain, first_free
 from planner.constraints.floor import prove_floor
@@ -49,7 +49,7 @@ def prover() -> EdgeProver:
 ROWS: dict[str, Callable[[object], object]] = {
     "first_contact": lambda q: checker().first_contact(q),
     "first_contact_along": lambda q: checker().first_contact_along(q, np.ones(1)),
-    "contact_of": lambda q: contact_of(checker(), q),
+    "contact_at": lambda q: contact_at(checker(), q),
     "is_free": lambda q: is_free(checker(), q),
     "time_path": lambda q: planner.time_path(q, checker()),
     "prove, starts": lambda q: prover().prove(q, q),

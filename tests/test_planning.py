@@ -14,7 +14,7 @@ from planner import gabf
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import is_free
-from planner.collision.looks import recheck
+from planner.collision.recheck import sample_segment
 from planner.cost.scale import COSTS
 from planner.kinematics.forward import tool_positions
 from planner.planning.plan import plan
@@ -93,7 +93,7 @@ def assert_sound(found):
     assert found.max_error_vs_oracle == 0.0
     assert found.cost_to_go.outcome is gabf.Ending.SETTLED
     for a, b in itertools.pairwise(found.path):
-        assert recheck(found.checker, a, b - a, 1e-3) is None
+        assert sample_segment(found.checker, a, b - a, 1e-3) is None
 
 
 def test_the_papers_scenario(solved):

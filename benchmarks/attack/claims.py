@@ -146,7 +146,7 @@ def _promised(case: Case, gap: Gap, backend: str, robot: Robot, rng: np.random.G
             return None
         margin, promise = 0.0, depth
     checker, _ = world_of([case], backend, robot, margin)
-    return promise if checker.first_contact(_Q) is None or checker.bound.looks_free(_Q) else None
+    return promise if checker.first_contact(_Q) is None or checker.bound.is_clear(_Q) else None
 
 
 def _shrunk(shape: Shape, depth: float) -> Shape | None:

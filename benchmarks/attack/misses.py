@@ -16,7 +16,7 @@ from planner.base.progress import Progress
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.looks import dense_states
+from planner.collision.recheck import dense_states
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene

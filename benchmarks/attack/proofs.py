@@ -16,7 +16,7 @@ from planner.base.arrays import Bools, Floats
 from planner.base.errors import PlannerError
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.looks import recheck
+from planner.collision.recheck import sample_segment
 from planner.problem.request import PlanRequest
 from planner.query.query import Query, make_query
 
@@ -64,7 +64,7 @@ def _beside(checker: CollisionChecker, start: Floats, delta: Floats, ours: Bools
     """What both prove, and of what one of them does alone, how much touches, as coal sees it at every ``STEP``."""
     found: dict[str, Any] = {"free": int(ours.sum()), "both": int((ours & theirs).sum())}
     for name, alone in (("ours", ours & ~theirs), ("theirs", theirs & ~ours)):
-        looks = (recheck(checker, start[k], delta[k], STEP) for k in np.flatnonzero(alone))
+        looks = (sample_segment(checker, start[k], delta[k], STEP) for k in np.flatnonzero(alone))
         touching = [str(contact) for contact in looks if contact is not None]
         found |= {f"only_{name}": int(alone.sum()), f"only_{name}_touching": len(touching)}
         if touching:

@@ -28,7 +28,7 @@ from planner.base.arrays import Bools
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.collision import second_checker
-from planner.collision.checker import CollisionChecker, keeping
+from planner.collision.checker import CollisionChecker, with_extra_margin
 from planner.problem.request import RoadmapQuality
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
@@ -188,7 +188,7 @@ def _free_by(checker: CollisionChecker, chunk: Chunk, verdict: Verdict) -> Bools
         return np.zeros(len(FREE), dtype=bool)
     judge, reach, curves = second_checker(checker), reach_of(checker.robot), (*motion_of(chunk), *stops)
     states = np.concatenate([states_on(one, reach, _EVERY) for one in curves])
-    return np.array([keeping(judge, apart).first_contact(states) is None for apart in FREE])
+    return np.array([with_extra_margin(judge, apart).first_contact(states) is None for apart in FREE])
 
 
 def _changed(gate: Gate, rng: Rng) -> tuple[float, float]:

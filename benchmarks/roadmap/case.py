@@ -17,7 +17,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import SceneError
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, is_free
-from planner.collision.looks import recheck
+from planner.collision.recheck import sample_segment
 from planner.gabf.path import paths_from
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, WorldRequest
@@ -159,5 +159,5 @@ def _looked_at(checker: CollisionChecker, nodes: Floats, edges: Ints, seed: int)
     coal, rng = _with(checker, "coal"), np.random.default_rng(seed)  # FCL would take minutes
     rows = rng.permutation(len(edges))[:_EDGES_LOOKED_AT]
     a, b = nodes[edges[rows, 0]], nodes[edges[rows, 1]]
-    touching = sum(recheck(coal, q, d) is not None for q, d in zip(a, coal.robot.difference(a, b), strict=True))
+    touching = sum(sample_segment(coal, q, d) is not None for q, d in zip(a, coal.robot.difference(a, b), strict=True))
     return {"nodes": len(nodes), "edges": len(edges), "looked_at": len(rows), "touching": touching}

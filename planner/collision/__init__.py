@@ -5,13 +5,13 @@ from functools import lru_cache
 
 from planner.base.errors import OptionError, choices
 from planner.collision.checker import CollisionChecker
-from planner.collision.self_pairs import worked_out
+from planner.collision.self_pairs import compute_disabled_pairs
 from planner.collision.world import World
-from planner.constraints.path_constraints import require_bound
+from planner.constraints.path_constraints import require_orientations
 from planner.problem.conditions import Condition, conditions_of
 from planner.problem.request import WorldRequest
 from planner.robot.robot import Robot
-from planner.robot.robot_in_scene import in_world
+from planner.robot.robot_in_scene import resolve_frames
 from planner.robot.scene import Scene
 
 BACKENDS = ("fcl", "coal")
@@ -34,11 +34,11 @@ def make_checker(
     kind = _backend(backend)
     conditions = conditions_of(constraint)
     WorldRequest(margin=margin)  # refuses a margin out of range
-    require_bound(conditions, robot)
+    require_orientations(conditions, robot)
     disabled, made = robot.disabled_pairs, None
     if disabled is None:
-        disabled, made = worked_out(robot, kind)
-    return kind(World.of(robot, in_world(Scene.load(scene), robot), disabled, margin, conditions), made)
+        disabled, made = compute_disabled_pairs(robot, kind)
+    return kind(World.of(robot, resolve_frames(Scene.load(scene), robot), disabled, margin, conditions), made)
 
 
 def second_checker(checker: CollisionChecker) -> CollisionChecker:

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, distinct_rows, frozen, length, product
 from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from planner.robot.solids import points_used, solid_of
+from planner.robot.solids import solid_of, vertices_in_triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +138,7 @@ def hull_of(mesh: Mesh) -> tuple[Floats, float]:
     The depth is rough, 0 where the mesh is convex and inf where it is not closed: it says where the hull is good enough
     a bound.
     """
-    return frozen(hull_corners(mesh.vertices[points_used(mesh)])), dent(mesh)
+    return frozen(hull_corners(mesh.vertices[vertices_in_triangles(mesh)])), dent_depth(mesh)
 
 
 def hull_corners(points: Floats) -> Floats:
@@ -154,7 +154,7 @@ def hull_corners(points: Floats) -> Floats:
         return points
 
 
-def dent(mesh: Mesh) -> float:
+def dent_depth(mesh: Mesh) -> float:
     """How deep (m) the surface of a mesh lies below its convex hull at most, roughly; inf where it is not closed.
 
     0 where it is convex: how far any corner rises above any triangle. Nothing in a mesh that is thinned lies deeper
@@ -181,7 +181,7 @@ _THIN = 1e-7  # m: triangles thinner than this are widened
 _WIDE = 1e-6  # m: by this
 
 
-def widened(mesh: Mesh) -> Mesh:
+def widen_triangles(mesh: Mesh) -> Mesh:
     """The mesh with a micrometre of width for triangles that have none; the same mesh where there are no such.
 
     FCL called a ball of 2.3 m touching that was 0.22 m away from a mesh with two coinciding corners, coal one that was

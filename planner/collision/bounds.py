@@ -22,7 +22,18 @@ from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, travel
 from planner.native.compiled import Look, NativeBounds, NativeChain, NativeWorld
 from planner.robot.moving import KnownMotion
-from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
+from planner.robot.shapes import (
+    Body,
+    Box,
+    Capsule,
+    Cylinder,
+    Mesh,
+    Obstacle,
+    Shape,
+    Sphere,
+    corners,
+    max_distance_from_origin,
+)
 
 _NONE: Mapping[str, KnownMotion] = MappingProxyType({})
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)
@@ -100,11 +111,11 @@ class ClearanceBound:
         gaps = self.close(rotation, position, np.zeros_like(pairs), pairs)
         return row, int(pairs[gaps.argmin()])
 
-    def looks_free(self, q: Floats) -> bool:
+    def is_clear(self, q: Floats) -> bool:
         """Whether no surfaces of checked pairs are within the margin in any configuration (n, dof)."""
         return self.native.first_near(q) == len(q)
 
-    def each_looks_free(self, q: Floats) -> Bools:
+    def is_each_clear(self, q: Floats) -> Bools:
         """The same (n,) of each configuration by itself."""
         free, row = np.ones(len(q), dtype=bool), 0
         while (row := row + self.native.first_near(q[row:])) < len(q):
@@ -113,17 +124,17 @@ class ClearanceBound:
         return free
 
     @cached_property
-    def of_all(self) -> NativeBounds:
+    def motion_bounds(self) -> NativeBounds:
         """How fast all pairs and bodies move at most, as proofs and looks ask."""
         world = self.world
         return self.native.bounds(world.pair_reach, world.reach.bodies, ~world.moving)
 
-    def look_along(self, step: float) -> Look:
+    def make_state_check(self, step: float) -> Look:
         """The same of states along straight motions from a start by a delta (dof,), their ends and middles first.
 
         Between two of them no point moves further than ``step`` (m). One thread asks it.
         """
-        return self.native.look(self.of_all, step)
+        return self.native.look(self.motion_bounds, step)
 
 
 @lru_cache(maxsize=8)
@@ -158,7 +169,7 @@ def _add_obstacle(native: NativeWorld, item: Obstacle, motion: KnownMotion | Non
         angles = np.linalg.norm(motion.turns, axis=1)
         axes = np.divide(motion.turns, angles[:, None], out=np.zeros_like(motion.turns), where=angles[:, None] > 0)
         turn, shift, rates = motion.poses[:, :3, :3], motion.poses[:, :3, 3], angles / np.diff(motion.times)
-        size = farthest(item.shape, np.eye(4))
+        size = max_distance_from_origin(item.shape, np.eye(4))
         native.set_motion(number, motion.times, turn, shift, axes, rates, motion.speeds(item.shape), size)
 
 

@@ -280,7 +280,7 @@ def extract_geometry(world: World, shapes: Sequence[Any], obstacles: Ints, own: 
     return model, np.stack(rows, axis=1)
 
 
-def of_one_arm(one: World, other: World) -> bool:
+def has_same_arm(one: World, other: World) -> bool:
     """Whether two worlds differ in obstacles at most."""
     return (
         one.margin == other.margin
@@ -290,7 +290,7 @@ def of_one_arm(one: World, other: World) -> bool:
     )
 
 
-def differ_in_places_only(one: World, other: World) -> bool:
+def has_same_shapes(one: World, other: World) -> bool:
     """Whether all is the same in two worlds of one arm but where obstacles stand."""
     shapes = [[item.shape for item in world.obstacles] for world in (one, other)]
     return shapes[0] == shapes[1] and np.array_equal(one.checked, other.checked)

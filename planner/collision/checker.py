@@ -13,7 +13,7 @@ from planner.base.errors import StateError
 from planner.base.polynomials import evaluate
 from planner.base.yamlfile import FARTHEST
 from planner.collision.bounds import ClearanceBound
-from planner.collision.containment import Inside
+from planner.collision.containment import Containment
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.problem.conditions import Condition
@@ -24,7 +24,7 @@ _NEARER = 1e-4  # m: by more than this no library calls a pair nearer than plane
 
 
 @dataclass(frozen=True, eq=False)
-class StatesOn:
+class CurveStates:
     """Configurations (n, dof) at ``s`` (n,) in [0, 1] on each its ``piece`` (n,) of ``coefficients``, ascending powers.
 
     As an array of them, but worked out where they are asked for: ``states[rows]``.
@@ -71,13 +71,13 @@ class CollisionChecker(Protocol):
         self.first_contact(np.zeros((1, self.robot.dof)))
 
     @cached_property
-    def inside(self) -> Inside:
+    def inside(self) -> Containment:
         """Which pairs lie one wholly inside the other, where no surfaces touch."""
-        return Inside(self.world, self.chain)
+        return Containment(self.world, self.chain)
 
     @cached_property
-    def roomier(self) -> dict[float, CollisionChecker]:
-        """What :func:`keeping` has made of it, by clearance."""
+    def _wider(self) -> dict[float, CollisionChecker]:
+        """What :func:`with_extra_margin` has made of it, by clearance."""
         return {}
 
     @cached_property
@@ -100,7 +100,7 @@ class CollisionChecker(Protocol):
         other. No cheap bound is consulted: this is the independent opinion on everything proven with one.
         :class:`StateError` for configurations with other joints, or with what is no finite number.
         """
-        q = configurations(self, "q", q)
+        q = as_configurations(self, "q", q)
         found = self.first_touch(q)
         pairs = self.inside.pairs(q if found is None else q[: found[0]])
         held = np.flatnonzero(pairs >= 0)
@@ -108,13 +108,13 @@ class CollisionChecker(Protocol):
             return found
         return int(held[0]), replace(self.world.contact(int(pairs[held[0]])), enclosed=True)
 
-    def first_contact_along(self, q: Floats | StatesOn, motion: Floats) -> tuple[int, Contact] | None:
+    def first_contact_along(self, q: Floats | CurveStates, motion: Floats) -> tuple[int, Contact] | None:
         """As :meth:`first_contact`, for configurations (n, dof) one after the other on motions.
 
         ``motion`` (pairs,): metres by which a pair's distance changes at most from one to the next. A backend whose own
         distances are quick may pass over configurations that they clear.
         """
-        return self.first_contact(q[:] if isinstance(q, StatesOn) else q)
+        return self.first_contact(q[:] if isinstance(q, CurveStates) else q)
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """As :meth:`first_contact`, for surfaces: what is wholly inside a mesh touches nothing."""
@@ -146,17 +146,17 @@ class CollisionChecker(Protocol):
         ...
 
 
-def keeping(checker: CollisionChecker, clearance: float) -> CollisionChecker:
+def with_extra_margin(checker: CollisionChecker, clearance: float) -> CollisionChecker:
     """A checker by the same library that asks for so much ``clearance`` (m) beyond the margin; itself for none.
 
     Pairs that no joint can move play no part in it: they are as near as they are. The same one each time.
     """
     if clearance <= 0:
         return checker
-    if clearance not in checker.roomier:
-        made = checker.roomier[clearance] = type(checker)(checker.world.keeping(clearance), checker)
+    if clearance not in checker._wider:
+        made = checker._wider[clearance] = type(checker)(checker.world.with_extra_margin(clearance), checker)
         made.inside = checker.inside.among(checker.world.moving)
-    return checker.roomier[clearance]
+    return checker._wider[clearance]
 
 
 def with_conditions(checker: CollisionChecker, conditions: tuple[Condition, ...]) -> CollisionChecker:
@@ -164,13 +164,13 @@ def with_conditions(checker: CollisionChecker, conditions: tuple[Condition, ...]
     return type(checker)(replace(checker.world, conditions=conditions), checker)
 
 
-def configurations(checker: CollisionChecker, what: str, values: Floats) -> Floats:
+def as_configurations(checker: CollisionChecker, what: str, values: Floats) -> Floats:
     """``values`` as configurations (n, dof) of the checker's robot; one alone (dof,) becomes a row."""
     rows = np.atleast_2d(plain_numbers(what, values, StateError))
     return numbers(what, rows, ("n", checker.robot.dof), StateError, FARTHEST)
 
 
-def contact_of(checker: CollisionChecker, q: Floats) -> Contact | None:
+def contact_at(checker: CollisionChecker, q: Floats) -> Contact | None:
     """Why one configuration (dof,) is not free, or None."""
     found = checker.first_contact(q)
     return found[1] if found else None
@@ -178,4 +178,4 @@ def contact_of(checker: CollisionChecker, q: Floats) -> Contact | None:
 
 def is_free(checker: CollisionChecker, q: Floats) -> bool:
     """Whether one configuration (dof,) is free."""
-    return contact_of(checker, q) is None
+    return contact_at(checker, q) is None

@@ -11,10 +11,10 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.collision.bounding_volumes import widened
+from planner.collision.bounding_volumes import widen_triangles
 from planner.collision.bounds import ClearanceBound
-from planner.collision.broad_phase import LazyBroadPhase, Pool, differ_in_places_only, extract_geometry, of_one_arm
-from planner.collision.checker import CollisionChecker, StatesOn, configurations
+from planner.collision.broad_phase import LazyBroadPhase, Pool, extract_geometry
+from planner.collision.checker import CollisionChecker, CurveStates
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
 from planner.robot.moving import KnownMotion
@@ -45,8 +45,8 @@ class CoalChecker(CollisionChecker):
         self._geometries = [_geometry(item.shape) for item in world.items]
         self._trees: dict[int, coal.CollisionGeometry] = {}
         self._request = coal.DistanceRequest()
-        alike = known if known is not None and of_one_arm(known.world, world) else None
-        if alike is not None and differ_in_places_only(alike.world, world):
+        alike = known if known is not None and has_same_arm(known.world, world) else None
+        if alike is not None and has_same_shapes(alike.world, world):
             self._broad = alike._broad
         else:
             self._broad = LazyBroadPhase(world, self._geometries, alike and alike._broad)
@@ -74,18 +74,18 @@ class CoalChecker(CollisionChecker):
         found = self._broad.phase.first_touch(self.world, q)
         return None if found is None else (found[0], self.world.contact(found[1]))
 
-    def first_contact_along(self, q: Floats | StatesOn, motion: Floats) -> tuple[int, Contact] | None:
+    def first_contact_along(self, q: Floats | CurveStates, motion: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`.
 
         Where every pair is farther apart in the middle of a stretch than it moves from there to the ends, by coal's own
         word, nothing of the stretch touches, and what lies inside something in the middle does so on all of it.
         """
-        q = q if isinstance(q, StatesOn) else configurations(self, "q", q)
+        q = q if isinstance(q, CurveStates) else as_configurations(self, "q", q)
         starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
         for width, finer in zip(_STRETCHES, (*_STRETCHES[1:], 1), strict=True):
             if not len(starts):
                 break
-            middle = configurations(self, "q", q[np.minimum(starts + width // 2, len(q) - 1)])
+            middle = as_configurations(self, "q", q[np.minimum(starts + width // 2, len(q) - 1)])
             near = self.near(middle, (width // 2) * motion)
             apart = starts[~near]
             enclosed = self.inside.pairs(middle[~near]) >= 0
@@ -182,7 +182,7 @@ def _geometry(shape: Shape, tree: type[coal.BVHModelBase] = coal.BVHModelOBB) ->
         case Capsule(radius, length):
             return coal.Capsule(radius, length)
         case Mesh():
-            solid = widened(shape)
+            solid = widen_triangles(shape)
             vertices, triangles = np.array(solid.vertices), np.array(solid.triangles)
             mesh = tree()
             mesh.beginModel(len(triangles), len(vertices))

@@ -18,10 +18,10 @@ from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.native.compiled import NativeBoxes
 from planner.robot.shapes import Body, Mesh, Shape
-from planner.robot.solids import Solid, may_hold, measures_of, points_of_pieces, solid_of
+from planner.robot.solids import Solid, could_contain, points_of_components, shape_measures, solid_of
 
 
-class Inside:
+class Containment:
     """Which checked pairs lie one inside the other, in configurations of one world. Stateless once made.
 
         inside = Inside(world, chain)
@@ -48,7 +48,7 @@ class Inside:
             asked.high,
         )
 
-    def among(self, kept: Bools) -> Inside:
+    def among(self, kept: Bools) -> Containment:
         """The same in a world that has only those pairs (pairs,) that are ``kept``; its own pairs are numbered anew."""
         scene = int(kept.size - self._own)
         numbers = np.concatenate([np.arange(scene), scene + so_far(kept[scene:])[:-1]])
@@ -115,11 +115,11 @@ def _questions(items: tuple[Shape, ...], bodies: int, checked: bytes, own: bytes
     shapes = list(numbers)
     known = {k: solid_of(shape) for k, shape in enumerate(shapes) if isinstance(shape, Mesh)}
     solids = {k: solid for k, solid in known.items() if solid is not None}
-    measures = measures_of(shapes)
+    measures = shape_measures(shapes)
     pair, first, second = _checked_pairs(len(items), bodies, checked, own)
     holds = np.zeros((len(shapes), len(shapes)), dtype=bool)  # [outer, inner]
     for k, solid in solids.items():
-        holds[k] = may_hold(solid, measures)
+        holds[k] = could_contain(solid, measures)
     rows, outer, inner = [np.zeros(0, dtype=np.int64)], [], []
     for one, other in ((first, second), (second, first)):
         found = np.flatnonzero(holds[kind[one], kind[other]])
@@ -129,7 +129,7 @@ def _questions(items: tuple[Shape, ...], bodies: int, checked: bytes, own: bytes
     row = np.concatenate(rows)
     outside, held = (np.concatenate([rows[0], *part]) for part in (outer, inner))
     order = np.lexsort((outside != first[row], row))
-    points = [points_of_pieces(shape) for shape in shapes]
+    points = [points_of_components(shape) for shape in shapes]
     count = np.array([len(each) for each in points], dtype=np.int64)
     order = np.repeat(order, count[kind[held[order]]])
     there = [solids[k] for k in kind[outside[order]]]

@@ -61,13 +61,13 @@ class Proofs:
     def free(self) -> Bools:
         return self.verdict == _FREE
 
-    def and_then(self, more: Proofs) -> Proofs:
+    def concatenate(self, more: Proofs) -> Proofs:
         """These segments, then ``more``."""
         both = ((getattr(self, one.name), getattr(more, one.name)) for one in fields(self))
         return Proofs(*(np.concatenate(pair) for pair in both))
 
     @staticmethod
-    def alike(count: int, verdict: Verdict) -> Proofs:
+    def from_verdict(count: int, verdict: Verdict) -> Proofs:
         """``count`` segments of one verdict, of which nothing else is known."""
         nothing = np.zeros(count, dtype=np.int64)
         return Proofs(nothing + int(verdict), nothing - 1, nothing, np.full(count, np.inf))
@@ -93,7 +93,7 @@ class EdgeProver:
         self.checker, self.progress, self.stage = checker, progress, stage
         self.world: World = checker.world
         self.robot = checker.robot
-        self.native, self.bounds = checker.bound.native, checker.bound.of_all
+        self.native, self.bounds = checker.bound.native, checker.bound.motion_bounds
         self.static_contact = checker.static_contact
 
     def only(self, pairs: Bools) -> EdgeProver:
@@ -169,12 +169,12 @@ class EdgeProver:
         """
         coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", self.robot.dof), most=_LARGEST)
         if self.static_contact is not None:
-            return Proofs.alike(len(coefficients), Verdict.COLLIDES)
+            return Proofs.from_verdict(len(coefficients), Verdict.COLLIDES)
         kept = self.world.constraints.proven(coefficients)
         if kept.all():
             return self._proven_free(coefficients, room, contacts)
         rows = np.arange(len(kept)) if contacts else np.flatnonzero(kept)  # what strays is asked for contacts only
-        proofs = Proofs.alike(len(kept), Verdict.UNDECIDED)
+        proofs = Proofs.from_verdict(len(kept), Verdict.UNDECIDED)
         found = self._proven_free(coefficients[rows], room, contacts)
         for one in fields(found):
             getattr(proofs, one.name)[rows] = getattr(found, one.name)
@@ -188,10 +188,10 @@ class EdgeProver:
         for first in range(_BATCH, len(coefficients), _BATCH):
             self.progress(self.stage, first, len(coefficients))
             if self.progress.stopped:
-                proofs = proofs.and_then(Proofs.alike(len(coefficients) - first, Verdict.UNDECIDED))
+                proofs = proofs.concatenate(Proofs.from_verdict(len(coefficients) - first, Verdict.UNDECIDED))
                 break
             more, there = self._prove_batch(coefficients[first : first + _BATCH], room)
-            proofs, where = proofs.and_then(more), np.append(where, there)
+            proofs, where = proofs.concatenate(more), np.append(where, there)
         self.progress(self.stage, len(coefficients), len(coefficients))
         if contacts:
             self._find_contacts(proofs, coefficients, where)

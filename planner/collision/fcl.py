@@ -11,12 +11,12 @@ import fcl
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.collision.bounding_volumes import widened
+from planner.collision.bounding_volumes import widen_triangles
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, extremes
+from planner.robot.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, bounding_box
 
 _CLEARLY = 1e-4  # m: what boxes are farther apart touches for no library, whatever it rounds
 _AT_ONCE = 1 << 18  # pairs, in all configurations that are looked at together
@@ -120,7 +120,7 @@ def _apart(between: Floats, first: Floats, second: Floats, half: Floats, other: 
 @lru_cache(maxsize=1024)
 def _box(shape: Shape) -> tuple[Floats, Floats]:
     """Middle and half sizes (3,) of the box around a shape, in the shape's frame."""
-    low, high = extremes(shape)
+    low, high = bounding_box(shape)
     return 0.5 * (low + high), 0.5 * (high - low)
 
 
@@ -258,7 +258,7 @@ def _geometry(shape: Shape) -> fcl.CollisionGeometry:
         case Capsule(radius, length):
             return fcl.Capsule(radius, length)
         case Mesh():
-            solid = widened(shape)
+            solid = widen_triangles(shape)
             vertices, triangles = np.array(solid.vertices), np.array(solid.triangles)
             mesh = fcl.BVHModel()
             mesh.beginModel(len(vertices), len(triangles))

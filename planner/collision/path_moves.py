@@ -11,11 +11,11 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.resolutions import PROOF
-from planner.collision.checker import configurations
+from planner.collision.checker import as_configurations
 from planner.collision.edge_prover import EdgeProver, MotionTest
 from planner.native import refinement as native
 from planner.native.compiled import Charge, curve_next_ramp
-from planner.native.refinement import Descent, EvenStretches, Judge, Refined, Step
+from planner.native.refinement import Descent, EvenStretches, ProofSettings, RefinedPath, Step
 
 _OF_A_TRY = ("ends", "joints", "shares")
 _NONE_LEFT = 2**30  # more alternatives than there are
@@ -51,7 +51,7 @@ def first_free(
     ``start`` by ``delta`` (m, dof), one after the other. What ``allows`` refuses is not chosen either. A proof goes
     no further once another motion of its alternative is refused.
     """
-    start, delta = configurations(prover.checker, "start", start), configurations(prover.checker, "delta", delta)
+    start, delta = as_configurations(prover.checker, "start", start), as_configurations(prover.checker, "delta", delta)
     begin, of = np.zeros(len(alternatives), dtype=np.int64), np.repeat(np.arange(len(alternatives)), alternatives)
     if prover.static_contact is not None:
         return begin - 1
@@ -74,21 +74,23 @@ def descend(prover: EdgeProver, charge: Charge, descent: Descent, room: float, a
     All sweeps are made at once where motions rarely fail what is not proven with them; else one by one, in which
     each waypoint goes to the first of its places that is allowed.
     """
-    judge, keeping = Judge(prover.native, prover.bounds, room, charge), _keeping(prover, allows)
+    judge, keeping = ProofSettings(prover.native, prover.bounds, room, charge), _keeping(prover, allows)
     if prover.static_contact is not None:
         return descent.path
     if keeping is None and _takes(prover, found := native.descend(judge, descent)[0], None):
         return found.path
     for sweep in range(len(descent.draws)):
         one = descent._replace(first=1 + (descent.first - 1 + sweep) % 2, draws=descent.draws[sweep : sweep + 1])
-        path, sweeps, step = _swept(prover, judge, one, keeping)
+        path, sweeps, step = _sweep(prover, judge, one, keeping)
         if not sweeps:
             break
         descent = descent._replace(path=path, step=step)
     return descent.path
 
 
-def _swept(prover: EdgeProver, judge: Judge, descent: Descent, allows: MotionTest | None) -> tuple[Floats, int, Step]:
+def _sweep(
+    prover: EdgeProver, judge: ProofSettings, descent: Descent, allows: MotionTest | None
+) -> tuple[Floats, int, Step]:
     """The path after one sweep of a descent, all of whose motions are allowed, and what else the sweep says."""
     n = len(descent.path)
     row = np.arange(descent.first, n - 1, 2)
@@ -112,7 +114,7 @@ def straighten(
 
     As :meth:`descend`, with tries in place of sweeps.
     """
-    judge, keeping = Judge(prover.native, prover.bounds, room, charge), _keeping(prover, allows)
+    judge, keeping = ProofSettings(prover.native, prover.bounds, room, charge), _keeping(prover, allows)
     if prover.static_contact is not None:
         return stretches.path
     if keeping is None and _takes(prover, found := native.even_stretches(judge, stretches), None):
@@ -127,7 +129,7 @@ def straighten(
     return stretches.path
 
 
-def _takes(prover: EdgeProver, found: Refined, allows: MotionTest | None) -> bool:
+def _takes(prover: EdgeProver, found: RefinedPath, allows: MotionTest | None) -> bool:
     """Whether all motions that are new in a path are allowed; then they are noted."""
     rows = np.flatnonzero(found.samples >= 0)
     start, delta = found.path[rows], found.path[rows + 1] - found.path[rows]
@@ -176,7 +178,7 @@ def cheapest_chain(
     further than until one of a chain is refused. What ``allows`` refuses is no part of a chain either. All rows
     where there is none.
     """
-    points = configurations(prover.checker, "points", points)
+    points = as_configurations(prover.checker, "points", points)
     if prover.static_contact is not None:
         return np.arange(len(points))
     price = _of_kept(prover, points, price)

@@ -36,10 +36,10 @@ def generate_disabled_pairs(robot: Robot, backend: type[CollisionChecker]) -> fr
     Unlike MoveIt's setup assistant, pairs that never touched in the sample are kept: a sample is no proof,
     and a pair that is far apart costs next to nothing.
     """
-    return worked_out(robot, backend)[0]
+    return compute_disabled_pairs(robot, backend)[0]
 
 
-def worked_out(
+def compute_disabled_pairs(
     robot: Robot, backend: type[CollisionChecker]
 ) -> tuple[frozenset[frozenset[str]], CollisionChecker | None]:
     """The same, from the cache where this robot was asked about before; else with the checker that was made for it."""

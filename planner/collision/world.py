@@ -91,13 +91,13 @@ class World:
             checked=frozen(scene[:, touched], np.bool_),
         )
 
-    def with_places(self, scene: Scene) -> World:
+    def with_placements(self, scene: Scene) -> World:
         """The same world where obstacles of the same names and shapes stand as they do in ``scene``."""
         made = replace(self, scene=scene)
         vars(made).update(pair_reach=self.pair_reach, moving=self.moving)  # of the robot, wherever they stand
         return made
 
-    def keeping(self, clearance: float) -> World:
+    def with_extra_margin(self, clearance: float) -> World:
         """The world with so much more margin (m), without the pairs that no joint can move: the base and its table."""
         moving = self.moving
         scene, own = moving[: self.checked.size], moving[self.checked.size :]

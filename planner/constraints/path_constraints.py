@@ -274,10 +274,10 @@ def frame_of(robot: Robot, name: str | None, point: Sequence[float] = (0.0, 0.0,
     return Frame.tool(with_tool(robot, name), np.array(point))
 
 
-def bound_to(conditions: Iterable[Condition], robot: Robot, start: Floats) -> tuple[Condition, ...]:
+def bind_orientations(conditions: Iterable[Condition], robot: Robot, start: Floats) -> tuple[Condition, ...]:
     """Conditions with the orientation that their frames have at the ``start`` (dof,), where they name none."""
     return tuple(
-        replace(each, quaternion=_orientation(robot, each.frame, start)) if each in unbound([each]) else each
+        replace(each, quaternion=_orientation(robot, each.frame, start)) if without_orientation([each]) else each
         for each in conditions
     )
 
@@ -288,14 +288,14 @@ def _orientation(robot: Robot, frame: str | None, q: Floats) -> Quaternion:
     return x, y, z, w
 
 
-def unbound(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
+def without_orientation(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
     """Those that mean the orientation at the start."""
     return tuple(each for each in conditions if isinstance(each, OrientationConstraint) and each.quaternion is None)
 
 
-def require_bound(conditions: tuple[Condition, ...], robot: Robot) -> None:
+def require_orientations(conditions: tuple[Condition, ...], robot: Robot) -> None:
     """Raise :class:`PlannerError` for what means a start where there is none, or a frame that is not there."""
-    for each in unbound(conditions):
+    for each in without_orientation(conditions):
         raise StateError(f"'{each.text}' means the orientation at a start, and here is none: add qx,qy,qz,qw to it.")
     for each in conditions:
         frame_of(robot, each.frame)

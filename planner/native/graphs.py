@@ -11,7 +11,7 @@ def cheapest_nodes(nodes: int, arcs: Ints, cost: Floats, starts: Ints, goals: In
     return cheapest_path(nodes, arcs, cost, starts, goals)[0]
 
 
-def reached(begin: Bools, arcs: Ints) -> Bools:
+def reachable(begin: Bools, arcs: Ints) -> Bools:
     """(n,) which nodes a path over ``arcs`` (m, 2), directed, leads to from those where ``begin`` (n,) is True."""
     starts = np.flatnonzero(begin)
     return np.isfinite(cheapest_costs(len(begin), arcs[:, ::-1], np.ones(len(arcs)), starts, np.zeros(len(starts))))

@@ -7,7 +7,7 @@ from planner.native import compiled
 from planner.native.compiled import Charge, NativeBounds, NativeWorld
 
 
-class Judge(NamedTuple):
+class ProofSettings(NamedTuple):
     """What motions are to be: cheap, by their ``charge``, and proven with ``room`` (m) to spare.
 
     ``bounds`` are those of this very world.
@@ -65,7 +65,7 @@ class EvenStretches(NamedTuple):
     most: int
 
 
-class Refined(NamedTuple):
+class RefinedPath(NamedTuple):
     """A ``path`` (n, dof), and clearance and samples (n - 1,) of its motions that are new, -1 samples of others.
 
     ``chosen`` are for each waypoint of the last sweep of a descent (those behind them mean nothing), or for each try,
@@ -78,19 +78,19 @@ class Refined(NamedTuple):
     samples: Ints
 
 
-def descend(judge: Judge, descent: Descent, begin: Ints | None = None) -> tuple[Refined, int, Step]:
+def descend(judge: ProofSettings, descent: Descent, begin: Ints | None = None) -> tuple[RefinedPath, int, Step]:
     """The path after its waypoints moved, each to its cheapest place that is reached and left by proven motions.
 
     After how many sweeps, and the step of the next one. In the first sweep the ``begin`` ((n - 1) // 2,) cheapest
     places of each waypoint are left out.
     """
     found, sweeps, step = compiled.descend(*judge, *descent, begin)
-    return Refined(*found), sweeps, Step(*step)
+    return RefinedPath(*found), sweeps, Step(*step)
 
 
-def even_stretches(judge: Judge, stretches: EvenStretches, begin: int = 0) -> Refined:
+def even_stretches(judge: ProofSettings, stretches: EvenStretches, begin: int = 0) -> RefinedPath:
     """The path after all tries: each takes the stretch that gains most of those whose motions are then proven.
 
     The ``begin`` best ones of the first try are left out.
     """
-    return Refined(*compiled.even_stretches(*judge, *stretches, begin))
+    return RefinedPath(*compiled.even_stretches(*judge, *stretches, begin))

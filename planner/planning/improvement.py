@@ -6,11 +6,11 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
-from planner.collision.checker import CollisionChecker, keeping
+from planner.collision.checker import CollisionChecker, with_extra_margin
 from planner.collision.edge_prover import EdgeProver
 from planner.cost.motion_cost import MotionCost
 from planner.kinematics.manipulability import manipulability
-from planner.native.graphs import reached
+from planner.native.graphs import reachable
 from planner.planning.result import Curve, Plan
 from planner.problem.request import PlanQuality, SweepQuality
 from planner.roadmap.improve import Improvement, improve, remove_last_grown
@@ -79,7 +79,7 @@ def with_min_clearance(
             return len(_best_nodes(roadmap, quality, 1.0, clearance)) > 0
         edges, begin = roadmap.edges[roadmap.clearance >= clearance], np.zeros(len(roadmap.nodes), dtype=bool)
         begin[roadmap.starts] = True
-        return bool(reached(begin, np.concatenate([edges, edges[:, ::-1]]))[roadmap.goals].any())
+        return bool(reachable(begin, np.concatenate([edges, edges[:, ::-1]]))[roadmap.goals].any())
 
     if quality.extra_clearance <= 0 or not joins(0.0):
         return roadmap, 0.0
@@ -113,7 +113,7 @@ def improve_roadmap(
     if len(above) < 2:
         return Improvement(roadmap)
     cost = motion_cost(roadmap, checker, quality, beta)
-    part, wider = path[above[0] : above[-1] + 1], keeping(checker, clearance)
+    part, wider = path[above[0] : above[-1] + 1], with_extra_margin(checker, clearance)
     return improve(roadmap, wider, cost, part, quality.rounds, quality.seed, progress, clearance=clearance)
 
 
@@ -137,7 +137,7 @@ def add_path_without_dip(
     if w.min() >= level:
         return roadmap
     cost = motion_cost(roadmap, checker, quality, quality.beta).above(level)
-    wider = keeping(checker, clearance)
+    wider = with_extra_margin(checker, clearance)
     return improve(roadmap, wider, cost, None, rounds, quality.seed, progress, path, clearance).roadmap
 
 
@@ -164,7 +164,7 @@ def _best_nodes(roadmap: Roadmap, quality: SweepQuality, beta: float, clearance:
 def _with_proofs(roadmap: Roadmap, checker: CollisionChecker, clearance: float, progress: Progress) -> Roadmap:
     """With a proof of each edge whose certificate leaves open whether it has so much ``clearance`` (m)."""
     rows = np.flatnonzero(roadmap.clearance < clearance)
-    wider = keeping(checker, clearance)
+    wider = with_extra_margin(checker, clearance)
     prover = EdgeProver(wider, progress, "clearance")
     proofs = prover.prove(*edge_motions(roadmap, checker.robot, rows), contacts=False)
     known, free = roadmap.clearance.copy(), proofs.free
@@ -178,7 +178,7 @@ def prove_path_clearance(path: Floats, checker: CollisionChecker, wanted: float)
         return 0.0
     start, delta = path[:-1], np.diff(path, axis=0)
     for clearance in halves(wanted):
-        if EdgeProver(keeping(checker, clearance)).free(start, delta).all():
+        if EdgeProver(with_extra_margin(checker, clearance)).free(start, delta).all():
             return clearance
     return 0.0
 

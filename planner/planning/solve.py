@@ -9,8 +9,8 @@ from planner import gabf
 from planner.base.arrays import frozen
 from planner.base.errors import SceneError
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.collision.checker import CollisionChecker, keeping
-from planner.collision.looks import second_look
+from planner.collision.checker import CollisionChecker, with_extra_margin
+from planner.collision.recheck import recheck_pieces
 from planner.cost.motion_cost import MotionCost
 from planner.planning.improvement import prove_path_clearance
 from planner.planning.result import Plan
@@ -136,7 +136,7 @@ def time_plan(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -
     )  # of obstacles with a speed limit the proof counts the margin
     kept = min(wanted, found.clearance_kept)
     clearance = kept if kept > 0 else prove_path_clearance(found.path, found.checker, wanted)
-    made, _ = time_curve(found.path, keeping(found.checker, clearance), *how)
+    made, _ = time_curve(found.path, with_extra_margin(found.checker, clearance), *how)
     if not made.proven and clearance > 0:
         made, _ = time_curve(found.path, found.checker, *how)
     return recheck(made, found.checker)
@@ -144,7 +144,7 @@ def time_plan(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -
 
 def recheck(made: Trajectory, checker: CollisionChecker) -> Trajectory:
     """A motion after a second look, which takes the proof from one that is seen to touch."""
-    seen = second_look(checker, made.coefficients)
+    seen = recheck_pieces(checker, made.coefficients)
     if seen is None:
         return made
     t = float(made.times[seen.piece] + seen.s * made.seconds[seen.piece])

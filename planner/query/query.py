@@ -11,7 +11,7 @@ from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, with_conditions
-from planner.constraints.path_constraints import bound_to, unbound
+from planner.constraints.path_constraints import bind_orientations, without_orientation
 from planner.kinematics.inverse import Tolerance
 from planner.problem.conditions import Condition, parse_constraints
 from planner.problem.request import ProblemRequest, WorldRequest
@@ -21,12 +21,12 @@ from planner.query.robots import robot_of, widened_for
 from planner.robot import robot_in_scene
 from planner.robot.moveit.requests import (
     MotionPlanRequest,
-    goals_of,
-    in_request,
-    joints_of,
-    kept_of,
+    goal_targets,
+    path_conditions,
     read_motion_plan_request,
+    start_joints,
     with_path_limits,
+    with_start_state,
 )
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -70,7 +70,7 @@ def open_world(
     scene, robot = _set_up(request, asked)
     robot, constraint = _constrained(request, robot, scene, asked)
     _judge(request, robot, scene)
-    turns = unbound(constraint) if start is not None else ()
+    turns = without_orientation(constraint) if start is not None else ()
     rest = [each for each in constraint if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, rest)
     return _bound(checker, turns, start(checker)) if start is not None and turns else checker
@@ -78,7 +78,7 @@ def open_world(
 
 def _bound(checker: CollisionChecker, turns: tuple[Condition, ...], start: Floats) -> CollisionChecker:
     """The checker with ``turns`` as they are meant at ``start`` (dof,) besides."""
-    return with_conditions(checker, (*checker.world.conditions, *bound_to(turns, checker.robot, start)))
+    return with_conditions(checker, (*checker.world.conditions, *bind_orientations(turns, checker.robot, start)))
 
 
 def make_query(
@@ -105,7 +105,7 @@ def make_query(
     _require_limits(robot, [("start", start), *((_role(goal, goals), goal) for goal in goals)])
     robot, constraint = _constrained(request, robot, scene, message)
     _judge(request, robot, scene)
-    turns = unbound(constraint)
+    turns = without_orientation(constraint)
     bound = [each for each in constraint if each not in turns]
     checker = make_checker(robot, scene, request.collision, request.margin, bound)
     progress("setup", 1, 2)
@@ -162,13 +162,16 @@ def _constrained(
     """The robot, and the conditions that motions keep, by the request, the scene and a message."""
     constraint = (*request.constraint, *parse_constraints(scene.constraints))
     if message is not None:
-        robot, constraint = with_path_limits(robot, message, scene), (*constraint, *kept_of(message, robot, scene))
+        robot, constraint = (
+            with_path_limits(robot, message, scene),
+            (*constraint, *path_conditions(message, robot, scene)),
+        )
     return robot, tuple(dict.fromkeys(constraint))
 
 
 def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:
     """The scene, and the robot in it, as a MoveIt request changes them: every command loads its robot here."""
-    scene = in_request(Scene.load(request.scene), message)
+    scene = with_start_state(Scene.load(request.scene), message)
     return scene, robot_of(request, scene, message)
 
 
@@ -185,9 +188,9 @@ def _targets(
     plain = ProblemRequest()
     start, goals = request.start, request.goal
     if message is not None and request.start == plain.start:
-        start = joints_of(message, robot, scene)
+        start = start_joints(message, robot, scene)
     if message is not None and request.goal == plain.goal:
-        goals = goals_of(message, robot, scene)
+        goals = goal_targets(message, robot, scene)
     return start, goals
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import StateError, choices, metric, tell
 from planner.base.yamlfile import FARTHEST, shown
-from planner.collision.checker import CollisionChecker, contact_of, is_free
+from planner.collision.checker import CollisionChecker, contact_at, is_free
 from planner.collision.world import Contact
-from planner.constraints.path_constraints import PathConstraints, bound_to, require_bound
+from planner.constraints.path_constraints import PathConstraints, bind_orientations, require_orientations
 from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
 from planner.problem.conditions import BoxConstraint, Condition
@@ -117,7 +117,7 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
             found = _reach(target, with_tool(checker.robot, target.frame), role, None, inverse.TOLERANCE)
         case ToolGoal(conditions):
             found = within(conditions, checker, role)
-    touching = np.array([contact_of(checker, q) is not None for q in found])
+    touching = np.array([contact_at(checker, q) is not None for q in found])
     return frozen(found[np.lexsort((-manipulability(checker.robot, found), touching))[0]])
 
 
@@ -131,8 +131,8 @@ def within(
     """
     robot, rng = checker.robot, np.random.default_rng(IK_SEED)
     if starts is not None:
-        conditions = bound_to(conditions, robot, starts[0])
-    require_bound(conditions, robot)
+        conditions = bind_orientations(conditions, robot, starts[0])
+    require_orientations(conditions, robot)
     asked = PathConstraints(robot, (*conditions, *checker.world.conditions))
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SEEDS - 1, robot.dof))])
     if starts is not None:
@@ -308,7 +308,7 @@ def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, sta
         return is_free(checker, found[row])
 
     if not any(map(free, range(len(found)))):
-        first = contact_of(checker, found[0])
+        first = contact_at(checker, found[0])
         assert first is not None
         raise StateError(
             f"{role} is reached by {len(found)} configurations, all in collision (the first: "
@@ -362,7 +362,7 @@ def _nearest(
             step = delta[start[row], row]
             count = max(1, int(np.ceil(np.abs(step).max() / _GLANCE)))
             shares = np.arange(1, count) / count if count > 1 else np.ones(1)
-            if checker.bound.looks_free(starts[start[row]] + shares[:, None] * step) and free(row):
+            if checker.bound.is_clear(starts[start[row]] + shares[:, None] * step) and free(row):
                 yield row
             else:
                 blocked.append(row)

@@ -34,7 +34,7 @@ from planner.robot.files.packages import PATHS
 from planner.robot.files.robot_files import JointChoice, RobotFiles, find_robot, read_robot, robot_file
 from planner.robot.files.urdf import read_description
 from planner.robot.files.urdf_geometry import mesh_files
-from planner.robot.moveit.requests import MotionPlanRequest, choice_of, notes_on, start_of
+from planner.robot.moveit.requests import MotionPlanRequest, choose_joints, request_notes, start_values
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
 from planner.robot.scene import Scene
@@ -64,7 +64,7 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
     choice = JointChoice(request.group, request.joints)
     if message is not None:
-        choice, start = choice_of(message, choice, files), start_of(message, scene)
+        choice, start = choose_joints(message, choice, files), start_values(message, scene)
         planned = files.planned_joints(tool, choice, fixed)
         free = [name for name in files.model.names[1:] if name in start and name not in planned]
         held = {name: start[name] for name in free if files.description.mimic(name).leader not in planned}
@@ -137,7 +137,7 @@ def _set_up(robot: Robot, scene: Scene, message: MotionPlanRequest | None, choic
     robot = with_carried(robot, scene.carried) if scene.carried else robot
     if message is None:
         return robot
-    return _with_shares(robot, tuple(message.shares.items()), tuple(notes_on(message, robot, choice)))
+    return _with_shares(robot, tuple(message.shares.items()), tuple(request_notes(message, robot, choice)))
 
 
 @lru_cache(maxsize=16)
@@ -202,12 +202,12 @@ def take(scene: Scene, item: Obstacle, robot: Robot, link: str, q: Floats, touch
 
 def let_go(scene: Scene, item: Carried, robot: Robot, q: Floats) -> Scene:
     """The scene with what it carries, ``item``, standing where the arm holds it in the configuration ``q``."""
-    put_down = Obstacle(item.name, item.shape, placement_of(item, robot, q), speed_limit=item.speed_limit)
+    put_down = Obstacle(item.name, item.shape, placement_of_carried(item, robot, q), speed_limit=item.speed_limit)
     carried = tuple(other for other in scene.carried if other is not item)
     return replace(scene, obstacles=(*scene.obstacles, put_down), carried=carried)
 
 
-def placement_of(item: Carried, robot: Robot, q: Floats) -> Floats:
+def placement_of_carried(item: Carried, robot: Robot, q: Floats) -> Floats:
     """The placement (4, 4) of a thing that a link carries, in the configuration ``q`` (dof,)."""
     return frozen(_hand(robot, item.link, q) @ item.placement)
 

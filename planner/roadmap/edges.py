@@ -89,12 +89,12 @@ class MotionChecker:
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
         self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
         self.constraints = prover.world.constraints
-        self._ends_look_free, self._is_free = prover.checker.bound.look_along(np.inf), prover.each_free(room)
+        self._ends_look_free, self._is_free = prover.checker.bound.make_state_check(np.inf), prover.each_free(room)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
         """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
-        looks_free = self._ends_look_free(first, delta) and self._well_conditioned(first, delta)
-        return looks_free and self._is_free(first, delta)
+        ends_clear = self._ends_look_free(first, delta) and self._well_conditioned(first, delta)
+        return ends_clear and self._is_free(first, delta)
 
     def shorten_path(self, path: Floats) -> Floats:
         """The states (k, dof) of a ``path`` (n, dof) of proven motions that the shortest way along it passes.
@@ -109,9 +109,9 @@ class MotionChecker:
         allows = self._all_well_conditioned if self.floor > 0 else None
         return path[cheapest_chain(self.prover, states, price, self.room, allows)]
 
-    def looks_free(self, step: float) -> MotionCheck:
+    def sampling_check(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""
-        look = self.prover.checker.bound.look_along(step)
+        look = self.prover.checker.bound.make_state_check(step)
         if self.floor <= 0 and not self.constraints:
             return look
         return lambda first, delta: look(first, delta) and self._well_conditioned(first, delta)

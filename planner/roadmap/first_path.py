@@ -181,7 +181,7 @@ class FirstPathSearch:
             return path
         from planner.roadmap.ompl_planners import TreePlanners  # takes 0.02 s to load, and few first paths need it
 
-        look, inside = self._motions.looks_free(sample), self._within and self._within.holds
+        look, inside = self._motions.sampling_check(sample), self._within and self._within.holds
 
         def check(first: Floats, delta: Floats) -> bool:
             if planners.checked % _REPORT_EVERY == 0:
@@ -200,7 +200,7 @@ class FirstPathSearch:
         bound, seed = self._motions.prover.checker.bound, int(self._rng.integers(2**63))
         longest, tool = np.inf if self._within is None else self._within.longest, tool_and_rows(self._robot)
         limits, floor = (space.lower, space.upper), (self._motions.floor, W_IN_GROWTH)
-        asked = bound.of_all, limits, space.wrap, longest, tool, *floor
+        asked = bound.motion_bounds, limits, space.wrap, longest, tool, *floor
         return bound.native.tree_path(*asked, starts, goals, step, sample, seed, limit)
 
     def _prove(self, path: Floats) -> Floats | None:

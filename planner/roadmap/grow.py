@@ -163,7 +163,7 @@ def grow_tree(
         from planner.roadmap.ompl_planners import TreePlanners  # not loaded where nothing is to grow
 
         before = len(forest)
-        check = motions.looks_free(MOTION_IN_GROWTH)
+        check = motions.sampling_check(MOTION_IN_GROWTH)
         with TreePlanners(JointSpace.from_robot(motions.robot), check, rng, progress, motions.constraints) as planners:
             planners.on_accept = lambda new, old=before, most=most: progress(ROADMAP, max(old + new, most), full)
             part = min(full - before, max(_PART, before // 4))  # every part begins with all there is

@@ -45,7 +45,7 @@ class LazyRoadmap:
         if constraints := self._refiner.prover.world.constraints:
             samples, kept = constraints.projected(samples)
             samples = self._robot.normalise(samples[kept])
-        free = samples[self._bound.each_looks_free(samples)]
+        free = samples[self._bound.is_each_clear(samples)]
         first = len(self.nodes)
         self._take(free)
         count = math.ceil(math.e * (1.0 + 1.0 / self._robot.dof) * math.log(max(len(self.nodes), 2)))

@@ -11,7 +11,7 @@ import pinocchio as pin
 from planner.base.arrays import Floats, frozen, numbers, placement
 from planner.base.errors import SceneError
 from planner.base.yamlfile import FARTHEST
-from planner.robot.shapes import Obstacle, Shape, as_shape, farthest
+from planner.robot.shapes import Obstacle, Shape, as_shape, max_distance_from_origin
 
 LONGEST = 1e5  # s: a motion that takes more than a day is none that an arm waits for
 SHORTEST = 1e-6  # s: nothing that is planned for changes its place sooner
@@ -78,7 +78,9 @@ class KnownMotion:
     def speeds(self, shape: Shape) -> Floats:
         """(k - 1,) m/s that no point of a ``shape`` exceeds between two poses."""
         line = np.linalg.norm(np.diff(self.poses[:, :3, 3], axis=0), axis=1)
-        return (line + np.linalg.norm(self.turns, axis=1) * farthest(shape, np.eye(4))) / np.diff(self.times)
+        return (line + np.linalg.norm(self.turns, axis=1) * max_distance_from_origin(shape, np.eye(4))) / np.diff(
+            self.times
+        )
 
     def speeds_at(self, t: Floats, shape: Shape) -> Floats:
         """(n,) the same at times ``t`` (n,) s, none of which is among the motion's own; 0 where it stands."""

@@ -15,7 +15,7 @@ import numpy as np
 from planner.base.arrays import Floats, dot, frozen, length, product
 from planner.kinematics.forward import Chain, travel
 from planner.robot.robot import Robot
-from planner.robot.shapes import Body, farthest, farthest_from_axis
+from planner.robot.shapes import Body, max_distance_from_axis, max_distance_from_origin
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +60,8 @@ def _reach_of(robot: Robot, body: Body) -> Floats:
     if body.joint == 0:
         return frozen(reach)
     joint = body.joint - 1
-    radius = farthest(body.shape, body.placement)
-    across = farthest_from_axis(body.shape, body.placement, chain.axis[joint])
+    radius = max_distance_from_origin(body.shape, body.placement)
+    across = max_distance_from_axis(body.shape, body.placement, chain.axis[joint])
     while True:
         # a tiny positive reach marks "carried" even for a body that lies on the axis
         reach[joint] = 1.0 if chain.prismatic[joint] else max(across, 1e-12)
@@ -105,7 +105,7 @@ def _from_below(robot: Robot, body: Body, joint: int) -> tuple[float, float]:
     """How far a body is at most from the axis and the origin of the ``joint`` below the one that carries it."""
     turned = robot.model.jointPlacements[joint].inverse().homogeneous @ body.placement
     axis = Chain.from_arm(robot).axis[joint - 1]
-    return farthest_from_axis(body.shape, turned, axis), farthest(body.shape, turned)
+    return max_distance_from_axis(body.shape, turned, axis), farthest(body.shape, turned)
 
 
 def _joints_down_to(chain: Chain, top: int, joint: int) -> list[int]:

@@ -226,7 +226,7 @@ def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
     for item in carried:
         if item.name in {body.link for body in robot.bodies}:
             raise RobotError(f"the robot carries '{item.name}', but a link has that name: give it another one.")
-        frame = held_in(robot, item)
+        frame = frame_of_carried(robot, item)
         placement = frozen(frame.placement.homogeneous @ item.placement)
         bodies.append(Body(item.name, item.name, int(frame.parentJoint), item.shape, placement, (0.8, 0.6, 0.3, 1.0)))
         touching |= {frozenset((item.name, link)) for link in (item.link, *item.touch_links)}
@@ -252,7 +252,7 @@ def without_carried(robot: Robot, name: str) -> Robot:
     )
 
 
-def held_in(robot: Robot, item: Carried) -> pin.Frame:
+def frame_of_carried(robot: Robot, item: Carried) -> pin.Frame:
     """The frame that a carried shape is placed in; :class:`RobotError` where it does not move with its link."""
     holder = robot.model.frames[frame_id(robot.model, item.link)]
     if item.frame in ("", item.link):
@@ -319,11 +319,11 @@ def assemble(
     free = {*planned, *fixed, *(item.joint for item in description.mimics)}
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
     base = pose() if base is None else placement("base", base)
-    held, followers = urdf.follow(description, files.model, planned, fixed)
+    held, followers = urdf.resolve_mimics(description, files.model, planned, fixed)
     moving = [*planned, *(item.joint for item in followers)]
     model, bodies = read_bodies(description, files.model, "collision", moving, held, base)
     _check_limits(model)
-    endless, narrowed = urdf.narrow(model, followers, description.continuous)
+    endless, narrowed = urdf.narrow_limits(model, followers, description.continuous)
     rows = [model.getJointId(name) - 1 for name in planned]
     lower, upper = frozen(model.lowerPositionLimit[rows]), frozen(model.upperPositionLimit[rows])
     home = [files.home.get(name, at) for name, at in zip(planned, np.clip(0.0, lower, upper), strict=True)]

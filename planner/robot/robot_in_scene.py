@@ -9,9 +9,9 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import Note, RobotError, SceneError, choices
 from planner.base.yamlfile import nearest, shown
-from planner.robot.robot import Robot, held_in
+from planner.robot.robot import Robot, frame_of_carried
 from planner.robot.scene import Scene
-from planner.robot.shapes import Carried, Mesh, Shape, extremes
+from planner.robot.shapes import Carried, Mesh, Shape, bounding_box
 from planner.robot.solids import is_watertight
 
 _SAME = 1e-6  # m, and of a matrix's entries
@@ -20,7 +20,7 @@ _SHORT = 0.5  # m: a shorter arm, as a hand is, may well stand in a hall
 _OCTOMAP = "<octomap>"  # as MoveIt's matrices name one that is not there
 
 
-def placement_of(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
+def placement_of_frame(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
     """The placement (4, 4) of a frame in the scene's own; :class:`SceneError` says that of ``what`` it is unknown.
 
     Fixed frames of the scene come first, then the scene's own frame by the names that it has, then what stands of the
@@ -29,7 +29,7 @@ def placement_of(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
     fixed = {} if scene.message is None else scene.message.frames
     if frame in fixed:
         parent, placement = fixed[frame]
-        return frozen(placement_of(parent, robot, scene, what) @ placement)
+        return frozen(placement_of_frame(parent, robot, scene, what) @ placement)
     if frame in ("", "world", robot.world_frame):
         return frozen(np.eye(4))
     links = {each.name: each for each in reversed(list(robot.model.frames))}
@@ -47,13 +47,15 @@ def placement_of(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
     )
 
 
-def in_world(scene: Scene, robot: Robot) -> Scene:
+def resolve_frames(scene: Scene, robot: Robot) -> Scene:
     """The scene with its obstacles in its own frame, and what is carried in that of its link."""
     _require_links_where_they_are(scene, robot)
     if not any(item.frame for item in (*scene.obstacles, *scene.carried)):
         return scene
     placed = {
-        item.frame: placement_of(item.frame, robot, scene, f"object {shown(item.object)} of scene {shown(scene.name)}")
+        item.frame: placement_of_frame(
+            item.frame, robot, scene, f"object {shown(item.object)} of scene {shown(scene.name)}"
+        )
         for item in scene.obstacles
     }
     return replace(
@@ -72,7 +74,7 @@ def _require_links_where_they_are(scene: Scene, robot: Robot) -> None:
     for each in robot.model.frames:
         if each.name not in fixed:
             continue
-        placement = placement_of(each.name, robot, scene, "a fixed frame")
+        placement = placement_of_frame(each.name, robot, scene, "a fixed frame")
         if each.parentJoint or np.abs(placement - each.placement.homogeneous).max() > _SAME:
             raise SceneError(
                 f"the fixed_frame_transforms of scene {shown(scene.name)} place {shown(each.name)}, which is a link of "
@@ -83,7 +85,7 @@ def _require_links_where_they_are(scene: Scene, robot: Robot) -> None:
 def _in_link(item: Carried, robot: Robot) -> Carried:
     if not item.frame:
         return item
-    link, frame = (held_in(robot, each).placement.homogeneous for each in (replace(item, frame=""), item))
+    link, frame = (frame_of_carried(robot, each).placement.homogeneous for each in (replace(item, frame=""), item))
     return replace(item, placement=frozen(np.linalg.inv(link) @ frame @ item.placement), frame="")
 
 
@@ -149,7 +151,7 @@ def _far_away(robot: Robot, scene: Scene) -> Iterator[Note]:
 
 def _size(shape: Shape) -> float:
     """The longest side (m) of the box around a shape, along its own axes."""
-    low, high = extremes(shape)
+    low, high = bounding_box(shape)
     return float((high - low).max())
 
 

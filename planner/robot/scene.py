@@ -182,7 +182,7 @@ class Scene:
     constraints: str = ""  # on all motions, as ``--constraint`` takes them; no part of what stands there
 
     def __post_init__(self) -> None:
-        given, notes = obstacles_of(self.obstacles, f"scene '{self.name}'")
+        given, notes = build_obstacles(self.obstacles, f"scene '{self.name}'")
         moving = [item for item in given if isinstance(item, MovingObstacle)]
         object.__setattr__(self, "obstacles", tuple(item for item in given if isinstance(item, Obstacle)))
         for name, more in (("moving", moving), ("carried", ()), ("notes", notes)):
@@ -212,9 +212,9 @@ class Scene:
         is_text = path.suffix.lower() == ".scene"
         data = None if is_text else parse_yaml(text, where)
         if is_text or (isinstance(data, dict) and _OF_MOVEIT & set(data)):
-            from planner.robot.moveit.scenes import planning_scene, scene_text
+            from planner.robot.moveit.scenes import parse_planning_scene, parse_scene_text
 
-            found = scene_text(text, path) if is_text else planning_scene(data, path)
+            found = parse_scene_text(text, path) if is_text else parse_planning_scene(data, path)
             more = {"carried": found.carried, "allowed": found.allowed, "message": found, "notes": found.notes}
             return Scene(found.name, found.obstacles, "from MoveIt", **more)
         return _build(validate(SceneFile, data, where, SceneError), path)
@@ -250,7 +250,7 @@ def _shape(item: ObstacleFile | CarriedFile, folder: Path) -> Shape:
     return shape(*(getattr(item, key) for key in get_type_hints(shape)))
 
 
-def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle | MovingObstacle:
+def build_obstacle(item: ObstacleFile, folder: Path = Path()) -> Obstacle | MovingObstacle:
     """An obstacle as a file in that ``folder`` has it."""
     if not item.motion:
         return Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
@@ -258,7 +258,7 @@ def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle | MovingO
     return MovingObstacle(item.name, _shape(item, folder), motion)
 
 
-def obstacles_of(
+def build_obstacles(
     items: Iterable[Obstacle | MovingObstacle | Mapping[str, Any]], where: str
 ) -> tuple[list[Obstacle | MovingObstacle], tuple[Note, ...]]:
     """Obstacles, dicts among ``items`` read as :class:`Scene` says, and what was passed over in their mesh files."""
@@ -271,7 +271,7 @@ def obstacles_of(
         if isinstance(item, Mapping)
     ]
     files = validate(SceneFile, {"obstacles": dicts}, where, SceneError).obstacles
-    read = (obstacle_of(item) for item in files)
+    read = (build_obstacle(item) for item in files)
     return [next(read) if isinstance(item, Mapping) else item for item in given], mesh_notes(files)
 
 
@@ -287,7 +287,7 @@ def mesh_notes(items: Iterable[ObstacleFile | CarriedFile], folder: Path = Path(
 
 def _build(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
-    obstacles: Any = [obstacle_of(item, folder) for item in file.obstacles]
+    obstacles: Any = [build_obstacle(item, folder) for item in file.obstacles]
     return Scene(
         file.name or path.stem,
         obstacles,

@@ -65,7 +65,7 @@ class Mesh:
     """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices, at least one.
 
     With a ``radius`` (m) it stands for a surface of more triangles no point of which is farther than that from it
-    (:func:`planner.robot.files.meshes.thinned`): what comes as near as that counts as a contact.
+    (:func:`planner.robot.files.meshes.simplify`): what comes as near as that counts as a contact.
     """
 
     vertices: Floats
@@ -88,7 +88,7 @@ class Mesh:
         """What a hash of the shape is taken over."""
         return [type(self).__name__, self.vertices, self.triangles, *([self.radius] if self.radius else [])]
 
-    def joined(self) -> Mesh:
+    def merge_vertices(self) -> Mesh:
         """The same triangles with equal vertices as one, in the order in which triangles have them."""
         corners = self.vertices[self.triangles].reshape(-1, 3)
         first, which = distinct_rows(corners)
@@ -106,7 +106,7 @@ def as_shape(what: str, given: Any) -> Shape:
     if isinstance(given, Shape):
         return given
     if hasattr(given, "vertices") and hasattr(given, "faces"):
-        return Mesh(given.vertices, given.faces).joined()
+        return Mesh(given.vertices, given.faces).merge_vertices()
     kinds = "planner.Box, Sphere, Cylinder, Capsule, Mesh or a trimesh.Trimesh"
     raise TypeError(f"{what}: shape must be a {kinds}, got {type(given).__name__}.")
 
@@ -124,12 +124,12 @@ class Body:
 
 
 class _Placed:
-    """A shape with a name and a rigid placement; ``part_of`` names the object it is one of several shapes of."""
+    """A shape with a name and a rigid placement; ``object_id`` names the object it is one of several shapes of."""
 
     name: str
     shape: Shape
     placement: Floats
-    part_of: str | None
+    object_id: str | None
     speed_limit: float
 
     def __post_init__(self) -> None:
@@ -143,7 +143,7 @@ class _Placed:
     @property
     def object(self) -> str:
         """The name under which permissions speak of it."""
-        return self.part_of or self.name
+        return self.object_id or self.name
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,14 +151,14 @@ class Obstacle(_Placed):
     """A shape, also a ``trimesh.Trimesh``, that stands still in the world at a placement, also a ``pinocchio.SE3``.
 
     With a ``speed_limit`` (m/s) it may leave its place at time 0, no point of it quicker than that: what is proven of
-    such an obstacle holds for its place, and a trajectory's proof says until when whatever it does. ``frame`` is that
-    of the ``placement``, empty for the world; :func:`planner.robot.robot_in_scene.in_world` brings an obstacle there.
+    such an obstacle holds for its place, and a trajectory's proof says until when whatever it does. ``frame`` is the
+    frame of ``placement``, empty for the world; :func:`planner.robot.robot_in_scene.resolve_frames` resolves it.
     """
 
     name: str
     shape: Shape
     placement: Floats  # (4, 4), in the world
-    part_of: str | None = None
+    object_id: str | None = None
     speed_limit: float = 0.0  # m/s
     frame: str = ""
 
@@ -177,7 +177,7 @@ class Carried(_Placed):
     touch_links: tuple[str, ...] = ()
     frame: str = ""
     speed_limit: float = 0.0
-    part_of: str | None = None
+    object_id: str | None = None
 
 
 _CORNERS = np.array(np.meshgrid([-0.5, 0.5], [-0.5, 0.5], [-0.5, 0.5])).reshape(3, -1).T  # (8, 3) of a cube
@@ -199,13 +199,13 @@ def corners(shape: Shape) -> tuple[Floats, float]:
             return shape.vertices, shape.radius
 
 
-def extremes(shape: Shape) -> tuple[Floats, Floats]:
+def bounding_box(shape: Shape) -> tuple[Floats, Floats]:
     """The smallest and largest coordinates (3,) of a shape in its own frame."""
     points, radius = corners(shape)
     return points.min(axis=0) - radius, points.max(axis=0) + radius
 
 
-def farthest(shape: Shape, placement: Floats) -> float:
+def max_distance_from_origin(shape: Shape, placement: Floats) -> float:
     """The largest distance (m) of a point of the placed shape from the frame's origin, never too small."""
     if isinstance(shape, Cylinder):
         # the farthest point lies on one of the two rims; the rim's circle is bounded by its own radius
@@ -218,9 +218,9 @@ def farthest(shape: Shape, placement: Floats) -> float:
     return float(np.linalg.norm(world, axis=1).max() + radius)
 
 
-def farthest_from_axis(shape: Shape, placement: Floats, axis: Floats) -> float:
+def max_distance_from_axis(shape: Shape, placement: Floats, axis: Floats) -> float:
     """The largest distance (m) of a point of the placed shape from the line through the origin along ``axis``."""
     points, radius = corners(shape)
     world = points @ placement[:3, :3].T + placement[:3, 3]
     across = world - np.outer(product(world, axis), axis)
-    return min(float(np.linalg.norm(across, axis=1).max() + radius), farthest(shape, placement))
+    return min(float(np.linalg.norm(across, axis=1).max() + radius), max_distance_from_origin(shape, placement))

@@ -74,7 +74,7 @@ def is_closed(triangles: Ints) -> bool:
 
 
 @lru_cache(maxsize=1024)
-def points_of_pieces(shape: Shape) -> Floats:
+def points_of_components(shape: Shape) -> Floats:
     """A point (k, 3) of every connected piece of a shape, in its own frame.
 
     If all of them are outside another body, and no surfaces cross, all of the shape is outside.
@@ -85,14 +85,14 @@ def points_of_pieces(shape: Shape) -> Floats:
     return frozen(shape.vertices[triangles[np.unique(piece, return_index=True)[1], 0]])
 
 
-def may_hold(solid: Solid, measures: Floats) -> Bools:
+def could_contain(solid: Solid, measures: Floats) -> Bools:
     """Which shapes of some ``measures`` (k, 2) are small enough for the solid's bounding box; never wrongly False."""
     size = np.asarray(solid.high - solid.low)
     fits: Bools = np.all(measures <= [np.linalg.norm(size), size.min()], axis=1)
     return fits
 
 
-def measures_of(shapes: Sequence[Shape]) -> Floats:
+def shape_measures(shapes: Sequence[Shape]) -> Floats:
     """(k, 2) m, of each shape a distance of two of its points, and the diameter of a ball that it holds."""
     return np.array([_measures(shape) for shape in shapes]).reshape(-1, 2)
 
@@ -110,17 +110,17 @@ def _measures(shape: Shape) -> tuple[float, float]:
         case Capsule(radius, length):
             return length + 2 * radius, 2 * radius
         case Mesh():
-            points = shape.vertices[points_used(shape)]
-            pieces = len(points_of_pieces(shape))
+            points = shape.vertices[vertices_in_triangles(shape)]
+            pieces = len(points_of_components(shape))
             return (float(np.ptp(points, axis=0).max()) if pieces == 1 else 0.0), 0.0  # any one piece may be inside
 
 
-def points_used(mesh: Mesh) -> Ints:
+def vertices_in_triangles(mesh: Mesh) -> Ints:
     """Indices of the vertices that some triangle has."""
     return np.flatnonzero(np.bincount(mesh.triangles.ravel()))
 
 
-def pieces_of_vertices(mesh: Mesh) -> Ints:
+def component_of_vertices(mesh: Mesh) -> Ints:
     """(n,) the number of the connected piece that each vertex belongs to; -1 where no triangle with an area has it."""
     triangles, piece, _ = _pieces(mesh)
     first, same = distinct_rows(mesh.vertices)

@@ -15,7 +15,7 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import second_look, straight
+from planner.collision.recheck import recheck_pieces, straight
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.robot import Robot
 from planner.search.manipulability_floor import LayeredNetwork, find_violation, layered_network
@@ -154,7 +154,7 @@ class RoadmapPaths:
 def make_recheck(
     checker: CollisionChecker, roadmap: Roadmap, seen: set[bytes] | None = None, progress: Progress = QUIET
 ) -> Callable[[Ints], Ints]:
-    """The proof of a path whose edges are all proven: a second look at them, see :func:`second_look`.
+    """The proof of a path whose edges are all proven: a second look at them, see :func:`recheck_pieces`.
 
     The first edge on which it sees a contact fails. ``seen``: the edges that passed in the same world, on any roadmap,
     which are not looked at again; what passes is added.
@@ -169,7 +169,7 @@ def make_recheck(
             return new
         start, end = roadmap.nodes[nodes[new]], roadmap.nodes[nodes[new + 1]]
         report = partial(progress, "second look")
-        contact = second_look(checker, straight(start, robot.difference(start, end)), progress=report)
+        contact = recheck_pieces(checker, straight(start, robot.difference(start, end)), progress=report)
         first = len(new) if contact is None else contact.piece
         passed.update(names[k] for k in new[:first])
         return rows[new[first : first + 1]]

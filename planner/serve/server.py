@@ -37,7 +37,7 @@ from planner.problem.conditions import conditions_of
 from planner.problem.request import TimingRequest, WorldRequest
 from planner.query.robots import robot_sources, scene_sources
 from planner.robot.robot_in_scene import notes
-from planner.robot.scene import mesh_notes, obstacle_of
+from planner.robot.scene import build_obstacle, mesh_notes
 from planner.serve import messages as ask
 from planner.session.gate import Gate
 from planner.session.live_world import LiveWorld
@@ -295,7 +295,7 @@ def _change(gate: Gate, asked: ask.Change) -> dict[str, Any]:
                 _require_models([Path(each.obstacle.file)])
             if each.obstacle.motion:
                 raise SceneError(f"'{each.obstacle.name}' has a motion: give one that stands, or a speed_limit.")
-            world.add(obstacle_of(each.obstacle))
+            world.add(build_obstacle(each.obstacle))
             found += mesh_notes([each.obstacle])
         elif isinstance(each, ask.Attach):
             world.attach(each.name, each.frame, np.array(each.at), each.touch_links)

@@ -101,7 +101,7 @@ class EdgeProofs:
         """(m,) which edges are neither."""
         return ~self.free & ~self.blocked
 
-    def in_world(self, before: World, after: World) -> EdgeProofs:
+    def move_to_world(self, before: World, after: World) -> EdgeProofs:
         """The proofs after the world ``before``, in which they hold, has become the world ``after``.
 
         An obstacle that moved spends the clearance of its clauses by its displacement. Clauses of new parts are open,
@@ -247,12 +247,12 @@ class LiveRoadmap:
         roadmap = reprove_if_needed(roadmap, self.checker)
         return self.with_roadmap(check_nodes(restrict_to_constraints(roadmap, self.world.constraints), self.checker))
 
-    def in_world(self, checker: CollisionChecker) -> LiveRoadmap:
+    def move_to_world(self, checker: CollisionChecker) -> LiveRoadmap:
         """The same roadmap in the world of another ``checker``."""
         if checker is self.checker:
             return self
         kept = None if self.kept is None else replace(self.kept, checked_by=unchecked(len(self.kept.nodes)))
-        return replace(self, checker=checker, kept=kept, proofs=self.proofs.in_world(self.world, checker.world))
+        return replace(self, checker=checker, kept=kept, proofs=self.proofs.move_to_world(self.world, checker.world))
 
     def prove(self, rows: Ints) -> LiveRoadmap:
         """After a proof of what is open of the edges ``rows``."""

@@ -19,8 +19,8 @@ from planner.query.robots import let_go, take
 from planner.robot.moving import MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
-from planner.robot.robot_in_scene import in_world
-from planner.robot.scene import PoseFile, Scene, obstacles_of
+from planner.robot.robot_in_scene import resolve_frames
+from planner.robot.scene import PoseFile, Scene, build_obstacles
 from planner.robot.shapes import Carried, Obstacle
 
 _REVISIONS = count()
@@ -42,7 +42,7 @@ class LiveWorld:
         """The robot without what it carries."""
         self.now: tuple[CollisionChecker, int] = checker, next(_REVISIONS)
         """The checker, and its revision: it grows with every change, and no two worlds of a process share one."""
-        self._change(lambda _: in_world(scene, self.bare))
+        self._change(lambda _: resolve_frames(scene, self.bare))
 
     @property
     def checker(self) -> CollisionChecker:
@@ -60,7 +60,7 @@ class LiveWorld:
 
     def add(self, obstacle: Obstacle | MovingObstacle | Mapping[str, Any]) -> None:
         """Put an obstacle into the world, or a dict with its keys, as in :class:`planner.Scene`."""
-        (item,), notes = obstacles_of([obstacle], "the obstacle")
+        (item,), notes = build_obstacles([obstacle], "the obstacle")
 
         def add_to(scene: Scene) -> Scene:
             names = {item.name for item in (*scene.obstacles, *scene.carried, *scene.moving)} | self._links()
@@ -159,7 +159,7 @@ class LiveWorld:
             world, old = before.world, before.world.scene
             scene = apply(old)
             if _differ_in_poses_only(old, scene):
-                world = world.with_places(scene)
+                world = world.with_placements(scene)
             else:
                 robot = world.robot if scene.carried == old.carried else with_carried(self.bare, scene.carried)
                 world = world.among(scene, robot)

@@ -123,7 +123,7 @@ class Session:
     @property
     def live(self) -> LiveRoadmap:
         """What is known of every edge in the world as it is now, of blocked ones too."""
-        return self._live.in_world(self.world.checker)
+        return self._live.move_to_world(self.world.checker)
 
     def close(self) -> None:
         """End what is under way in another thread, as soon as can be: that call, and every later one, raises."""
@@ -259,7 +259,7 @@ class Session:
             return holds
 
     def _answer(self, planning: PlanningSettings, query: Query) -> SessionPlan:
-        live, answer = solve_query(self._live.in_world(query.checker), query, planning)
+        live, answer = solve_query(self._live.move_to_world(query.checker), query, planning)
         self._live, self._last_query = live, (self._with_stop(planning, QUIET), query)
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
@@ -283,7 +283,7 @@ class Session:
             raise_if_stopped(self._planning.progress)
             before = self.live
             apply(self.world)
-            self._live = before.in_world(self.checker)
+            self._live = before.move_to_world(self.checker)
             return self._live.proofs.since(before.proofs, checked=False)
 
     def _resolve_state(self, at: object, role: str = "at") -> Floats:

@@ -17,7 +17,7 @@ from planner.base.errors import PlannerError
 from planner.base.progress import QUIET, Progress
 from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import second_look, straight
+from planner.collision.recheck import recheck_pieces, straight
 from planner.planning.improvement import improve_roadmap
 from planner.planning.result import Plan
 from planner.planning.solve import find_earliest, require_earliest, time_plan, why_no_path
@@ -264,7 +264,7 @@ def prove_path(live: LiveRoadmap, steps: Ints, around_too: bool = True) -> tuple
     path = path_waypoints(live.roadmap, live.checker.robot, steps)
     new = np.flatnonzero(unseen.any(axis=1))
     second = _make_second_checker(live, np.asarray(unseen.any(axis=0)))
-    contact = second_look(live.checker, straight(path[new], path[new + 1] - path[new]), second=second)
+    contact = recheck_pieces(live.checker, straight(path[new], path[new + 1] - path[new]), second=second)
     if contact is not None:
         return replace(live, proofs=live.proofs.refuse(int(rows[new[contact.piece]]))), False
     return replace(live, proofs=live.proofs.confirm(rows)), True

@@ -152,7 +152,7 @@ class Guard:
                 "give it a speed_limit instead, and move it."
             )
         limited = np.array([item.speed_limit > 0 for item in world.obstacles], dtype=bool)
-        bounds = checker.bound.of_all
+        bounds = checker.bound.motion_bounds
         if limited.any():  # these come to links that no joint moves
             still = ~world.moving
             still[: world.checked.size] &= ~np.tile(limited, len(world.bodies))
@@ -330,7 +330,7 @@ def _find_first_bad(
     """The first piece that is bad, or before the first bad stop; when (s), and why."""
     times = made[1 + guard.native.dof :]
     if found.pieces or found.approached:
-        contact = guard.contact_at_start(run().knots[0, 0] if found.may_hold else None)
+        contact = guard.contact_at_start(run().knots[0, 0] if found.could_contain else None)
         if contact is not None:
             on = WHERE[1 - found.approached]
             return 0, float(times[0]), Violation("contact", on, (contact.first, contact.second))

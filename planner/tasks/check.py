@@ -23,18 +23,18 @@ from planner.base.resolutions import RECHECK
 from planner.base.yamlfile import read_text, validate
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import looks_along, straight
+from planner.collision.recheck import sample_along, straight
 from planner.kinematics.forward import tool_joint
 from planner.planning.result import JSON_NAME, Plan
 from planner.problem.options import AS_PLANNED, EMPTY, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import open_world
-from planner.query.robots import let_go, placement_of, take
+from planner.query.robots import let_go, take
 from planner.roadmap.storage import read_world_request
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried, with_tool, without_carried
-from planner.robot.shapes import Carried, Obstacle, extremes
+from planner.robot.shapes import Carried, Obstacle, bounding_box
 from planner.tasks.candidates import RELEASE
 from planner.tasks.modes import Pairs
 from planner.tasks.result import TaskPlan, TaskPlanRecord
@@ -291,7 +291,7 @@ def _find_contacts_off_rest(
     strict, held = second_checker(replay.checker(hand)), replay.held
     assert held is not None
     for pieces in (straight(path[:-1], np.diff(path, axis=0)), *(() if motion is None else (motion.coefficients,))):
-        looks = looks_along(strict, pieces, step)
+        looks = sample_along(strict, pieces, step)
         q = evaluate(pieces[looks.piece], looks.s)
         at = np.array([replay.pose(held.name, row) for row in q])
         off = np.min([_measure_shift(held, at, replay.pose(held.name, path[row])) for row in rests], axis=0)
@@ -303,7 +303,7 @@ def _find_contacts_off_rest(
 
 def _measure_shift(item: Carried | Obstacle, a: Floats, b: Floats) -> Floats:
     """How far (n,) m a point of an item at most is in placements ``a`` (n, 4, 4) from where it is in ``b`` (4, 4)."""
-    points = np.where(np.indices((2, 2, 2)).reshape(3, 8).T, *reversed(extremes(item.shape)))
+    points = np.where(np.indices((2, 2, 2)).reshape(3, 8).T, *reversed(bounding_box(item.shape)))
     return np.linalg.norm((a - b)[..., :3, :3] @ points.T + (a - b)[..., :3, 3:], axis=-2).max(axis=-1)
 
 
@@ -352,7 +352,7 @@ class _Replay:
     def pose(self, name: str, q: Floats) -> Floats:
         """Where an object is (4, 4) in a configuration (dof,)."""
         if self.held is not None and self.held.name == name:
-            return placement_of(self.held, self.robot, q)
+            return placement_of_carried(self.held, self.robot, q)
         return next(item for item in self.scene.obstacles if item.name == name).placement
 
     def apply(self, event: Event, q: Floats) -> None:

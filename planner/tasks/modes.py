@@ -12,7 +12,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import tool_pose
 from planner.problem.conditions import Condition
-from planner.robot.robot import Robot, held_in, with_carried
+from planner.robot.robot import Robot, frame_of_carried, with_carried
 from planner.robot.shapes import Carried, Obstacle
 from planner.tasks.task import TaskError
 
@@ -84,7 +84,7 @@ class Modes:
 
     def take(self, item: Carried) -> int:
         """Let the arm hold something from the beginning: the number of its grasp."""
-        robot, holder = self.robot, held_in(self.robot, item)
+        robot, holder = self.robot, frame_of_carried(self.robot, item)
         tool = robot.model.frames[robot.tool_id]
         if holder.parentJoint != tool.parentJoint:
             raise TaskError(f"'{item.name}' is held by '{item.link}', which does not move with the tool: detach it.")

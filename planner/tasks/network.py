@@ -17,10 +17,10 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
-from planner.collision.looks import second_look, straight
+from planner.collision.recheck import recheck_pieces, straight
 from planner.cost.scale import cost_number, costs_along, length_cost
 from planner.kinematics.forward import tool_path_lengths
-from planner.native.graphs import reached
+from planner.native.graphs import reachable
 from planner.problem.request import Objective
 from planner.roadmap.connections import find_nearest
 from planner.roadmap.roadmap import Roadmap
@@ -303,7 +303,7 @@ class LazySearch:
         for number in np.unique(self.tasks.mode[arcs]).tolist():
             mine = arcs[self.tasks.mode[arcs] == number]
             start, delta, owner = self.modes.motions.select(self.tasks.motion[mine])
-            seen = second_look(self.modes.checker_of(self.tasks.modes[number]), straight(start, delta))
+            seen = recheck_pieces(self.modes.checker_of(self.tasks.modes[number]), straight(start, delta))
             if seen is not None:
                 self.refused[mine] |= self.tasks.motion[mine] == owner[seen.piece]
                 return False
@@ -314,4 +314,4 @@ class LazySearch:
         net, begin = self.tasks, np.zeros(self.tasks.nodes, dtype=bool)
         begin[net.start] = True
         arcs = np.stack([net.tails, net.heads], axis=1)[~self.refused]
-        return int(net.reaches[reached(begin, arcs)].max())
+        return int(net.reaches[reachable(begin, arcs)].max())

@@ -12,7 +12,7 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.collision.checker import contact_of
+from planner.collision.checker import contact_at
 from planner.kinematics.inverse import beyond_reach
 from planner.problem.options import RobotLike
 from planner.problem.outcome import Outcome
@@ -22,7 +22,7 @@ from planner.query.query import open_world, states_of
 from planner.query.resolve import free_configuration, other_turns, resolve
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
-from planner.robot.robot_in_scene import in_world
+from planner.robot.robot_in_scene import resolve_frames
 from planner.robot.scene import Scene
 from planner.search.network import PathCost
 from planner.tasks.candidates import NO_OBJECT, Candidates, Rejected, require_sensible
@@ -191,7 +191,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest, progress: Progress) -
     fixed = replace(scene_without(scene, names), carried=tuple(item for item in scene.carried if item is not held))
     world = WorldRequest(robot=what.robot, scene=fixed, collision=request.what.collision, margin=request.what.margin)
     checker = open_world(world)
-    scene = in_world(scene, checker.robot)
+    scene = resolve_frames(scene, checker.robot)
     objects = {item.name: item for item in scene.obstacles if item.name in names}
     modes = Modes(checker, objects, progress=progress)
     if held is not None:
@@ -207,7 +207,7 @@ def _ends(candidates: Candidates, modes: Modes) -> Floats:
         for k in np.unique(np.linspace(0, len(listed) - 1, min(len(listed), _ENDS)).round().astype(int)):
             chosen.append(listed[k].ends[: 1 + len(listed[k].motions)])
     found = np.vstack(chosen)
-    return found[[contact_of(modes.checker, q) is None for q in found]]
+    return found[[contact_at(modes.checker, q) is None for q in found]]
 
 
 def explain_failure(candidates: Candidates, search: LazySearch | None) -> StepFails:

@@ -33,7 +33,7 @@ from planner.problem.options import RobotLike
 from planner.problem.outcome import Outcome, Record, Rows
 from planner.problem.request import TaskRequest
 from planner.query.query import open_world
-from planner.query.robots import placement_of
+from planner.query.robots import placement_of_carried
 from planner.roadmap.roadmap import Roadmap, RoadmapRecord
 from planner.roadmap.storage import load_roadmap, read_world_request, save_roadmap
 from planner.robot.moving import KnownMotion, MovingObstacle
@@ -303,7 +303,7 @@ def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
 
     for item in plan.scene.carried:  # what is held from the beginning
         if item.name in names - set(things):
-            things[item.name], first = item, placement_of(item, plan.robot, motion.at(0.0)[0])
+            things[item.name], first = item, placement_of_carried(item, plan.robot, motion.at(0.0)[0])
             poses[item.name], held = [first], (item.name, np.linalg.inv(hand(0.0)) @ first)
     for now in at.tolist():
         while events and events[0][0] <= now:

@@ -8,13 +8,13 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.progress import QUIET, Progress
-from planner.collision.checker import CollisionChecker, contact_of
+from planner.collision.checker import CollisionChecker, contact_at
 from planner.collision.edge_prover import EdgeProver
 from planner.constraints.floor import prove_floor
 from planner.cost.scale import CostScale, measure_scale
 from planner.kinematics.inverse import POSITION_TOLERANCE
 from planner.kinematics.manipulability import node_manipulability
-from planner.native.graphs import reached
+from planner.native.graphs import reachable
 from planner.problem.outcome import CannotFollow
 from planner.roadmap.measure import measure_edges, unchecked
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, record_origin
@@ -95,11 +95,11 @@ def _on_the_way(along: Floats, arcs: Ints) -> Bools:
     """
     if not len(arcs):
         return np.zeros(0, dtype=bool)
-    ahead = reached(along <= 1e-9, arcs)
+    ahead = reachable(along <= 1e-9, arcs)
     if not ahead[arcs[:, 0]].any():
         return np.zeros(len(arcs), dtype=bool)
     farthest = along[arcs[ahead[arcs[:, 0]], 1]].max()
-    back = reached(ahead & (along >= farthest - 1e-9), arcs[:, ::-1])
+    back = reachable(ahead & (along >= farthest - 1e-9), arcs[:, ::-1])
     return ahead[arcs[:, 0]] & back[arcs[:, 1]]
 
 
@@ -174,7 +174,7 @@ def explain_stop(
             cause="strays", between=(constraints.texts[spare.argmin()],), distance=float(-spare.min()), **begun
         )
     q = q[kept]
-    contacts = [contact_of(checker, one) for one in q[:_LOOKED_AT]]
+    contacts = [contact_at(checker, one) for one in q[:_LOOKED_AT]]
     if all(contacts):
         named = Counter((found.first, found.second) for found in contacts if found)
         return CannotFollow(cause="touching", between=named.most_common(1)[0][0], **begun)

@@ -13,7 +13,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, PROOF_OF_CHECK, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.collision.looks import Clearance, second_look, straight
+from planner.collision.recheck import Clearance, recheck_pieces, straight
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
@@ -109,7 +109,7 @@ def _examine(
     ``touch`` is a contact from before; ``unproven_in_time`` pieces of the motion are not proven among moving obstacles.
     """
     checker, count, findings = report.checker, len(pieces), list(report.findings)
-    sample = second_look(checker, pieces, report.step, progress=partial(progress, "contacts"))
+    sample = recheck_pieces(checker, pieces, report.step, progress=partial(progress, "contacts"))
     touches = [] if touch is None else [touch]
     if sample is not None:
         at = locations[sample.piece] + sample.s * (locations[sample.piece + 1] - locations[sample.piece])

@@ -11,7 +11,7 @@ from planner.base.resolutions import RECHECK
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.moving_prover import TimedProver
+from planner.collision.timed_prover import TimedProver
 from planner.problem.outcome import BlockedInTime
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.robot.moving import MovingObstacle

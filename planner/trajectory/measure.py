@@ -10,7 +10,7 @@ from planner.base.arrays import Floats, Ints, cut, lengths_along, parts_of, so_f
 from planner.base.polynomials import bernstein, derivative, evaluate
 from planner.base.resolutions import CLEARANCE_ALONG_PATH, CLEARANCE_FIRST, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import Clearance, Seen, dense_states, first_seen, straight
+from planner.collision.recheck import Clearance, PathContact, dense_states, sample_contacts, straight
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
@@ -86,10 +86,10 @@ def count_corners(path: Floats) -> int:
     return int((np.linalg.norm(np.diff(ahead, axis=0), axis=1) > _STRAIGHT).sum())
 
 
-def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK) -> Seen | None:
+def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK) -> PathContact | None:
     """Return the first contact along a joint path sampled every ``step`` metres of motion, without proofs."""
     start = path[:-1] if len(path) > 1 else path
-    return first_seen(checker, straight(start, np.diff(path, axis=0) if len(path) > 1 else 0.0 * path), step)
+    return sample_contacts(checker, straight(start, np.diff(path, axis=0) if len(path) > 1 else 0.0 * path), step)
 
 
 def path_clearance(checker: CollisionChecker, path: Floats) -> tuple[Floats, Floats]:

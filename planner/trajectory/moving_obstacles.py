@@ -11,8 +11,8 @@ from planner.base.polynomials import part
 from planner.collision import coal_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.coal import CoalInTime
-from planner.collision.looks import Clearance
-from planner.collision.moving_prover import TimedProver, moving_world
+from planner.collision.recheck import Clearance
+from planner.collision.timed_prover import TimedProver, moving_world
 from planner.collision.world import Contact
 from planner.robot.moving import MovingObstacle
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
@@ -167,7 +167,7 @@ def _touching(judge: CoalInTime, trajectory: Trajectory, t: Floats, extra: float
 def clearance_in_time(trajectory: Trajectory, checker: CollisionChecker, times: Floats) -> Floats:
     """Distance (n,) m of the nearest thing at ``times`` (n,) s, with what moves where it is then; inf for nothing.
 
-    See :class:`planner.collision.looks.Clearance`.
+    See :class:`planner.collision.recheck.Clearance`.
     """
     q = trajectory.at(times)
     found, moving = Clearance(checker)(q), checker.world.scene.moving

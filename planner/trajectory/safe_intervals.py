@@ -17,7 +17,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.progress import QUIET, Progress
-from planner.collision.moving_prover import TimedProver
+from planner.collision.timed_prover import TimedProver
 from planner.native.compiled import cheapest_costs
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.trajectory.limits import LEAST_JERK, USED, MotionLimits

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError, StateError
-from planner.collision.checker import CollisionChecker, configurations
+from planner.collision.checker import CollisionChecker, as_configurations
 from planner.collision.edge_prover import EdgeProver
 from planner.constraints.floor import prove_floor
 from planner.kinematics.manipulability import manipulability
@@ -170,7 +170,7 @@ def time_curve(
     """
     TimingRequest(time_law=time_law, extra_cost=extra_cost)  # checks the ranges
     RoadmapQuality(min_manipulability=floor)
-    path = configurations(checker, "path", path)
+    path = as_configurations(checker, "path", path)
     if not len(path):
         raise StateError("path has no waypoint: give a row of joint values for each, at least one.")
     limits = limits_or_default(limits, checker.robot)

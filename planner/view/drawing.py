@@ -15,7 +15,7 @@ from planner.roadmap.roadmap import Roadmap
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot, load_visuals
 from planner.robot.scene import Scene
-from planner.robot.shapes import Body, Sphere, corners, extremes
+from planner.robot.shapes import Body, Sphere, bounding_box, corners
 from planner.trajectory.measure import dense_path
 from planner.view.canvas import Canvas
 from planner.view.surfaces import smooth_mesh, tube
@@ -209,7 +209,7 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
     matrices = joint_matrices(robot, q)
     rows = [np.zeros((0, 3))]
     for body in bodies:
-        low, high = extremes(body.shape)
+        low, high = bounding_box(body.shape)
         box = np.array(np.meshgrid(*np.column_stack([low, high]))).reshape(3, -1).T
         # in its joint's frame, or for the base the world
         still = box @ body.placement[:3, :3].T + body.placement[:3, 3]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.collision.checker import CollisionChecker, contact_of
-from planner.collision.looks import Clearance
+from planner.collision.checker import CollisionChecker, contact_at
+from planner.collision.recheck import Clearance
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability, unit_of
@@ -78,7 +78,7 @@ def inspect_state(checker: CollisionChecker, q: Floats) -> StateReport:
 
 def _contacts(checker: CollisionChecker, q: Floats) -> tuple[Contact, ...]:
     """Every checked pair that touches or is closer than the margin; the one that the checker finds first leads."""
-    first = contact_of(checker, q)
+    first = contact_at(checker, q)
     if first is None:
         return ()
     world = checker.world

@@ -169,7 +169,7 @@ def test_the_worst_claim_stays_mended(linked: bool, library: str) -> None:
     for margin, free in ((true.high + 1e-4, False), (true.low - 1e-4, True)):
         kept, _ = world_of([case], library, load("planar_2r"), margin)
         q = np.array([[0.7, -0.4]])
-        assert (kept.first_contact(q) is None) is kept.bound.looks_free(q) is free
+        assert (kept.first_contact(q) is None) is kept.bound.is_clear(q) is free
 
 
 def test_motions_that_one_prover_alone_proves_are_looked_at(tmp_path: Path) -> None:

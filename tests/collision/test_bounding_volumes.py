@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from planner.collision import BACKENDS, make_checker
-from planner.collision.bounding_volumes import box_cover, dent, hull_corners, sphere_cover, widened
+from planner.collision.bounding_volumes import box_cover, dent_depth, hull_corners, sphere_cover, widen_triangles
 from planner.collision.checker import is_free
 from planner.kinematics.forward import joint_placements
 from planner.robot.poses import pose
@@ -72,19 +72,19 @@ def notched(depth: float) -> Mesh:
 
 
 def test_a_convex_mesh_has_no_dent() -> None:
-    assert dent(box_mesh((0.1, 0.2, 0.3))) == pytest.approx(0.0, abs=1e-12)
+    assert dent_depth(box_mesh((0.1, 0.2, 0.3))) == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("depth", [0.01, 0.2])
 def test_a_pit_is_as_deep_as_it_says(depth: float) -> None:
-    found = dent(notched(depth))
+    found = dent_depth(notched(depth))
     assert found >= depth * (1 - 1e-9)
     assert found <= 2.5 * depth
 
 
 def test_an_open_mesh_has_no_bound() -> None:
     box = box_mesh((0.1, 0.2, 0.3))
-    assert dent(Mesh(box.vertices, box.triangles[:-1])) == np.inf
+    assert dent_depth(Mesh(box.vertices, box.triangles[:-1])) == np.inf
 
 
 # a strip of which two corners coincide
@@ -105,7 +105,7 @@ def areas(mesh: Mesh) -> np.ndarray:
 )
 def test_needles_get_a_micrometre(corners: list[list[float]]) -> None:
     mesh = Mesh(np.array(corners, dtype=float), np.array([[0, 1, 2]]))
-    wide = widened(mesh)
+    wide = widen_triangles(mesh)
     assert areas(wide).min() > 0.0
     new = wide.vertices[wide.triangles[0]]
     for corner in mesh.vertices:  # each has one within a micrometre, and the longest side is there still

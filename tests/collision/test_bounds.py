@@ -7,7 +7,7 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.bounds import ClearanceBound
-from planner.collision.moving_prover import moving_world
+from planner.collision.timed_prover import moving_world
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.moving import KnownMotion
@@ -117,13 +117,13 @@ def test_a_look_finds_what_is_as_near_as_the_margin_and_nothing_farther(kind: st
         pairs = np.arange(world.checked.size)
         gap = ClearanceBound(world).close(rotation, position, np.zeros_like(pairs), pairs).min()
         if gap > 1e-3:
-            assert ClearanceBound(replace(world, margin=0.999999 * gap)).looks_free(q)
-            assert not ClearanceBound(replace(world, margin=1.000001 * gap)).looks_free(q)
+            assert ClearanceBound(replace(world, margin=0.999999 * gap)).is_clear(q)
+            assert not ClearanceBound(replace(world, margin=1.000001 * gap)).is_clear(q)
 
 
 def test_each_of_many_states_is_told_as_if_it_were_alone() -> None:
     bound, q = checker_of("panda", "shelf").bound, random_q(load("panda"), 200, 1)
-    alone = [bound.looks_free(one[None]) for one in q]
+    alone = [bound.is_clear(one[None]) for one in q]
     assert 20 < sum(alone) < 180
     for rows in (slice(None), np.flatnonzero(alone), ~np.array(alone), slice(0)):
-        assert bound.each_looks_free(q[rows]).tolist() == np.array(alone)[rows].tolist()
+        assert bound.is_each_clear(q[rows]).tolist() == np.array(alone)[rows].tolist()

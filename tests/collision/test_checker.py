@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.checker import contact_of, is_free
+from planner.collision.checker import contact_at, is_free
 from planner.robot.poses import pose
 from planner.robot.shapes import Box, Mesh, Shape, Sphere
 from tests.coal_judge import CoalWorld
@@ -28,7 +28,7 @@ def test_the_first_contact_is_the_first_row_that_is_not_free(backend: str) -> No
     found = checker.first_contact(q)
     assert found is not None
     first = int(touching.argmax())
-    assert (found[0], str(found[1])) == (first, str(contact_of(checker, q[first])))
+    assert (found[0], str(found[1])) == (first, str(contact_at(checker, q[first])))
     assert checker.first_contact(q[~touching]) is None
     assert checker.robot is robot
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.checker import contact_of, is_free
-from planner.collision.looks import dense_states
+from planner.collision.checker import contact_at, is_free
+from planner.collision.recheck import dense_states
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.robot.poses import pose
@@ -42,7 +42,7 @@ def test_what_is_deep_inside_is_not_free(robot: str, scene: str, q: list[float],
     checker = make_checker(load(robot), Scene.load(scene), backend)
     assert CoalWorld(checker.world).distances(np.array(q)).min() < depth
     assert not is_free(checker, np.array(q))
-    assert not checker.bound.looks_free(np.array([q]))
+    assert not checker.bound.is_clear(np.array([q]))
 
 
 def test_a_verdict_does_not_depend_on_earlier_questions() -> None:
@@ -111,7 +111,7 @@ def test_a_checker_that_shares_shapes_says_what_one_from_nothing_says(backend: s
     placed = joint_placements(fresh.chain, q)
     np.testing.assert_array_equal(shared.bound.coarse(*placed), fresh.bound.coarse(*placed))
     for row in q:
-        assert str(contact_of(shared, row)) == str(contact_of(fresh, row))
+        assert str(contact_at(shared, row)) == str(contact_at(fresh, row))
 
 
 def moved(world: World, name: str, place: np.ndarray) -> World:

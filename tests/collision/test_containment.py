@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from planner.collision import BACKENDS, make_checker
-from planner.collision.checker import CollisionChecker, contact_of, keeping
-from planner.collision.containment import Inside
+from planner.collision.checker import CollisionChecker, contact_at, with_extra_margin
+from planner.collision.containment import Containment
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
@@ -41,7 +41,7 @@ def planar(backend: str, shape: Shape, at: np.ndarray | None = None) -> Collisio
 def test_a_robot_inside_a_mesh(backend: str, mesh: Mesh, at: np.ndarray | None, encloses: bool) -> None:
     checker = planar(backend, mesh, at)
     q, delta = np.array([0.3, 0.4]), np.array([0.2, -0.1])
-    found = contact_of(checker, q)
+    found = contact_at(checker, q)
     assert (found is not None) is encloses
     assert found is None or found.enclosed
     expected = Verdict.COLLIDES if encloses else Verdict.FREE
@@ -83,7 +83,7 @@ def test_an_obstacle_inside_a_link(backend: str, what: Shape, tmp_path: Path, ur
 def test_a_link_inside_another(backend: str, name: str, q: list[float]) -> None:
     checker = make_checker(load(name), Scene.load("empty"), backend)
     assert checker.first_touch(np.array([q])) is None
-    found = contact_of(checker, np.array(q))
+    found = contact_at(checker, np.array(q))
     assert found is not None
     assert found.enclosed
 
@@ -93,7 +93,7 @@ def test_what_the_scene_allows_may_be_inside() -> None:
     links = {body.link for body in robot.bodies}
     allowed = frozenset(frozenset((link, "thing0")) for link in links)
     checker = make_checker(robot, Scene("made", scene.obstacles, allowed=allowed), "coal")
-    assert contact_of(checker, np.zeros(2)) is None
+    assert contact_at(checker, np.zeros(2)) is None
 
 
 def _obj(mesh: Mesh) -> str:
@@ -105,8 +105,8 @@ def test_with_more_clearance_the_same_pairs_are_found_by_their_new_numbers() -> 
     """A hollow link swallows the hand; the base, which no joint moves, stands in a mesh of its own."""
     scene = scene_of((box(9.0), pose([20, 0, 0])), (box(6.0), np.eye(4)), (box(0.6), pose([0.7, 0, 0.5])))
     checker = make_checker(load("panda"), scene)
-    wider = keeping(checker, 0.01)
-    alone = Inside(wider.world, wider.chain)
+    wider = with_extra_margin(checker, 0.01)
+    alone = Containment(wider.world, wider.chain)
     q = np.random.default_rng(0).uniform(checker.robot.lower, checker.robot.upper, (200, 7))
     np.testing.assert_array_equal(wider.inside.pairs(q), alone.pairs(q))
     np.testing.assert_array_equal(wider.inside.all_pairs(q), alone.all_pairs(q))

@@ -9,7 +9,7 @@ from planner.base.polynomials import evaluate, part
 from planner.collision import make_checker, second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.looks import Clearance
+from planner.collision.recheck import Clearance
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.poses import pose
 from planner.robot.robot import Robot

@@ -15,7 +15,7 @@ from planner.collision.checker import is_free
 from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.fcl import FclChecker
-from planner.collision.looks import first_seen, straight
+from planner.collision.recheck import sample_contacts, straight
 from planner.collision.path_moves import cheapest_chain
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
@@ -222,7 +222,7 @@ def test_curves_that_are_cleared_together_are_not_free_where_joints_work_against
         end = turn[2, 0] @ np.array([0.375, 0.0, 0.0]) + shift[2, 0]
         checker = make_checker(arm, scene_of((Sphere(1e-4), pose(end.tolist()))))
         prover, pieces = EdgeProver(checker), np.stack([np.stack([q, delta]), np.stack([q + delta, delta])])
-        if first_seen(checker, pieces[:1], 1e-3) is None:
+        if sample_contacts(checker, pieces[:1], 1e-3) is None:
             some += 1
             assert not prover.all_free(pieces)
     assert some > 200
@@ -324,4 +324,4 @@ def test_what_is_proven_of_the_pieces_of_meshes_touches_nowhere_by_the_whole_mes
     assert (free >= before.free).all()
     assert before.free.sum() >= 30
     assert proofs.samples[free].sum() < 0.8 * before.samples[free].sum()
-    assert first_seen(make_checker(whole, scene, other), straight(start[free], delta[free]), 1e-3) is None
+    assert sample_contacts(make_checker(whole, scene, other), straight(start[free], delta[free]), 1e-3) is None

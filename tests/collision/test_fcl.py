@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.checker import contact_of
+from planner.collision.checker import contact_at
 from planner.collision.coal import CoalChecker
 from planner.collision.fcl import Boxes, FclChecker
 from planner.collision.world import World
@@ -72,7 +72,7 @@ def assert_verdicts_agree(checker, states):
     margin = checker.world.margin
     band = BAND + (checker.error(margin) if margin else 0.0)
     for q in states:
-        truth, contact = touching_pairs(judge, q, margin), contact_of(checker, q)
+        truth, contact = touching_pairs(judge, q, margin), contact_at(checker, q)
         verdicts.append(contact is not None)
         if (contact is not None) != bool(truth):
             nearest = judge.distances(q).min()

@@ -15,7 +15,7 @@ from planner.robot.scene import Scene
 from planner.robot.shapes import Mesh, Obstacle, Sphere
 from tests.coal_judge import CoalWorld
 from tests.robot.files.test_meshes import mesh_file
-from tests.robot.files.test_thinned import ball
+from tests.robot.files.test_simplify import ball
 from tests.worlds import joint_xml, link_xml
 
 MESH = ball(0.012)

@@ -10,7 +10,13 @@ from scipy.optimize import minimize_scalar
 
 from planner.base.errors import PlannerError
 from planner.base.polynomials import evaluate
-from planner.constraints.path_constraints import _FINEST, FORGIVEN, PathConstraints, bound_to, require_bound
+from planner.constraints.path_constraints import (
+    _FINEST,
+    FORGIVEN,
+    PathConstraints,
+    bind_orientations,
+    require_orientations,
+)
 from planner.constraints.tool_bound import prove_along
 from planner.problem.conditions import parse_constraints
 from planner.robot.robot import Robot
@@ -155,7 +161,7 @@ def test_a_motion_that_begins_on_the_edge_is_proven(panda):
 
 
 def test_a_turn_is_about_the_orientation_at_the_start(panda):
-    (turn,) = bound_to(parse_constraints("turn:0.1"), panda, panda.home)
+    (turn,) = bind_orientations(parse_constraints("turn:0.1"), panda, panda.home)
     assert beyond(panda, turn, panda.home) == pytest.approx(-0.1, abs=1e-7)
     with pytest.raises(PlannerError, match="orientation at a start"):
-        require_bound(parse_constraints("turn:0.1"), panda)
+        require_orientations(parse_constraints("turn:0.1"), panda)

@@ -16,7 +16,7 @@ import pytest
 import planner
 from planner import figures
 from planner.base.errors import OptionError
-from planner.collision.looks import Clearance
+from planner.collision.recheck import Clearance
 from planner.figures.paths import w_label
 from planner.figures.style import leave_headroom, single, stroke
 from planner.kinematics.manipulability import jacobians, manipulability

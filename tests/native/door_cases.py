@@ -31,7 +31,7 @@ from planner.native.compiled import (
     ramp_quickest,
     stops_quickest,
 )
-from planner.native.refinement import Descent, EvenStretches, Judge, Refined, Step, descend, even_stretches
+from planner.native.refinement import Descent, EvenStretches, ProofSettings, RefinedPath, Step, descend, even_stretches
 from planner.session.verdict import Chunk
 from planner.trajectory.trajectory import interpolate
 from tests.random_shapes import random_pose
@@ -480,7 +480,7 @@ def of_refinement(rng: Rng, size: Size) -> list[Any]:
     mixes, limits = rng.random((4, 2)), (np.full(dof, -1.0), np.full(dof, 1.0))
     ends = np.sort(rng.permuted(np.tile(np.arange(len(path)), (5, 1)), axis=1)[:, :2], axis=1)
     for kind, first in ((0, 1), (1, 2), (2, 1)):
-        judge = Judge(world, bounds_of(world), 1e-3, charge_of(rng, size, chain, kind))
+        judge = ProofSettings(world, bounds_of(world), 1e-3, charge_of(rng, size, chain, kind))
         draws = rng.normal(size=(5, max(0, (len(path) - 1) // 2), 3, dof + 1))
         sweeps = Descent(path, first, Step(0.1, 0.2), 0.05, 0.02, limits, mixes, draws, 4)
         (at_once, *_), one_by_one = descend(judge, sweeps), sweeps
@@ -496,7 +496,7 @@ def of_refinement(rng: Rng, size: Size) -> list[Any]:
     return found
 
 
-def of_refined(world: NativeWorld, before: Any, refined: Refined) -> list[Any]:
+def of_refined(world: NativeWorld, before: Any, refined: RefinedPath) -> list[Any]:
     """What a refined path is: its ends stay, new motions are proven as it says, others are as they were."""
     path, _, clearance, samples = refined
     new, old = np.flatnonzero(samples >= 0), np.flatnonzero(samples < 0)

@@ -15,7 +15,7 @@ import pytest
 from planner.base.interrupts import StopRequest, stop_requests
 from planner.native import compiled
 from planner.native.compiled import Charge, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
-from planner.native.refinement import Descent, EvenStretches, Judge, Step, descend, even_stretches
+from planner.native.refinement import Descent, EvenStretches, ProofSettings, Step, descend, even_stretches
 from tests.native.sanitized import MODULE
 
 SOON = 5.0 if MODULE in os.environ else 1.0  # s: sanitizers are slower, and look for something else
@@ -112,7 +112,7 @@ def zigzag() -> np.ndarray:
 
 
 CHARGE = Charge(CHAIN, (0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1, 0.0), 1, False, 9, NO, 1, POINT, (0, 6))
-JUDGE = Judge(WORLD, BOUNDS, 1e-4, CHARGE)
+JUDGE = ProofSettings(WORLD, BOUNDS, 1e-4, CHARGE)
 
 
 def long_descent() -> Descent:

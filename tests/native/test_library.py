@@ -109,14 +109,14 @@ def test_a_motion_looks_free_where_its_states_do() -> None:
     """
     checker, robot = checker_of("panda", "shelf"), load("panda")
     reach, verdicts = checker.world.reach.bodies, []
-    kept = {step: checker.bound.look_along(step) for step in (np.inf, 0.05)}
+    kept = {step: checker.bound.make_state_check(step) for step in (np.inf, 0.05)}
     for a, b in zip(random_q(robot, 120, seed=5), random_q(robot, 120, seed=6), strict=True):
         delta = 0.3 * (b - a)
         for step, look in kept.items():
             count = 1 if np.isinf(step) else math.ceil(float((reach @ np.abs(delta)).max()) / step)
             shares = np.array([1.0, 0.5, *(np.arange(1, count) / count)])
-            looks = checker.bound.look_along(step)(a, delta)
-            assert looks == look(a, delta) == checker.bound.looks_free(a + shares[:, None] * delta)
+            looks = checker.bound.make_state_check(step)(a, delta)
+            assert looks == look(a, delta) == checker.bound.is_clear(a + shares[:, None] * delta)
             verdicts.append(looks)
     assert 20 < sum(verdicts) < 220
 

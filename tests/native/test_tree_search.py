@@ -26,7 +26,7 @@ def search(
     bound, robot = checker.bound, checker.robot
     space = (robot.lower, robot.upper), robot.continuous, longest, tool_and_rows(robot), floor, 0.1
     ends = np.atleast_2d(starts), np.atleast_2d(goals)
-    return bound.native.tree_path(bound.of_all, *space, *ends, STEP, APART, seed, limit)
+    return bound.native.tree_path(bound.motion_bounds, *space, *ends, STEP, APART, seed, limit)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -36,7 +36,7 @@ def test_every_motion_of_a_path_looks_free_and_is_a_step(seed: int) -> None:
     assert path is not None
     assert len(path) - 1 <= looked_at
     np.testing.assert_array_equal(path[[0, -1]], [query.starts[0], query.goals[0]])
-    look, delta = query.checker.bound.look_along(APART), np.diff(path, axis=0)
+    look, delta = query.checker.bound.make_state_check(APART), np.diff(path, axis=0)
     assert np.linalg.norm(delta, axis=1).max() <= STEP * (1 + 1e-12)
     assert all(look(q, d) for q, d in zip(path, delta, strict=False))
     assert (path >= query.robot.lower).all()
@@ -72,5 +72,5 @@ def test_a_joint_that_wraps_goes_the_shorter_way() -> None:
         apart = robot.difference(path[:-1], path[1:])
         assert np.linalg.norm(apart, axis=1).max() <= STEP * (1 + 1e-12)
         assert (np.abs(path[:, robot.continuous]) <= np.pi).all()
-        look = checker.bound.look_along(APART)
+        look = checker.bound.make_state_check(APART)
         assert all(look(q, d) for q, d in zip(path, apart, strict=False))

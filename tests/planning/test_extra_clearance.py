@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.looks import Clearance, dense_states
+from planner.collision.recheck import Clearance, dense_states
 from planner.planning.improvement import halves, prove_path_clearance, with_min_clearance
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, TimingRequest

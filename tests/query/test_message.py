@@ -16,7 +16,7 @@ from planner.problem.conditions import AxisConstraint, OrientationConstraint
 from planner.problem.request import PlanRequest
 from planner.problem.targets import ToolGoal
 from planner.query.query import Query, make_query
-from planner.robot.moveit.requests import goals_of, read_motion_plan_request
+from planner.robot.moveit.requests import goal_targets, read_motion_plan_request
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
@@ -170,7 +170,7 @@ def test_what_is_kept_lies_inside_the_tolerances(parameterization: int, tmp_path
         (tmp_path / "r.yaml").write_text(yaml.safe_dump(json.loads(json.dumps(changed(REQUEST, GOAL, turn)))))
         if min(most[0], most[2], 2 * most[1]) >= np.pi:
             continue
-        (target,) = goals_of(read_motion_plan_request(tmp_path / "r.yaml"), robot, Scene("x"))
+        (target,) = goal_targets(read_motion_plan_request(tmp_path / "r.yaml"), robot, Scene("x"))
         assert isinstance(target, ToolGoal)
         size = np.minimum(rng.choice([0.05, 0.5, 1.0, 2.0, 4.0], 3000), np.pi)
         axes = rng.normal(size=(3000, 3)) * (most + 1e-3) ** rng.choice([0, 1, 2], (3000, 1))

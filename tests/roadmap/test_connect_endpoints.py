@@ -11,7 +11,7 @@ from planner.base.errors import StateError
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.looks import recheck
+from planner.collision.recheck import sample_segment
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach, bridges
@@ -48,7 +48,7 @@ def test_new_ends_become_linked_nodes():
     apart = np.linalg.norm(new.nodes[:n] - Q, axis=1)
     assert set(new.edges[new.edges[:, 1] == n, 0]) <= set(np.argsort(apart)[:NEIGHBOURS])
     for i, j in added:
-        assert recheck(make_post(), new.nodes[i], new.nodes[j] - new.nodes[i]) is None
+        assert sample_segment(make_post(), new.nodes[i], new.nodes[j] - new.nodes[i]) is None
 
 
 def shortest(roadmap):
@@ -62,7 +62,7 @@ def test_the_straight_motion_from_start_to_goal_is_there_where_it_is_proven():
     new = attach(around_the_post(), make_post(), Q, goals)
     for goal in goals:
         alone = attach(around_the_post(), make_post(), Q, goal[None])
-        assert recheck(make_post(), Q[0], goal - Q[0]) is None
+        assert sample_segment(make_post(), Q[0], goal - Q[0]) is None
         np.testing.assert_allclose(shortest(alone), np.linalg.norm(goal - Q[0]), rtol=1e-9)
     np.testing.assert_allclose(shortest(new), np.linalg.norm(goals - Q, axis=1).min(), rtol=1e-9)
 
@@ -129,7 +129,7 @@ def test_it_grows_where_it_must(least, caplog):
     assert [new.edge_index(i, j) for i, j in part.edges]
     assert len(new.edges) - len(part.edges) > 1.5 * (len(new.nodes) - n)  # linked to its neighbours
     for i, j in new.edges[(new.edges >= n).any(axis=1)]:
-        assert recheck(make_post(), new.nodes[i], new.nodes[j] - new.nodes[i]) is None
+        assert sample_segment(make_post(), new.nodes[i], new.nodes[j] - new.nodes[i]) is None
     assert new.scale == part.scale
     # the message counts what the way needed, not the ends themselves, nor the shortcuts
     ends = 1 + int(new.goals[0] >= n)
@@ -198,7 +198,7 @@ def assert_bridge(path: np.ndarray, part: np.ndarray, other: np.ndarray, prover:
     assert (other == path[-1]).all(axis=1).any()
     delta = prover.robot.difference(path[:-1], path[1:])
     assert np.linalg.norm(delta, axis=1).max() <= GrowthSettings().range * (1 + 1e-9)
-    assert all(recheck(prover.checker, q, d) is None for q, d in zip(path, delta, strict=False))
+    assert all(sample_segment(prover.checker, q, d) is None for q, d in zip(path, delta, strict=False))
 
 
 @pytest.mark.parametrize("sizes", [(40, 9), (9, 40), (1, 1)])

@@ -8,7 +8,7 @@ import pytest
 from planner.collision import second_checker
 from planner.collision.checker import is_free
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.looks import recheck
+from planner.collision.recheck import sample_segment
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.edges import MotionChecker, RecordingProver, enlarge_roadmap
 from planner.roadmap.shortcuts import split_motions
@@ -96,7 +96,7 @@ def test_motions_with_a_floor_refuse_what_dips() -> None:
     assert MotionChecker(prover).proven(a, through_straight)
     assert not MotionChecker(prover, 0.01).proven(a, through_straight)
     assert MotionChecker(prover, 0.01).proven(a, np.array([1.0, 0.3]))
-    assert not MotionChecker(prover, 0.01).looks_free(0.05)(a, through_straight)
+    assert not MotionChecker(prover, 0.01).sampling_check(0.05)(a, through_straight)
     assert manipulability(robot, a[None])[0] > 0.01
 
 
@@ -118,14 +118,14 @@ def test_what_looks_free_may_touch_and_what_is_proven_does_not() -> None:
     """Of random motions past the post, by coal every millimetre: proven ones are free, sampled ones nearly all."""
     checker = make_post()
     motions, rng = MotionChecker(EdgeProver(checker)), np.random.default_rng(0)
-    looks = motions.looks_free(0.05)
+    looks = motions.sampling_check(0.05)
     starts = [q for q in rng.uniform(-2.5, 2.5, size=(60, 2)) if is_free(checker, q)]
     verdicts = []
     for q in starts:
         delta = rng.normal(size=2) * 0.6
         if (np.abs(q + delta) > 2.8).any():
             continue
-        truth = recheck(second_checker(checker), q, delta, 1e-3) is None
+        truth = sample_segment(second_checker(checker), q, delta, 1e-3) is None
         verdicts.append((truth, motions.proven(q, delta), looks(q, delta)))
     assert {truth for truth, _, _ in verdicts} == {True, False}
     for truth, proven, looked in verdicts:

@@ -7,7 +7,7 @@ import pytest
 
 from planner.base.progress import Progress
 from planner.collision.edge_prover import EdgeProver, MotionCheck, Verdict
-from planner.collision.looks import recheck
+from planner.collision.recheck import sample_segment
 from planner.problem.request import PlanRequest
 from planner.query.query import make_query
 from planner.roadmap.edges import MotionChecker
@@ -30,7 +30,7 @@ def test_the_path_is_proven_subdivided_and_joins_its_ends() -> None:
     delta = np.diff(found, axis=0)
     assert np.linalg.norm(delta, axis=1).max() <= SETTINGS.range * (1 + 1e-9)
     assert (EdgeProver(checker).prove(found[:-1], delta).verdict == Verdict.FREE).all()
-    assert all(recheck(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
+    assert all(sample_segment(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
 
 
 @pytest.mark.parametrize(("scene", "seed"), [("shelf", 2), ("table", 0), ("table", 1), ("window", 0)])
@@ -44,7 +44,7 @@ def test_joints_that_turn_freely(scene: str, seed: int) -> None:
     np.testing.assert_array_equal(found[[0, -1]], [query.starts[0], query.goals[0]])
     delta = robot.difference(found[:-1], found[1:])
     assert (prover.prove(found[:-1], delta).verdict == Verdict.FREE).all()
-    assert all(recheck(query.checker, q, d, 5e-3) is None for q, d in zip(found, delta, strict=False))
+    assert all(sample_segment(query.checker, q, d, 5e-3) is None for q, d in zip(found, delta, strict=False))
 
 
 def test_shortcuts_make_it_shorter() -> None:
@@ -71,7 +71,7 @@ def test_a_narrow_passage_takes_few_motions() -> None:
         searched = FirstPathSearch(motions, settings, np.random.default_rng(seed))
         assert searched.join(query.starts, query.goals) is not None
         few += searched.checked
-        look, space = motions.looks_free(0.05), JointSpace.from_robot(query.robot)
+        look, space = motions.sampling_check(0.05), JointSpace.from_robot(query.robot)
         with TreePlanners(space, look, np.random.default_rng(seed)) as planners:
             planners.rrt_connect(query.starts, query.goals, settings.range, settings.motions)
         many += planners.checked
@@ -107,7 +107,7 @@ def test_near_a_gap_the_path_is_proven_and_begins_and_ends_at_nodes() -> None:
     assert (left == found[0]).all(axis=1).any()
     assert (right == found[-1]).all(axis=1).any()
     delta = np.diff(found, axis=0)
-    assert all(recheck(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
+    assert all(sample_segment(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
     assert (found >= gap.min(axis=0) - 1.0).all()  # the largest box
     assert (found <= gap.max(axis=0) + 1.0).all()
 

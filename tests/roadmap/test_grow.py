@@ -10,7 +10,7 @@ from planner.base.progress import Progress
 from planner.base.resolutions import PROOF
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.collision.looks import recheck
+from planner.collision.recheck import sample_segment
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import Growth, GrowthSettings, ascend_manipulability, grow
@@ -43,7 +43,7 @@ def test_a_forest_of_proven_motions(post):
     assert labels[growth.starts[0]] == labels[growth.goals[0]]
     assert labels.max() == 0
     for i, j in growth.edges:
-        assert recheck(post, growth.nodes[i], growth.nodes[j] - growth.nodes[i], 1e-3) is None
+        assert sample_segment(post, growth.nodes[i], growth.nodes[j] - growth.nodes[i], 1e-3) is None
 
 
 def test_steps_keep_the_range(post):
@@ -203,7 +203,7 @@ def test_climbing_rises_all_the_way(name: str) -> None:
     rng, done = np.random.default_rng(2), 0
     for q in rng.uniform(robot.lower, robot.upper, (12, robot.dof)):
         start = float(manipulability(robot, q[None])[0])
-        if not checker.bound.looks_free(q[None]) or start > 0.02:
+        if not checker.bound.is_clear(q[None]) or start > 0.02:
             continue
         way = ascend_manipulability(EdgeProver(checker), q, 0.03)
         share = np.linspace(0, 1, 12)[:, None]

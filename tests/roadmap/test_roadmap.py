@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from planner.collision.looks import recheck
+from planner.collision.recheck import sample_segment
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
@@ -95,7 +95,7 @@ def test_what_it_says_about_itself_holds(which):
         np.testing.assert_allclose(getattr(roadmap, name), np.asarray(values))
     assert ((roadmap.nodes >= robot.lower) & (roadmap.nodes <= robot.upper)).all()
     for i, j in roadmap.edges[:: 1 if which == "planar_2r" else 15]:
-        assert recheck(checker, roadmap.nodes[i], robot.difference(roadmap.nodes[i], roadmap.nodes[j])) is None
+        assert sample_segment(checker, roadmap.nodes[i], robot.difference(roadmap.nodes[i], roadmap.nodes[j])) is None
 
 
 def test_as_a_networkx_graph():

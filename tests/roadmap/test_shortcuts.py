@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from planner import gabf
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.looks import recheck
+from planner.collision.recheck import sample_segment
 from planner.cost.motion_cost import MotionCost
 from planner.planning.plan import plan
 from planner.problem.request import Objective, PlanRequest
@@ -68,7 +68,7 @@ def test_short_cuts_are_free_and_in_pieces(pairs):
         for i, j in {tuple(edge) for edge in new.edges.tolist()} - {tuple(edge) for edge in old.edges.tolist()}:
             delta = new.nodes[j] - new.nodes[i]
             assert np.linalg.norm(delta) <= 0.8 + 1e-9
-            assert recheck(make_post(), new.nodes[i], delta, 1e-3) is None
+            assert sample_segment(make_post(), new.nodes[i], delta, 1e-3) is None
 
 
 def test_straight_motions_are_those_that_are_proven():

@@ -9,7 +9,7 @@ import yaml
 from planner.collision import make_checker
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
-from planner.robot.robot_in_scene import in_world
+from planner.robot.robot_in_scene import resolve_frames
 from planner.robot.scene import Scene
 from tests.refusals import refusal_of
 from tests.robot.files.moveit.samples import SCENE, changed
@@ -71,5 +71,5 @@ def test_a_fixed_frame_that_is_a_link_stands_where_the_link_does(link: str, tmp_
     text = refusal_of(lambda: make_checker(Robot.load("panda"), scene, "coal"))
     assert f"of scene 'example' place '{link}', which is a link of the robot and not there" in text
     if link == "panda_link0":
-        table = in_world(scene, Robot.load("panda", base=pose((0, 0, 0.9)))).obstacles[0]
+        table = resolve_frames(scene, Robot.load("panda", base=pose((0, 0, 0.9)))).obstacles[0]
         np.testing.assert_allclose(table.placement, pose((0.55, 0, 1.0)), atol=1e-12)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.robot.shapes import Mesh, Shape, corners, farthest, farthest_from_axis
+from planner.robot.shapes import Mesh, Shape, corners, max_distance_from_axis, max_distance_from_origin
 from tests.random_shapes import KINDS, QUICK, moved, points_in, poses, random_pose, random_shape, shapes
 
 AXES = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda a: np.linalg.norm(a) > 0.1)
@@ -16,9 +16,9 @@ AXES = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda a: np.linalg.norm(a) > 0
 def test_no_point_lies_farther_out(shape, placement, axis, seed):
     axis = np.array(axis) / np.linalg.norm(axis)
     points = moved(points_in(shape, np.random.default_rng(seed)), placement)
-    assert np.linalg.norm(points, axis=1).max() <= farthest(shape, placement) + 1e-12
+    assert np.linalg.norm(points, axis=1).max() <= max_distance_from_origin(shape, placement) + 1e-12
     across = points - np.outer(points @ axis, axis)
-    assert np.linalg.norm(across, axis=1).max() <= farthest_from_axis(shape, placement, axis) + 1e-12
+    assert np.linalg.norm(across, axis=1).max() <= max_distance_from_axis(shape, placement, axis) + 1e-12
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -28,7 +28,7 @@ def test_farthest_is_attained(kind):
     for _ in range(20):
         shape, placement = random_shape(rng, kind), random_pose(rng)
         points = moved(points_in(shape, rng, 20_000), placement)
-        most = farthest(shape, placement)
+        most = max_distance_from_origin(shape, placement)
         assert most - np.linalg.norm(points, axis=1).max() < 0.02 * most
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.robot.shapes import Box, Capsule, Mesh, Sphere
-from planner.robot.solids import is_watertight, may_hold, measures_of, points_of_pieces, solid_of
+from planner.robot.solids import could_contain, is_watertight, points_of_components, shape_measures, solid_of
 from tests.random_shapes import KINDS, QUICK, blob, box_mesh, moved, points_in, random_pose, random_shape
 
 CUBE = box_mesh((1.0, 1.0, 1.0))
@@ -66,7 +66,7 @@ def test_of_a_mesh_in_pieces_the_closed_ones_count() -> None:
     partly = together(box(1.0), plate)
     assert not is_watertight(partly)
     assert inside(partly, (0, 0, 0), (5.2, 0.2, 0)) == [True, False]
-    assert len(points_of_pieces(partly)) == 2
+    assert len(points_of_components(partly)) == 2
 
 
 @given(st.integers(0, 2**32), st.sampled_from(KINDS))
@@ -76,7 +76,9 @@ def test_a_shape_that_lies_in_a_solid_is_asked_about(seed: int, kind: str) -> No
     shape = random_shape(rng, kind)
     inside = np.abs(moved(points_in(shape, rng), random_pose(rng, 0.2))).max() < 0.5
     assert outer is not None
-    assert may_hold(outer, measures_of([shape])).tolist() in ([True], [inside])
+    assert could_contain(outer, shape_measures([shape])).tolist() in ([True], [inside])
     too_large = [Box((1.1, 1.1, 1.1)), Box((0.01, 0.01, 1.8)), Sphere(0.51), Capsule(0.01, 1.8), box(2.0)]
-    assert not may_hold(outer, measures_of(too_large)).any()
-    assert may_hold(outer, measures_of([together(box(0.1), box(0.1, (9, 0, 0)))])).all(), "one piece may be inside"
+    assert not could_contain(outer, shape_measures(too_large)).any()
+    assert could_contain(outer, shape_measures([together(box(0.1), box(0.1, (9, 0, 0)))])).all(), (
+        "one piece may be inside"
+    )

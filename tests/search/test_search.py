@@ -89,6 +89,6 @@ def test_what_has_passed_a_second_look_is_not_looked_at_again(monkeypatch: pytes
     steps = search(post_paths(seen=seen), gabf.SingularityFree()).steps
     assert len(seen) == len(steps) - 1
     monkeypatch.setattr(
-        "planner.search.search.second_look", lambda checker, pieces, progress: pytest.fail(f"{len(pieces)} more")
+        "planner.search.search.recheck_pieces", lambda checker, pieces, progress: pytest.fail(f"{len(pieces)} more")
     )
     assert post_paths(seen=seen).holds(steps[::-1])

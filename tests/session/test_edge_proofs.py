@@ -28,7 +28,7 @@ def test_only_what_is_open_is_proven_and_the_result_is_that_of_proving_all() -> 
     roadmap = post_roadmap()
     rows = np.arange(0, len(roadmap.edges), 4)
     alone = world_of(POST)
-    before = EdgeProofs.from_clearance(alone, roadmap.clearance).in_world(alone, checker.world)
+    before = EdgeProofs.from_clearance(alone, roadmap.clearance).move_to_world(alone, checker.world)
     after = before.prove(EdgeProver(checker), roadmap, rows)
     a, b = roadmap.nodes[roadmap.edges[rows, 0]], roadmap.nodes[roadmap.edges[rows, 1]]
     free = EdgeProver(checker).prove(a, b - a).free

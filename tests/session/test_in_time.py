@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
-from planner.collision.moving_prover import moving_world
+from planner.collision.timed_prover import moving_world
 from planner.kinematics.forward import tool_positions
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose

@@ -36,7 +36,7 @@ def cost_over_proven_edges(world: LiveRoadmap) -> float:
 def test_it_finds_the_cheapest_proven_path_and_leaves_most_edges_open() -> None:
     scene = make_post().world.scene
     ball = Obstacle("ball", Sphere(0.08), pose([-0.5, 0.5, 0]))
-    world = live().in_world(make_checker(ROBOT, replace(scene, obstacles=(*scene.obstacles, ball))))
+    world = live().move_to_world(make_checker(ROBOT, replace(scene, obstacles=(*scene.obstacles, ball))))
     opened = int(world.proofs.open.sum())
     found = found_in(world)
     assert len(found.steps)

@@ -9,7 +9,7 @@ import pytest
 
 import planner
 from planner.collision import make_checker
-from planner.collision.looks import first_seen
+from planner.collision.recheck import sample_contacts
 from planner.cost.scale import COSTS, costs_along
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import solve_each
@@ -102,7 +102,7 @@ def test_nothing_touches_every_tenth_of_a_millimetre(plan: TaskPlan) -> None:
             allowed = touch if segment.part != "transit" else frozenset()
             judge = make_checker(robot, Scene("x", (*fixed, mug), allowed=allowed), "coal")
         made = motion_of(plan, segment)
-        contact = first_seen(judge, made.coefficients, FINE)
+        contact = sample_contacts(judge, made.coefficients, FINE)
         if segment.part == "retreat" and segment.carried and contact is not None:
             # it stands on the table, and is lifted off it
             assert {contact.contact.first, contact.contact.second} == {"mug", "table"}

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from planner.base.errors import FileError, OptionError
 from planner.collision import make_checker
-from planner.collision.looks import first_seen
+from planner.collision.recheck import sample_contacts
 from planner.planning.plan import plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, SweepRequest
@@ -60,7 +60,7 @@ def test_each_motion_is_proven_and_the_other_library_finds_no_contact(made: Trad
         assert motion is item.trajectory
         assert motion is not None
         assert motion.proven
-        assert first_seen(judge, motion.coefficients, 1e-3) is None
+        assert sample_contacts(judge, motion.coefficients, 1e-3) is None
         np.testing.assert_allclose(motion.at(motion.times[[0, -1]]), item.path[[0, -1]], atol=1e-9)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.looks import Clearance
+from planner.collision.recheck import Clearance
 from planner.planning.plan import plan
 from planner.planning.record import ClearanceRecord
 from planner.problem.request import PlanRequest, TimingRequest

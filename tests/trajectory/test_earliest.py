@@ -10,7 +10,7 @@ import planner.trajectory.earliest as module
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.looks import Seen
+from planner.collision.recheck import PathContact
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.problem.outcome import BlockedInTime
@@ -105,7 +105,7 @@ def test_an_edge_that_a_second_look_refuses_is_left_out(monkeypatch: pytest.Monk
     first = earliest_motion(roadmap, checker, LIMITS)
     assert first is not None
     assert first.roadmap is roadmap
-    refused = [Seen(1, 0.0, POST_START, Contact("a", "b")), None]
+    refused = [PathContact(1, 0.0, POST_START, Contact("a", "b")), None]
     monkeypatch.setattr(module, "path_contact", lambda *_: refused.pop(0))
     second = earliest_motion(roadmap, checker, LIMITS)
     assert second is not None

@@ -9,7 +9,7 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
-from planner.collision.moving_prover import TimedProver, moving_world
+from planner.collision.timed_prover import TimedProver, moving_world
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.scene import Scene

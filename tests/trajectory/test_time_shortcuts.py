@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker, second_checker
-from planner.collision.looks import first_seen
+from planner.collision.recheck import sample_contacts
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.plan import plan
@@ -37,7 +37,7 @@ def test_they_are_quicker_and_no_longer_than_the_path() -> None:
     assert found.proven
     assert found.duration < 0.97 * rounded.duration
     assert length(found) <= np.linalg.norm(np.diff(PATH, axis=0), axis=1).sum()
-    assert first_seen(second_checker(CHECKER), found.coefficients, 1e-3) is None
+    assert sample_contacts(second_checker(CHECKER), found.coefficients, 1e-3) is None
 
 
 def dear_off_the_path(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -79,7 +79,7 @@ def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
     slower, _ = time_curve(solved.path, solved.checker, None, "blended", 0.0)
     assert motion.proven
     assert motion.duration <= slower.duration
-    assert first_seen(second_checker(solved.checker), motion.coefficients, 1e-3) is None
+    assert sample_contacts(second_checker(solved.checker), motion.coefficients, 1e-3) is None
     assert _sampled(cost, motion.at(np.linspace(0.0, motion.duration, 400))) <= (1.0 + extra) * 1.01 * _sampled(
         cost, np.concatenate([np.linspace(a, b, 60) for a, b in zip(solved.path[:-1], solved.path[1:], strict=True)])
     )

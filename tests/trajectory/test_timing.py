@@ -10,7 +10,7 @@ import pytest
 from planner.base.errors import OptionError
 from planner.base.polynomials import evaluate
 from planner.collision import make_checker, second_checker
-from planner.collision.looks import first_seen
+from planner.collision.recheck import sample_contacts
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.planning.result import Plan
@@ -131,8 +131,8 @@ def test_a_corner_next_to_an_obstacle_is_rounded_less_and_the_result_is_free() -
     assert found.proven
     assert wide.proven
     assert found.duration > wide.duration + 1e-3
-    assert first_seen(second_checker(checker), found.coefficients, 1e-3) is None
-    assert first_seen(second_checker(checker), wide.coefficients, 1e-3) is not None
+    assert sample_contacts(second_checker(checker), found.coefficients, 1e-3) is None
+    assert sample_contacts(second_checker(checker), wide.coefficients, 1e-3) is not None
 
 
 def test_a_floor_is_proven_between_the_samples_or_not_at_all() -> None:
@@ -161,5 +161,5 @@ def test_a_plan_is_rounded_and_the_same_every_time(solved: Plan) -> None:
     np.testing.assert_array_equal(found.coefficients, again.coefficients)
     assert found.proof["corners_blended"] > 0
     assert found.proven
-    assert first_seen(second_checker(solved.checker), found.coefficients, 1e-3) is None
+    assert sample_contacts(second_checker(solved.checker), found.coefficients, 1e-3) is None
     require_within(found, MotionLimits.from_robot(solved.robot))

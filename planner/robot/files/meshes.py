@@ -31,7 +31,7 @@ from planner.base.files import StrPath
 from planner.base.silenced import PROCESS
 from planner.base.yamlfile import shown
 from planner.robot.shapes import Body, Mesh
-from planner.robot.solids import is_closed, pieces_of_vertices
+from planner.robot.solids import component_of_vertices, is_closed
 
 MANY = 2000  # triangles: meshes of more are thinned
 CELL = 1e-3  # m: a cell of the grid
@@ -74,22 +74,22 @@ def read_mesh(path: StrPath, scale: float | Floats = 1.0) -> Mesh:
             f"mesh file {path} cannot be read ({reason}): check 'scale', or export it again as STL, OBJ, PLY, DAE or "
             "GLB."
         ) from None
-    return mesh.joined()
+    return mesh.merge_vertices()
 
 
-def link_mesh(path: Path, scale: Floats) -> Mesh:
-    """The mesh file of a link, :func:`thinned`, in metres after ``scale`` (3,).
+def read_link_mesh(path: Path, scale: Floats) -> Mesh:
+    """The mesh file of a link, :func:`simplify`, in metres after ``scale`` (3,).
 
     It is made once: then it comes from the cache. :class:`FileError` as :func:`read_mesh`.
     """
     made_of = [*_content(path, scale), CELL, MANY]
-    return _made_once("meshes", made_of, lambda: thinned(read_mesh(path, scale)))
+    return _made_once("meshes", made_of, lambda: simplify(read_mesh(path, scale)))
 
 
-def drawn_mesh(source: Path | Mesh, scale: float | Floats = 1.0) -> Mesh:
+def read_display_mesh(source: Path | Mesh, scale: float | Floats = 1.0) -> Mesh:
     """A mesh, or that of a file after ``scale``, as pages draw it: each surface lies within 2 mm of the other.
 
-    It has few triangles, and no vertex in common across sharp edges. From the cache as :func:`link_mesh`.
+    It has few triangles, and no vertex in common across sharp edges. From the cache as :func:`read_link_mesh`.
     """
     read = (lambda: source) if isinstance(source, Mesh) else lambda: read_mesh(source, scale)
     content = source.content() if isinstance(source, Mesh) else _content(source, scale)
@@ -105,7 +105,7 @@ def _made_once(kind: str, made_of: list[Any], make: Callable[[], Mesh]) -> Mesh:
     return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
 
 
-def pieces_of(body: Body) -> list[Body]:
+def split_into_components(body: Body) -> list[Body]:
     """A body for each connected piece of its mesh, ``_PIECES`` at most: their hulls fit closer than that of the whole.
 
     A piece stays with a larger one if it lies in its box, so that a hollow body stays hollow.
@@ -113,7 +113,7 @@ def pieces_of(body: Body) -> list[Body]:
     mesh = body.shape
     if not isinstance(mesh, Mesh):
         return [body]
-    number = pieces_of_vertices(mesh)[mesh.triangles].max(axis=1)
+    number = component_of_vertices(mesh)[mesh.triangles].max(axis=1)
     rows = [np.flatnonzero(number == k) for k in np.unique(number)]
     corners = [mesh.vertices[mesh.triangles[own]] for own in rows]
     low, high = (np.array([end(each, axis=(0, 1)) for each in corners]) for end in (np.min, np.max))
@@ -233,13 +233,13 @@ def collada_notes(files: Iterable[Path]) -> Iterator[Note]:
         yield Note(text, grave=False)
 
 
-def thinned(mesh: Mesh) -> Mesh:
+def simplify(mesh: Mesh) -> Mesh:
     """The mesh itself where it has few triangles, or hardly fewer on a grid; else one whose rounding holds it."""
     if len(mesh.triangles) <= MANY or mesh.radius or float(np.ptp(mesh.vertices.T.copy(), axis=1).max()) > _WIDEST:
         return mesh
     found = _on_grid(mesh, None)
     if not is_closed(found.triangles):
-        found = _on_grid(mesh, pieces_of_vertices(mesh))  # a closed piece is not to be joined to an open one
+        found = _on_grid(mesh, component_of_vertices(mesh))  # a closed piece is not to be joined to an open one
     return found if len(found.triangles) <= _WORTH * len(mesh.triangles) else mesh
 
 

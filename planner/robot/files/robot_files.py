@@ -139,8 +139,8 @@ class RobotFiles:
                 assert self.srdf is not None
                 return group_tip(self.srdf, choice.group, self.description, joints)
         if tool is None:
-            tips = urdf.tips_of(self.model)
-            likely = tips if len(tips) == 1 else urdf.likely_tools(self.model)[0]
+            tips = urdf.find_tips(self.model)
+            likely = tips if len(tips) == 1 else urdf.guess_tools(self.model)[0]
             if len(likely) != 1:
                 raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
             return likely[0]
@@ -149,10 +149,10 @@ class RobotFiles:
 
     def notes_on_tool(self, tool: str | None, choice: JointChoice) -> tuple[Note, ...]:
         """A note on the tool where it is chosen of several tips, as neither a name nor a group says which it is."""
-        tips = urdf.tips_of(self.model)
+        tips = urdf.find_tips(self.model)
         if tool or self.file.tool or choice.group is not None or len(tips) == 1:
             return ()
-        chosen, why = self.tool(None, choice), urdf.likely_tools(self.model)[1]
+        chosen, why = self.tool(None, choice), urdf.guess_tools(self.model)[1]
         return (Note(f"Frame '{chosen}' is taken as the tool, {why}; tips are {choices(tips)}: --tool names another."),)
 
     def _group_joints(self, group: str) -> list[str]:

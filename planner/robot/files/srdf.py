@@ -112,7 +112,7 @@ def _state(element: ET.Element, other: list[str]) -> GroupState:
     for item in element.findall("joint"):
         joint = item.attrib["name"]
         if len(item.attrib["value"].split()) == 1:
-            values[joint] = urdf.number_of(item, "value")
+            values[joint] = urdf.read_number(item, "value")
         else:
             other.append(f"several values of joint {shown(joint)} in state {shown(name)}")
     return GroupState(name, values)

@@ -167,7 +167,7 @@ def _end(joint: ET.Element, kind: str) -> str:
     return "" if element is None else element.get("link", "")
 
 
-def number_of(element: ET.Element, key: str, default: float = math.nan) -> float:
+def read_number(element: ET.Element, key: str, default: float = math.nan) -> float:
     """The finite number that an attribute holds; :class:`RobotError` for any other text."""
     text = element.get(key, repr(default))
     try:
@@ -180,7 +180,7 @@ def number_of(element: ET.Element, key: str, default: float = math.nan) -> float
 
 
 def _mimic(joint: ET.Element, item: ET.Element) -> Mimic:
-    factor, offset = number_of(item, "multiplier", 1.0), number_of(item, "offset", 0.0)
+    factor, offset = read_number(item, "multiplier", 1.0), read_number(item, "offset", 0.0)
     return Mimic(_name(joint), item.get("joint", ""), factor, offset)
 
 
@@ -189,7 +189,7 @@ def _keep_soft_limits(joint: ET.Element) -> None:
     limit, safety = joint.find("limit"), joint.find("safety_controller")
     if limit is None or safety is None or joint.get("type") not in ("revolute", "prismatic"):
         return
-    low, high = (number_of(safety, f"soft_{side}_limit", 0.0) for side in ("lower", "upper"))
+    low, high = (read_number(safety, f"soft_{side}_limit", 0.0) for side in ("lower", "upper"))
     if low == high == 0.0:
         return
     if not low < high:
@@ -197,8 +197,8 @@ def _keep_soft_limits(joint: ET.Element) -> None:
             f"joint {shown(_name(joint))} of the URDF has soft limits of {low:g} and {high:g} (0 where not given): "
             "give both, the lower one below the upper, or neither."
         )
-    limit.set("lower", repr(max(number_of(limit, "lower", 0.0), low)))
-    limit.set("upper", repr(min(number_of(limit, "upper", 0.0), high)))
+    limit.set("lower", repr(max(read_number(limit, "lower", 0.0), low)))
+    limit.set("upper", repr(min(read_number(limit, "upper", 0.0), high)))
 
 
 def _make_revolute(joint: ET.Element) -> str:
@@ -250,7 +250,7 @@ def _require_sound(model: pin.Model, description: Description) -> None:
             )
 
 
-def follow(
+def resolve_mimics(
     description: Description, model: pin.Model, planned: Sequence[str], fixed: Mapping[str, float]
 ) -> tuple[dict[str, float], tuple[Mimic, ...]]:
     """The values of all joints that are held, and the joints that follow ``planned`` ones.
@@ -285,7 +285,9 @@ def follow(
     return held, tuple(followers)
 
 
-def narrow(model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[str]) -> tuple[set[str], list[Note]]:
+def narrow_limits(
+    model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[str]
+) -> tuple[set[str], list[Note]]:
     """Narrow limits in ``model`` so that followers keep theirs; the joints that turn without end, and notes.
 
     Of the ``continuous`` joints those turn without end whose followers all do, by whole multiples.
@@ -317,7 +319,7 @@ def narrow(model: pin.Model, followers: Sequence[Mimic], continuous: frozenset[s
     return endless, notes
 
 
-def reduce(
+def reduce_model(
     model: pin.Model,
     geometry: pin.GeometryModel,
     moving: Collection[str],
@@ -363,7 +365,7 @@ def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> 
             item.placement = base * item.placement
 
 
-def tips_of(model: pin.Model) -> list[str]:
+def find_tips(model: pin.Model) -> list[str]:
     """The candidates for a tool: links that no joint hangs on, each replaced by its site where it has exactly one."""
     parents = {frame.parentFrame for frame in model.frames if frame.type != pin.FrameType.OP_FRAME}
     links = [k for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
@@ -371,12 +373,12 @@ def tips_of(model: pin.Model) -> list[str]:
     return [own[0] if len(own) == 1 else model.frames[k].name for k, own in zip(links, sites, strict=True)]
 
 
-def likely_tools(model: pin.Model) -> tuple[list[str], str]:
+def guess_tools(model: pin.Model) -> tuple[list[str], str]:
     """Frames that may be the tool where none is named, and why: those with the first of usual names, else tips."""
     kinds, frames = (pin.FrameType.BODY, pin.FrameType.OP_FRAME), model.frames
     moved = {f.name: len(model.supports[f.parentJoint]) for f in frames if f.type in kinds and f.parentJoint}
     for word in _TOOLS:
         if found := [name for name in moved if name == word] or [name for name in moved if name.endswith(f"_{word}")]:
             return found, "by its name"
-    tips = [(moved[tip], tip) for tip in tips_of(model) if tip in moved]
+    tips = [(moved[tip], tip) for tip in find_tips(model) if tip in moved]
     return [tip for count, tip in tips if count == max(tips)[0]], "as the tip that most joints move"

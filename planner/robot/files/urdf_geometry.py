@@ -15,7 +15,7 @@ from planner.base.errors import RobotError, SceneError
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import shown
 from planner.robot.files import urdf
-from planner.robot.files.meshes import drawn_mesh, link_mesh, pieces_of, thinned
+from planner.robot.files.meshes import read_display_mesh, read_link_mesh, simplify, split_into_components
 from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 Kind = Literal["collision", "visual"]
@@ -29,10 +29,10 @@ def read_bodies(
     held: Mapping[str, float],
     base: Floats,
 ) -> tuple[pin.Model, tuple[Body, ...]]:
-    """The ``full`` model reduced as by :func:`planner.robot.files.urdf.reduce`, and the geometry of one ``kind``."""
+    """Return the ``full`` model without joints that do not move, and the bodies of one ``kind``."""
     geometry, meshes = read_geometry(description, full, kind)
     links = [full.frames[item.parentFrame].name for item in geometry.geometryObjects]
-    model, placed = urdf.reduce(full, geometry, moving, held, base)
+    model, placed = urdf.reduce_model(full, geometry, moving, held, base)
     try:
         bodies = [
             Body(
@@ -47,7 +47,7 @@ def read_bodies(
             if kind == "visual" or not item.disableCollision
         ]
         whole = kind == "visual" or not description.pieces
-        return model, tuple(bodies if whole else [piece for body in bodies for piece in pieces_of(body)])
+        return model, tuple(bodies if whole else [piece for body in bodies for piece in split_into_components(body)])
     except SceneError as error:
         raise RobotError(f"the {kind} geometry of {description.path}: {error}") from None
 
@@ -102,7 +102,7 @@ def _without_meshes(description: urdf.Description, kind: Kind) -> tuple[str, dic
 
 def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> Mesh:
     if (own := description.meshes.get(name)) is not None:
-        return thinned(own) if kind == "collision" else drawn_mesh(own)
+        return simplify(own) if kind == "collision" else read_display_mesh(own)
     file = next(_places(description, name), None)
     if file is None:
         raise RobotError(
@@ -113,7 +113,7 @@ def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> M
         x, y, z = map(float, scale.split())
     except ValueError:
         raise RobotError(f"scale of {shown(name)} must be three numbers, got {shown(scale)}; mend the file.") from None
-    return (link_mesh if kind == "collision" else drawn_mesh)(file, np.array([x, y, z]))
+    return (read_link_mesh if kind == "collision" else read_display_mesh)(file, np.array([x, y, z]))
 
 
 def mesh_files(description: urdf.Description, kind: Kind | None = None) -> list[Path]:
@@ -154,5 +154,5 @@ def shape_of(geometry: coal.CollisionGeometry, kind: Kind = "collision") -> Shap
 
 
 def _mesh(points: Floats, triangles: Iterable[coal.Triangle], kind: Kind) -> Mesh:
-    mesh = Mesh(points, np.array([(each[0], each[1], each[2]) for each in triangles])).joined()
-    return thinned(mesh) if kind == "collision" else mesh
+    mesh = Mesh(points, np.array([(each[0], each[1], each[2]) for each in triangles])).merge_vertices()
+    return simplify(mesh) if kind == "collision" else mesh

@@ -35,7 +35,7 @@ from planner.robot.moveit.messages import (
 from planner.robot.moveit.scenes import carried
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot
-from planner.robot.robot_in_scene import placement_of
+from planner.robot.robot_in_scene import placement_of_frame
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried
 
@@ -92,7 +92,7 @@ def read_motion_plan_request(path: StrPath) -> MotionPlanRequest:
     )
 
 
-def in_request(scene: Scene, message: MotionPlanRequest | None) -> Scene:
+def with_start_state(scene: Scene, message: MotionPlanRequest | None) -> Scene:
     """The scene as a request changes it: with the objects that its start attaches, and with its notes.
 
     Without one a note names what counts with a request only.
@@ -118,13 +118,13 @@ def in_request(scene: Scene, message: MotionPlanRequest | None) -> Scene:
     return replace(scene, carried=(*kept, *message.carried), notes=notes)
 
 
-def choice_of(message: MotionPlanRequest, given: JointChoice, files: RobotFiles) -> JointChoice:
+def choose_joints(message: MotionPlanRequest, given: JointChoice, files: RobotFiles) -> JointChoice:
     """The joints that are planned: as ``given``, else those of the request's group, where the SRDF has that."""
     known = files.srdf is not None and message.group in files.srdf.groups
     return JointChoice(message.group) if given == ALL_JOINTS and known else given
 
 
-def start_of(message: MotionPlanRequest, scene: Scene) -> dict[str, float]:
+def start_values(message: MotionPlanRequest, scene: Scene) -> dict[str, float]:
     """Joint values by name: the request's, and where it says nothing the scene's."""
     start = {**(scene.message.state if scene.message else {}), **message.start}
     if not start:
@@ -132,7 +132,7 @@ def start_of(message: MotionPlanRequest, scene: Scene) -> dict[str, float]:
     return start
 
 
-def notes_on(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> Iterator[Note]:
+def request_notes(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> Iterator[Note]:
     """Notes on values of a request that the robot cannot use; ``choice`` says who chose the planned joints."""
     where, known = message.where, {name: value for name, value in message.start.items() if name in robot.source.joints}
     if lacking := [name for name in message.start if name not in known]:
@@ -149,14 +149,14 @@ def notes_on(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> I
         )
 
 
-def joints_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> Joints:
+def start_joints(message: MotionPlanRequest, robot: Robot, scene: Scene) -> Joints:
     """Where the planned joints start."""
-    return _planned(start_of(message, scene), robot, "start")
+    return _planned(start_values(message, scene), robot, "start")
 
 
-def goals_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[Target]:
+def goal_targets(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[Target]:
     """The goals: joint values, or conditions on links, one target for each choice of their regions."""
-    start, found = start_of(message, scene), list[Target]()
+    start, found = start_values(message, scene), list[Target]()
     for k, goal in enumerate(message.goals, start=1):
         where = f"{message.where}: goal {k}"
         places = [each.constraint_region.solids() for each in goal.position_constraints]
@@ -172,7 +172,7 @@ def goals_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[Tar
     return found
 
 
-def kept_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> tuple[Condition, ...]:
+def path_conditions(message: MotionPlanRequest, robot: Robot, scene: Scene) -> tuple[Condition, ...]:
     """The conditions that the request's path constraints put on links."""
     where = f"{message.where}: path_constraints"
     places = [each.constraint_region.solids() for each in message.path.position_constraints]
@@ -198,7 +198,7 @@ def with_path_limits(robot: Robot, message: MotionPlanRequest, scene: Scene) -> 
                 name = item.leader
                 low, high = sorted((end - item.offset) / item.multiplier for end in (low, high))
         if name not in robot.joints:
-            _require_held(name, each.position, (low, high), robot, start_of(message, scene), where)
+            _require_held(name, each.position, (low, high), robot, start_values(message, scene), where)
             continue
         k = robot.joints.index(name)
         lower[k], upper[k] = max(lower[k], low), min(upper[k], high)
@@ -215,11 +215,11 @@ def _conditions(item: Constraints, solids: Solids, robot: Robot, scene: Scene, w
     """Position constraints, each by one solid, and orientation constraints as conditions in the scene's own frame."""
     for each, (kind, dimensions, placement) in zip(item.position_constraints, solids, strict=True):
         frame = _moving_frame(each.link_name, robot, where)
-        at = placement_of(each.header.frame_id, robot, scene, where) @ placement
+        at = placement_of_frame(each.header.frame_id, robot, scene, where) @ placement
         yield from _within(kind, dimensions, at, frame=frame, point=each.target_point_offset)
     for turn in item.orientation_constraints:
         frame = _moving_frame(turn.link_name, robot, where)
-        at = placement_of(turn.header.frame_id, robot, scene, where) @ pose(quaternion=turn.orientation)
+        at = placement_of_frame(turn.header.frame_id, robot, scene, where) @ pose(quaternion=turn.orientation)
         yield from _turned(turn, at[:3, :3], frame)
 
 

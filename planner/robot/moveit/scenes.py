@@ -41,7 +41,7 @@ class PlanningScene:
     notes: tuple[Note, ...] = ()
 
 
-def planning_scene(data: Any, path: Path) -> PlanningScene:
+def parse_planning_scene(data: Any, path: Path) -> PlanningScene:
     """A PlanningScene message out of plain data; :class:`SceneError` names the object or field that is wrong."""
     where = f"MoveIt scene {path}"
     message, notes = read_message(PlanningSceneMessage, data, where)
@@ -62,7 +62,7 @@ def planning_scene(data: Any, path: Path) -> PlanningScene:
     )
 
 
-def scene_text(text: str, path: Path) -> PlanningScene:
+def parse_scene_text(text: str, path: Path) -> PlanningScene:
     """MoveIt's ``.scene`` text format, with or without the object poses that newer versions write."""
     lines = deque(line.strip() for line in text.splitlines() if line.strip())
     try:
@@ -72,7 +72,7 @@ def scene_text(text: str, path: Path) -> PlanningScene:
         raise SceneError(f"MoveIt scene {path} ends before its closing dot; export it again.") from None
     except ValueError as error:
         raise SceneError(f"MoveIt scene {path}: {shown(str(error))[1:-1]}; export it again.") from None
-    return planning_scene({"name": name, "world": {"collision_objects": objects}}, path)
+    return parse_planning_scene({"name": name, "world": {"collision_objects": objects}}, path)
 
 
 def _objects(lines: deque[str]) -> Iterator[dict[str, Any]]:
@@ -130,7 +130,9 @@ def carried(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carri
     """The shapes of attached objects, each placed in the frame of its header, or in that of its link without one."""
     _require_distinct([item.object for item in items], where)
     return tuple(
-        Carried(item.link_name, each.name, each.shape, each.placement, item.touch_links, each.frame, 0.0, each.part_of)
+        Carried(
+            item.link_name, each.name, each.shape, each.placement, item.touch_links, each.frame, 0.0, each.object_id
+        )
         for item in items
         for each in _obstacles(item.object, where)
     )

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, KDTree
 
 from planner.base.errors import FileError
-from planner.robot.files.meshes import pieces_of, read_mesh
+from planner.robot.files.meshes import read_mesh, split_into_components
 from planner.robot.files.robot_files import read_robot
 from planner.robot.robot import assemble
 from planner.robot.shapes import Body, Mesh
@@ -157,7 +157,7 @@ def test_the_pieces_of_a_mesh_are_its_surface_and_hold_what_it_holds(count: int,
     moved = [Mesh(one.vertices + at, one.triangles) for one, at in zip(blobs, places, strict=True)]
     hole = Mesh(0.5 * blobs[0].vertices + places[0], blobs[0].triangles[:, ::-1])
     whole = joined(*moved, hole)
-    made = pieces_of(body_of(whole))
+    made = split_into_components(body_of(whole))
     assert len(made) == min(count, 8)
     assert len({body.name for body in made}) == len(made)
     corners = np.concatenate(

@@ -11,7 +11,7 @@ import pytest
 import planner
 from planner.base.errors import RobotError
 from planner.kinematics.forward import tool_pose
-from planner.robot.files.meshes import pieces_of
+from planner.robot.files.meshes import split_into_components
 from planner.robot.files.packages import example_robot_data
 from planner.robot.robot import Robot, load_visuals
 from planner.robot.shapes import Body, Mesh
@@ -66,7 +66,7 @@ def test_a_model_is_what_its_file_is(name: str) -> None:
         np.testing.assert_array_equal(getattr(made, row), getattr(read, row))
     for q in np.random.default_rng(3).uniform(read.lower, read.upper, (20, read.dof)):
         np.testing.assert_array_equal(tool_pose(made, q).homogeneous, tool_pose(read, q).homogeneous)
-    bodies = [piece for body in read.bodies for piece in pieces_of(body)]
+    bodies = [piece for body in read.bodies for piece in split_into_components(body)]
     assert list(map(content, made.bodies)) == list(map(content, bodies))
     assert len(load_visuals(made)) == len(load_visuals(read))
     for each in ("links", "bare", "continuous"):

@@ -84,7 +84,7 @@ def test_the_built_in_scenes(name: str, tmp_path: Path) -> None:
 
 
 def test_a_permission_of_something_in_several_shapes(tmp_path: Path) -> None:
-    held = tuple(Carried("flange", f"pair.{k}", Sphere(0.1), TURNED, part_of="pair") for k in range(2))
+    held = tuple(Carried("flange", f"pair.{k}", Sphere(0.1), TURNED, object_id="pair") for k in range(2))
     scene = Scene(
         "made", (Obstacle("box", Sphere(0.1), TURNED),), carried=held, allowed=frozenset({frozenset(("pair", "box"))})
     )

@@ -16,12 +16,12 @@ from planner.base.errors import PlannerError
 from planner.robot.moveit.requests import (
     MotionPlanRequest,
     MotionPlanRequestMessage,
-    goals_of,
-    kept_of,
+    goal_targets,
+    path_conditions,
     read_motion_plan_request,
     with_path_limits,
 )
-from planner.robot.moveit.scenes import PlanningScene, PlanningSceneMessage, planning_scene
+from planner.robot.moveit.scenes import PlanningScene, PlanningSceneMessage, parse_planning_scene
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
 from tests.any_data import data_of
@@ -125,8 +125,8 @@ def read(message: dict[str, Any], folder: Path, robot: Robot) -> MotionPlanReque
     """A request, read and made use of."""
     (folder / "r.yaml").write_text(yaml.safe_dump(message))
     found, scene = read_motion_plan_request(folder / "r.yaml"), Scene("x")
-    goals_of(found, robot, scene)
-    kept_of(found, robot, scene)
+    goal_targets(found, robot, scene)
+    path_conditions(found, robot, scene)
     with_path_limits(robot, found, scene)
     return found
 
@@ -144,7 +144,7 @@ def judge(load: Callable[[], PlanningScene | MotionPlanRequest], text: str | Non
 
 @pytest.mark.parametrize(("place", "value", "text"), SCENES, ids=range(len(SCENES)))
 def test_a_key_of_a_scene(place: str, value: Any, text: str | None) -> None:
-    judge(lambda: planning_scene(changed(SCENE, place, value), Path("s.yaml")), text)
+    judge(lambda: parse_planning_scene(changed(SCENE, place, value), Path("s.yaml")), text)
 
 
 @pytest.mark.parametrize(("place", "value", "text"), REQUESTS, ids=range(len(REQUESTS)))
@@ -153,7 +153,7 @@ def test_a_key_of_a_request(place: str, value: Any, text: str | None, panda: Rob
 
 
 def test_the_example_has_no_notes(panda: Robot, tmp_path: Path) -> None:
-    assert planning_scene(copy.deepcopy(SCENE), Path("s.yaml")).notes == ()
+    assert parse_planning_scene(copy.deepcopy(SCENE), Path("s.yaml")).notes == ()
     assert read(REQUEST, tmp_path, panda).notes == ()
 
 
@@ -179,10 +179,10 @@ PLACES = [
 def test_an_unknown_key_counts_where_it_holds_a_value(at: str, default: Any, value: Any, path: list[str]) -> None:
     """However deep the value lies, among whatever ROS fills in."""
     key = f"{at}zzz"
-    assert planning_scene(changed(SCENE, key, default), Path("s.yaml")).notes == ()
+    assert parse_planning_scene(changed(SCENE, key, default), Path("s.yaml")).notes == ()
     for step in path:
         value = [default, value] if step == "0" else {step: value, "c": default}
-    assert f"'{key}" in refusal_of(lambda: planning_scene(changed(SCENE, key, value), Path("s.yaml")))
+    assert f"'{key}" in refusal_of(lambda: parse_planning_scene(changed(SCENE, key, value), Path("s.yaml")))
 
 
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
@@ -192,7 +192,7 @@ def test_any_message_of_known_keys_is_read_or_refused(
 ) -> None:
     folder = tmp_path_factory.mktemp("r")
     with contextlib.suppress(PlannerError):
-        found = planning_scene(scene, Path("s.yaml"))
+        found = parse_planning_scene(scene, Path("s.yaml"))
         assert all(np.isfinite(item.placement).all() for item in (*found.obstacles, *found.carried))
     with contextlib.suppress(PlannerError):
         read({**REQUEST, **request_}, folder, panda)

@@ -7,8 +7,8 @@ import pytest
 import yaml
 
 from planner.collision import make_checker
-from planner.collision.checker import contact_of
-from planner.robot.moveit.scenes import planning_scene, scene_text
+from planner.collision.checker import contact_at
+from planner.robot.moveit.scenes import parse_planning_scene, parse_scene_text
 from planner.robot.robot import Robot, with_carried
 from planner.robot.robot_in_scene import notes
 from planner.robot.scene import Scene
@@ -31,7 +31,7 @@ def test_the_matrix_allows_robot_against_object_only(tmp_path: Path) -> None:
         (tmp_path / "s.yaml").write_text(yaml.safe_dump(message))
         robot, world = Robot.load("iiwa14"), Scene.load(str(tmp_path / "s.yaml"))
         checker = make_checker(robot, world)
-        assert (contact_of(checker, np.zeros(7)) is not None) == touches
+        assert (contact_at(checker, np.zeros(7)) is not None) == touches
         # what a matrix says of two robot links changes nothing
         assert len(checker.world.self_pairs) == len(make_checker(robot, Scene("none")).world.self_pairs)
     assert Scene.load(str(tmp_path / "s.yaml")).identity != Scene("x", world.obstacles).identity
@@ -61,19 +61,19 @@ def test_a_permission_for_what_is_attached_is_for_all_its_shapes(tmp_path: Path)
 
 
 def test_boxes_cylinders_spheres_and_meshes_stand_where_the_message_says() -> None:
-    (crate,) = planning_scene(scene(BOX), HERE).obstacles
+    (crate,) = parse_planning_scene(scene(BOX), HERE).obstacles
     assert (crate.name, crate.object, crate.shape) == ("crate", "crate", Box((0.1, 0.2, 0.3)))
     np.testing.assert_allclose(crate.placement[:3, [0, 3]].T, [[0, 1, 0], [1, 2, 3]], atol=1e-12)
     shapes = [{"type": 3, "dimensions": [0.14, 0.03]}, {"type": "sphere", "dimensions": [0.2]}]  # height, radius
     places = [{}, {"position": {"x": 1, "y": 0, "z": 0}}]
     can = {"id": "can", "primitives": shapes, "primitive_poses": places, "pose": {"position": [0, 0, 1]}}
-    first, second = planning_scene(scene(can), HERE).obstacles
+    first, second = parse_planning_scene(scene(can), HERE).obstacles
     assert (first.name, second.name, first.object, second.object) == ("can.0", "can.1", "can", "can")
     assert (first.shape, second.shape) == (Cylinder(0.03, 0.14), Sphere(0.2))
     np.testing.assert_allclose(second.placement[:3, 3], [1, 0, 1])
     for triangle in ({"vertex_indices": [0, 1, 2]}, [0, 1, 2]):
         mesh = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [triangle]}
-        (sheet,) = planning_scene(scene({"id": "sheet", "mesh_poses": [{}], "meshes": [mesh]}), HERE).obstacles
+        (sheet,) = parse_planning_scene(scene({"id": "sheet", "mesh_poses": [{}], "meshes": [mesh]}), HERE).obstacles
         assert isinstance(sheet.shape, Mesh)
         assert sheet.shape.triangles.tolist() == [[0, 1, 2]]
 
@@ -95,7 +95,7 @@ def test_scene_text_of_both_ages(tmp_path: Path) -> None:
     box, can = read.obstacles
     assert (box.name, box.shape, can.name, can.shape) == ("Box0", Box((0.1, 0.2, 0.3)), "Can", Cylinder(0.03, 0.14))
     np.testing.assert_allclose(box.placement[:3, 3], [1, 2, 3])
-    new = scene_text(NEW_TEXT, HERE)
+    new = parse_scene_text(NEW_TEXT, HERE)
     np.testing.assert_allclose(new.obstacles[0].placement[:3, 3], [1, 2, 3])
     assert new.notes[0].text.endswith("world.collision_objects.0.subframe_names.")
 
@@ -110,4 +110,4 @@ def test_scene_text_of_both_ages(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_broken_scene_text(old: str, new: str, tmp_path: Path) -> None:
     assert old in OLD_TEXT
-    assert "a.scene" in refusal_of(lambda: scene_text(OLD_TEXT.replace(old, new), tmp_path / "a.scene"))
+    assert "a.scene" in refusal_of(lambda: parse_scene_text(OLD_TEXT.replace(old, new), tmp_path / "a.scene"))

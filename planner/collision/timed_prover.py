@@ -14,7 +14,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.resolutions import PROOF
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
-from planner.collision.containment import Inside
+from planner.collision.containment import Containment
 from planner.collision.edge_prover import Verdict
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
@@ -46,7 +46,7 @@ class TimedProver:
         self._left_out = ~self.world.checked.ravel()
         native = self._bound.native
         self._bounds = native.bounds(self.world.pair_reach, self.world.reach.bodies, self._left_out)
-        self._inside = Inside(self.world, checker.chain)
+        self._inside = Containment(self.world, checker.chain)
 
     @property
     def robot(self) -> Robot:

@@ -12,7 +12,7 @@ from planner.base.polynomials import evaluate
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.coal import CoalInTime
-from planner.collision.moving_prover import TimedProver, moving_world
+from planner.collision.timed_prover import TimedProver, moving_world
 from planner.robot.moving import KnownMotion, MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.robot import Robot

@@ -6,7 +6,7 @@ import pytest
 import trimesh
 from scipy.optimize import minimize
 
-from planner.robot.files.meshes import CELL, drawn_mesh, read_mesh, thinned
+from planner.robot.files.meshes import CELL, read_display_mesh, read_mesh, simplify
 from planner.robot.files.packages import example_robot_data
 from planner.robot.files.urdf_geometry import mesh_files
 from planner.robot.robot import Robot
@@ -41,7 +41,7 @@ def distance(mesh: Mesh, point: np.ndarray) -> float:
 
 def test_no_point_of_the_surface_is_farther_away_than_the_rounding() -> None:
     mesh = ball(0.012)
-    thin = thinned(mesh)
+    thin = simplify(mesh)
     assert len(thin.triangles) < 0.6 * len(mesh.triangles)
     assert 0 < thin.radius <= 0.5 * np.sqrt(3) * CELL + 1e-8
     corners, rng = mesh.vertices[mesh.triangles], np.random.default_rng(1)
@@ -62,7 +62,7 @@ def test_no_point_of_the_surface_is_farther_away_than_the_rounding() -> None:
 
 def test_closed_stays_closed_and_inside_stays_inside() -> None:
     mesh = ball(0.012)
-    thin, solid = thinned(mesh), solid_of(mesh)
+    thin, solid = simplify(mesh), solid_of(mesh)
     assert is_watertight(mesh)
     assert is_watertight(thin)
     points = np.random.default_rng(2).uniform(-0.014, 0.014, size=(2000, 3))
@@ -80,7 +80,7 @@ def test_closed_stays_closed_and_inside_stays_inside() -> None:
 def test_needles_and_specks_do_not_vanish(needle: list[list[float]]) -> None:
     mesh = ball(0.012)
     triangles = np.vstack([mesh.triangles, len(mesh.vertices) + np.arange(3)])
-    thin = thinned(Mesh(np.vstack([mesh.vertices, needle]), triangles))
+    thin = simplify(Mesh(np.vstack([mesh.vertices, needle]), triangles))
     used = thin.vertices[np.unique(thin.triangles)]
     for corner in np.array(needle):
         assert np.linalg.norm(used - corner, axis=1).min() <= thin.radius
@@ -99,7 +99,7 @@ def test_what_is_drawn_is_within_2_mm_of_the_file_and_the_file_of_it(name: str) 
     robot = Robot.load(path, tool="gripper_frame_link") if name == "so101" else load(name)
     shares = []
     for file in sorted(set(mesh_files(robot.source, "visual"))):
-        mesh, thin = read_mesh(file), drawn_mesh(file)
+        mesh, thin = read_mesh(file), read_display_mesh(file)
         assert (np.diff(np.sort(thin.triangles, axis=1), axis=1) > 0).all(), "each is seen"
         shares.append(len(thin.triangles) / len(mesh.triangles))
         for surface, other in ((mesh, thin), (thin, mesh)):

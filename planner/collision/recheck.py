@@ -13,7 +13,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, product, so_far
 from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
-from planner.collision.checker import CollisionChecker, StatesOn
+from planner.collision.checker import CollisionChecker, CurveStates
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
 
@@ -23,7 +23,7 @@ _SAME = 1e-12  # rad (m): states nearer to each other are one
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class PathContact:
     """A ``contact`` that was seen on a ``piece`` at s in [0, 1], in configuration ``q`` (dof,)."""
 
     piece: int
@@ -33,7 +33,7 @@ class Seen:
 
 
 @dataclass(frozen=True, eq=False)
-class Looks:
+class PathSamples:
     """Where to look: at ``s`` (n,) on ``piece`` (n,). A pair's distance changes by no more than ``apart`` (pairs,) m
     from one look to the next."""
 
@@ -42,10 +42,10 @@ class Looks:
     apart: Floats
 
 
-def looks_along(checker: CollisionChecker, coefficients: Floats, step: float) -> Looks:
+def sample_along(checker: CollisionChecker, coefficients: Floats, step: float) -> PathSamples:
     """Looks at pieces (m, degree + 1, dof), each of which begins where the last one ends; at both ends too."""
     bound = checker.bound
-    parts, moved, shares = bound.native.walk(bound.of_all, coefficients, _LONGEST)
+    parts, moved, shares = bound.native.walk(bound.motion_bounds, coefficients, _LONGEST)
     walked = so_far(moved)
     count = max(1, math.ceil(walked[-1] / step))
     at = walked[-1] * np.arange(count + 1) / count
@@ -54,26 +54,26 @@ def looks_along(checker: CollisionChecker, coefficients: Floats, step: float) ->
     piece = np.repeat(np.arange(len(parts)), parts)[part]
     s = (part - so_far(parts)[piece] + on_part) / parts[piece]
     piece[-1], s[-1] = len(parts) - 1, 1.0
-    return Looks(piece, s, shares * walked[-1] / count)
+    return PathSamples(piece, s, shares * walked[-1] / count)
 
 
-def first_seen(
+def sample_contacts(
     checker: CollisionChecker, coefficients: Floats, step: float, progress: Callable[[int], None] = lambda done: None
-) -> Seen | None:
+) -> PathContact | None:
     """The first contact on pieces (m, degree + 1, dof), one after the other, that is seen every ``step`` (m).
 
     The second opinion on what is proven. Where a piece begins as the one before it ends, that state is looked at once.
     ``progress`` is called with the number of pieces that have been looked at.
     """
     for rows in _joined(coefficients):
-        looks = looks_along(checker, coefficients[rows], step)
+        looks = sample_along(checker, coefficients[rows], step)
         for first in range(0, len(looks.s), _AT_ONCE):
             piece, s = looks.piece[first : first + _AT_ONCE] + rows.start, looks.s[first : first + _AT_ONCE]
-            states = StatesOn(coefficients, piece, s)
+            states = CurveStates(coefficients, piece, s)
             found = checker.first_contact_along(states, looks.apart)
             if found is not None:
                 k = found[0]
-                return Seen(int(piece[k]), float(s[k]), states[k : k + 1][0], found[1])
+                return PathContact(int(piece[k]), float(s[k]), states[k : k + 1][0], found[1])
             progress(int(piece[-1]) + 1)
     return None
 
@@ -90,9 +90,9 @@ def straight(start: Floats, delta: Floats) -> Floats:
     return np.stack([start, delta], axis=1)
 
 
-def recheck(checker: CollisionChecker, start: Floats, delta: Floats, step: float = 1e-3) -> Contact | None:
+def sample_segment(checker: CollisionChecker, start: Floats, delta: Floats, step: float = 1e-3) -> Contact | None:
     """The first contact that is seen on a segment every ``step`` (m), without bounds or proofs; else None."""
-    found = first_seen(checker, straight(start[None], delta[None]), step)
+    found = sample_contacts(checker, straight(start[None], delta[None]), step)
     return found.contact if found else None
 
 
@@ -169,13 +169,13 @@ class Clearance:
         return np.minimum(best, farther)
 
 
-def second_look(
+def recheck_pieces(
     checker: CollisionChecker,
     coefficients: Floats,
     step: float = RECHECK,
     second: CollisionChecker | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Seen | None:
+) -> PathContact | None:
     """The first contact on pieces (m, degree + 1, dof) that one of two libraries sees; None where both see none.
 
     The ``checker`` samples every ``RECHECK_BY_BACKEND`` (m) of motion, or every ``step`` where that is longer, and
@@ -187,7 +187,7 @@ def second_look(
     for number, (judge, apart) in enumerate(judges.items()):
         progress(number * count, total)
         before = coefficients if first is None else coefficients[: first.piece + 1]
-        seen = first_seen(judge, before, apart, lambda done, number=number: progress(number * count + done, total))
+        seen = sample_contacts(judge, before, apart, lambda done, number=number: progress(number * count + done, total))
         if seen is not None and (first is None or (seen.piece, seen.s) < (first.piece, first.s)):
             first = seen
     progress(total, total)

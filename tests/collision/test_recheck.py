@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from planner.base.polynomials import evaluate
 from planner.collision import BACKENDS, make_checker, second_checker
 from planner.collision.checker import CollisionChecker, is_free
-from planner.collision.looks import Clearance, first_seen, looks_along, recheck, straight
+from planner.collision.recheck import Clearance, sample_along, sample_contacts, sample_segment, straight
 from planner.kinematics.forward import joint_placements
 from planner.robot.poses import pose
 from planner.robot.robot import Robot
@@ -82,7 +82,7 @@ def moved_by(checker: CollisionChecker, states: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("step", [0.2, 0.02])
 def test_no_point_moves_farther_between_looks_nor_pair_changes_more(checker, degree: int, step: float) -> None:
     pieces = curves(checker.robot, degree, 4, np.random.default_rng(degree))
-    looks = looks_along(checker, pieces, step)
+    looks = sample_along(checker, pieces, step)
     states = evaluate(pieces[looks.piece], looks.s)
     np.testing.assert_allclose(states[[0, -1]], [pieces[0, 0], pieces[-1].sum(axis=0)], rtol=0, atol=1e-12)
     moved = moved_by(checker, states)
@@ -96,16 +96,16 @@ def test_no_point_moves_farther_between_looks_nor_pair_changes_more(checker, deg
 def test_no_distance_of_two_bodies_changes_more_between_looks(checker) -> None:
     """By coal, whose distances are off by a hundredth of a millimetre at most."""
     pieces = curves(checker.robot, 1, 2, np.random.default_rng(4))
-    looks, judge = looks_along(checker, pieces, 0.2), second_checker(checker)
+    looks, judge = sample_along(checker, pieces, 0.2), second_checker(checker)
     pairs = checker.world.checked.size + np.arange(len(checker.world.self_pairs))
     gaps = np.array([judge.gaps(q, pairs) for q in evaluate(pieces[looks.piece], looks.s)])
     assert (np.abs(np.diff(gaps.clip(0), axis=0)) <= looks.apart[pairs] + 2e-5).all()
 
 
-def test_looks_are_not_many_more_than_needed(checker) -> None:
+def test_samples_are_not_many_more_than_needed(checker) -> None:
     """What is farthest moves at least by half of the step between most of them."""
     pieces = curves(checker.robot, 1, 4, np.random.default_rng(9))
-    looks = looks_along(checker, pieces, 0.01)
+    looks = sample_along(checker, pieces, 0.01)
     moved = moved_by(checker, evaluate(pieces[looks.piece], looks.s))
     assert np.mean(moved.max(axis=1)) > 0.5 * 0.01
 
@@ -121,7 +121,7 @@ def test_no_point_is_faster_anywhere_on_a_long_part(checker, degree: int) -> Non
     def excess(given: np.ndarray) -> float:
         piece = within * np.tanh(given).reshape(1, degree + 1, robot.dof)
         piece[:, 0] += centre
-        parts, moved, _ = bound.native.walk(bound.of_all, piece, 1e3)
+        parts, moved, _ = bound.native.walk(bound.motion_bounds, piece, 1e3)
         assert parts == [1]
         return -16.0 * float(moved_by(checker, evaluate(np.repeat(piece, 17, axis=0), fine)).max()) / moved[0]
 
@@ -147,7 +147,7 @@ def test_joints_that_carry_each_other_speed_a_point_up_together(urdf_file) -> No
     assert together > 2 * len(angles)
     for longest in (0.01, 0.05):
         line = np.array([np.full(7, -longest), np.full(7, 2 * longest)])[None]
-        _, moved, _ = checker.bound.native.walk(checker.bound.of_all, line, 1e3)
+        _, moved, _ = checker.bound.native.walk(checker.bound.motion_bounds, line, 1e3)
         fastest = moved_by(checker, evaluate(np.repeat(line, 2, axis=0), np.array([1 - 1e-6, 1.0]))).max() / 1e-6
         assert 0.8 * together * longest * 2 * longest < fastest <= moved[0]
 
@@ -158,7 +158,9 @@ def test_what_stands_still_in_the_middle_is_not_taken_to_stand_still(power: int,
     arm = link_xml("a") + link_xml("b", '<sphere radius="1e-3"/>', '<origin xyz="1 0 0"/>')
     checker = make_checker(Robot.load(urdf_file(arm + joint_xml("j", "a", "b"))), scene_of((Box((1, 1, 1)), pose())))
     curve = 0.02 * np.polynomial.Polynomial([-1.0, 2.0]) ** power
-    _, moved, _ = checker.bound.native.walk(checker.bound.of_all, np.array(curve.coef, dtype=float)[None, :, None], 1.0)
+    _, moved, _ = checker.bound.native.walk(
+        checker.bound.motion_bounds, np.array(curve.coef, dtype=float)[None, :, None], 1.0
+    )
     assert moved.shape == (1,)
     assert np.abs(curve.deriv()(np.linspace(0.0, 1.0, 101))).max() <= moved[0]
 
@@ -167,17 +169,17 @@ def test_what_stands_still_in_the_middle_is_not_taken_to_stand_still(power: int,
 def test_motions_that_do_not_meet_touch_where_they_do_one_by_one(backend: str) -> None:
     checker = make_checker(load("panda"), Scene.load("shelf"), backend)
     start, delta = edges_of(checker.robot, 60, 18, 0.6)
-    alone = [recheck(checker, q, d, 5e-3) for q, d in zip(start, delta, strict=True)]
+    alone = [sample_segment(checker, q, d, 5e-3) for q, d in zip(start, delta, strict=True)]
     first = next(k for k, contact in enumerate(alone) if contact is not None)
-    found = first_seen(checker, straight(start, delta), 5e-3)
+    found = sample_contacts(checker, straight(start, delta), 5e-3)
     assert found is not None
     assert (found.piece, found.contact) == (first, alone[first])
     np.testing.assert_allclose(found.q, start[first] + found.s * delta[first], rtol=0, atol=1e-12)
     free = np.array([contact is None for contact in alone])
     assert free.sum() > 35
-    assert first_seen(checker, straight(start[free], delta[free]), 5e-3) is None
+    assert sample_contacts(checker, straight(start[free], delta[free]), 5e-3) is None
     last = np.append(np.flatnonzero(free), first)
-    found = first_seen(checker, straight(start[last], delta[last]), 5e-3)
+    found = sample_contacts(checker, straight(start[last], delta[last]), 5e-3)
     assert found is not None
     assert found.piece == len(last) - 1
 
