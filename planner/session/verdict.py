@@ -330,7 +330,7 @@ def _find_first_bad(
     """The first piece that is bad, or before the first bad stop; when (s), and why."""
     times = made[1 + guard.native.dof :]
     if found.pieces or found.approached:
-        contact = guard.contact_at_start(run().knots[0, 0] if found.could_contain else None)
+        contact = guard.contact_at_start(run().knots[0, 0] if found.may_hold else None)
         if contact is not None:
             on = WHERE[1 - found.approached]
             return 0, float(times[0]), Violation("contact", on, (contact.first, contact.second))
