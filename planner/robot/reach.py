@@ -105,7 +105,7 @@ def _from_below(robot: Robot, body: Body, joint: int) -> tuple[float, float]:
     """How far a body is at most from the axis and the origin of the ``joint`` below the one that carries it."""
     turned = robot.model.jointPlacements[joint].inverse().homogeneous @ body.placement
     axis = Chain.from_arm(robot).axis[joint - 1]
-    return max_distance_from_axis(body.shape, turned, axis), farthest(body.shape, turned)
+    return max_distance_from_axis(body.shape, turned, axis), max_distance_from_origin(body.shape, turned)
 
 
 def _joints_down_to(chain: Chain, top: int, joint: int) -> list[int]:

@@ -30,7 +30,7 @@ from planner.problem.options import AS_PLANNED, EMPTY, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
 from planner.query.query import open_world
-from planner.query.robots import let_go, take
+from planner.query.robots import let_go, placement_of_carried, take
 from planner.roadmap.storage import read_world_request
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried, with_tool, without_carried
