@@ -13,7 +13,7 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats, Ints
 from planner.collision.bounding_volumes import widen_triangles
 from planner.collision.bounds import ClearanceBound
-from planner.collision.broad_phase import LazyBroadPhase, Pool, geometry_of, has_same_arm, has_same_shapes
+from planner.collision.broad_phase import LazyBroadPhase, Pool, extract_geometry, has_same_arm, has_same_shapes
 from planner.collision.checker import CollisionChecker, CurveStates, as_configurations
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
