@@ -15,8 +15,8 @@ from planner.collision.checker import is_free
 from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.fcl import FclChecker
-from planner.collision.recheck import sample_contacts, straight
 from planner.collision.path_moves import cheapest_chain
+from planner.collision.recheck import sample_contacts, straight
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.robot.files.robot_files import read_robot
