@@ -21,13 +21,6 @@ NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 # rooms and pages that are still to be rewritten; the list is emptied at the end of issue 60
 UNFINISHED: set[str] = {
-    "docs/before_0_1.md",
-    "docs/evidence.md",
-    "docs/glossary.md",
-    "docs/limits.md",
-    "docs/reference/commands.md",
-    "docs/reference/files.md",
-    "docs/reference/library.md",
     "notebooks/01_first_plan.ipynb",
     "notebooks/02_beta_tradeoff.ipynb",
     "notebooks/03_laws_compared.ipynb",
