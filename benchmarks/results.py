@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar, get_args, get_type_hints
 from planner.base.errors import FileError
 from planner.base.files import write_whole
 from planner.base.progress import Progress
-from planner.batch.parallel import Measure, measured_cases
+from planner.batch.parallel import Measure, measure_cases
 from planner.problem.request import SERIAL, WorkersRequest
 
 C = TypeVar("C")
@@ -76,13 +76,13 @@ def measure_missing(
     """The rows of every case, and whether that is all: those that ``cached`` finds in the ledger, else measured now.
 
     What is measured is written at once. ``measure`` gives no row where it was stopped. ``progress`` is called with
-    (``stage``, done, total); ``workers`` as in :func:`planner.batch.parallel.measured_cases`.
+    (``stage``, done, total); ``workers`` as in :func:`planner.batch.parallel.measure_cases`.
     """
     rows = [cached(case) for case in cases]
     missing = [k for k, found in enumerate(rows) if not found]
     done = len(cases) - len(missing)
     progress(stage, done, len(cases))
-    for k, found in measured_cases([cases[k] for k in missing], measure, workers, progress):
+    for k, found in measure_cases([cases[k] for k in missing], measure, workers, progress):
         if not found:
             if workers.serial:
                 break  # stopped; of several at once some may have ended by then

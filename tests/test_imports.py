@@ -57,7 +57,7 @@ DOORS = {
     "viser": {"planner.view.live"},
     "websockets": {"planner.serve.server", "planner.view.live"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")} | {"reproduce.figures"},
-    "ctypes": {"planner.base.silenced"},
+    "ctypes": {"planner.base.captured_output"},
     "yaml": {"planner.base.yamlfile"},
     "joblib": {"planner.batch.parallel"},
     "distributed": {"planner.batch.parallel"},

@@ -12,7 +12,7 @@ from planner.planning.plan import plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest, WorldRequest
 from planner.problem.targets import parse_target
-from planner.query.query import open_world
+from planner.query.query import make_checker_for
 from planner.query.resolve import beyond_limits, resolve
 from planner.robot.poses import pose
 from tests.worlds import ROBOTS, SCENES
@@ -25,7 +25,7 @@ PLANNED = [pair for pair in PAIRS if (ROBOTS.index(pair[0]) + SCENES.index(pair[
 @pytest.mark.parametrize(("robot", "scene"), [pair for pair in PAIRS if pair not in PLANNED])
 def test_every_robot_can_be_tried_in_every_scene(robot: str, scene: str) -> None:
     """Start, goal and home are within limits and free, or they would be refused."""
-    checker = open_world(WorldRequest(robot, scene, collision="coal"))
+    checker = make_checker_for(WorldRequest(robot, scene, collision="coal"))
     states = checker.world.scene.states_of(robot)
     start, goal, _ = (resolve(parse_target(name), checker, states, name, 2) for name in ("start", "goal", "home"))
     assert np.abs(start[0] - goal[0]).max() > 0.1

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from planner.base.arrays import Floats, so_far
+from planner.base.arrays import Floats, cumulative_sums
 from planner.trajectory.curve import Curve
 
 _GRID = 30  # intervals of a piece
@@ -48,7 +48,7 @@ def _path(pieces: Floats):
     lengths = [float(np.linalg.norm(pieces[0, 1]))]
     for before, after in pairwise(pieces):
         lengths.append(lengths[-1] * float(np.linalg.norm(after[1]) / np.linalg.norm(before[1] + 2 * before[2])))
-    edges = so_far(lengths)
+    edges = cumulative_sums(lengths)
 
     class Pieces(AbstractGeometricPath):
         grid = np.unique(np.concatenate([np.linspace(a, b, _GRID + 1) for a, b in pairwise(edges)]))

@@ -21,7 +21,7 @@ from planner.collision.recheck import sample_segment
 from planner.gabf.path import paths_from
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, WorldRequest
-from planner.query.query import open_world
+from planner.query.query import make_checker_for
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.measure import check_nodes, unchecked
@@ -40,7 +40,7 @@ def measure(method: str, robot: str, scene: str, collision: str, nodes: int, que
     """Return the columns of the row of ``method``."""
     if method == PLAN:
         return _plan(PlanRequest.from_options(robot=robot, scene=scene, collision=collision, nodes=nodes, seed=seed))  # type: ignore[arg-type]
-    checker = open_world(WorldRequest(robot, scene, collision=collision))  # type: ignore[arg-type]
+    checker = make_checker_for(WorldRequest(robot, scene, collision=collision))  # type: ignore[arg-type]
     pairs = random_pairs(checker, queries + 1, seed)
     if method == OURS:
         return _ours(checker, pairs, nodes, seed)

@@ -25,7 +25,7 @@ from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.problem.options import Backend
 from planner.problem.request import RoadmapQuality, WorldRequest
-from planner.query.query import open_world
+from planner.query.query import make_checker_for
 
 
 def roadmap(
@@ -58,7 +58,7 @@ def roadmap(
         RoadmapQuality(size, seed)  # refuses what is out of range
     if queries < 1 or not time_limit > 0:
         raise OptionError("give at least one query, and a time limit above 0 s.")
-    open_world(WorldRequest(robot, scene, collision=collision))  # refuses an unknown robot or scene
+    make_checker_for(WorldRequest(robot, scene, collision=collision))  # refuses an unknown robot or scene
     methods = [(method, nodes) for method in (OURS, *PEERS)]
     methods += [(method, size) for size in dict.fromkeys((nodes, *sizes)) for method in (OURS, PLAN) if sizes]
     cases = []

@@ -36,7 +36,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.planning.follow import Follower
 from planner.planning.result import Plan
 from planner.problem.request import FollowRequest, TimingRequest
-from planner.query.query import open_world
+from planner.query.query import make_checker_for
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.followed import ToolGuide
 from planner.tool_paths.tool_path import ToolPath
@@ -155,7 +155,7 @@ def _flat_points(kind: str) -> Floats:
 
 def _measure(case: Row, progress: Progress, python: str) -> dict[str, Any]:
     request = FollowRequest.from_options(robot=case.robot, scene=case.scene, seed=case.seed)
-    checker = open_world(request.what)
+    checker = make_checker_for(request.what)
     path = path_of(case, checker)
     begin = time.process_time()
     follower = Follower.from_tool_path(path, request)

@@ -42,7 +42,7 @@ def ranges(starts: Ints, counts: Ints) -> Ints:
     return np.repeat(starts - (ends - counts), counts) + np.arange(counts.sum())
 
 
-def so_far(values: Any) -> Any:
+def cumulative_sums(values: Any) -> Any:
     """The sums (n + 1,) of the first 0, 1, 2, ... of ``values`` (n,)."""
     values = np.asarray(values)
     return np.concatenate([np.zeros(1, dtype=values.dtype), np.cumsum(values)])
@@ -77,7 +77,7 @@ def length(vector: Floats) -> float:
     return math.sqrt(dot(vector, vector))
 
 
-def traded_off(beta: float, omega: Cost, distance: Cost) -> Cost:
+def combine_costs(beta: float, omega: Cost, distance: Cost) -> Cost:
     """(1 - beta) omega + beta distance, eq. (finew): the trade-off that all costs of this planner are made by."""
     return (1.0 - beta) * omega + beta * distance
 
@@ -89,7 +89,7 @@ def lengths_of(path: Floats) -> Floats:
 
 def lengths_along(path: Floats) -> Floats:
     """How far (k,) each row of a ``path`` (k, n) is from its beginning, along it."""
-    return so_far(lengths_of(path))
+    return cumulative_sums(lengths_of(path))
 
 
 def parts_of(lengths: Floats, longest: float) -> Ints:
@@ -105,7 +105,7 @@ def cut(path: Floats, parts: Ints, delta: Floats | None = None) -> Floats:
     """
     delta = np.diff(path, axis=0) if delta is None else delta
     segment = np.repeat(np.arange(len(parts)), parts)
-    first = so_far(parts)
+    first = cumulative_sums(parts)
     number = np.arange(len(segment)) - first[segment]
     rows = path[segment] + (number / parts[segment])[:, None] * delta[segment]
     rows = np.concatenate([rows, path[-1:]])

@@ -35,7 +35,7 @@ def content_hash(values: Iterable[Any]) -> str:
     return digest.hexdigest()
 
 
-def cached(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
+def load_or_compute(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
     """The read-only arrays that ``make`` returns, from the cache where it ran before on the same ``made_of``."""
     path = cache_folder() / kind / f"{content_hash([_VERSION, *made_of])}.npz"
     arrays = None

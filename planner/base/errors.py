@@ -104,13 +104,13 @@ class Note:
     grave: bool = True
 
 
-def tell(*notes: str) -> None:
+def log_notes(*notes: str) -> None:
     """Log notes that a result holds too: at DEBUG, as a library's caller reads them there."""
     for note in notes:
         logging.getLogger(LOGGER).debug("%s", note)
 
 
-def metric(value: float, unit: str) -> str:
+def format_quantity(value: float, unit: str) -> str:
     """A length or an angle, 0 or more, with three digits in a unit in which it does not look like zero."""
     for least, size, prefix in ((0.1, 1.0, ""), (1e-3, 1e-3, "m"), (1e-6, 1e-6, "µ"), (1e-9, 1e-9, "n")):
         if value >= least:

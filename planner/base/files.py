@@ -68,7 +68,7 @@ def json_text(value: Any, begin: str = "\n") -> str:
 
 
 @contextlib.contextmanager
-def staged(folder: Path, names: Sequence[str]) -> Iterator[Path]:
+def stage_files(folder: Path, names: Sequence[str]) -> Iterator[Path]:
     """A temporary folder whose files of these ``names`` replace those in ``folder`` once all are complete.
 
     The files are renamed in the order of the names, and a file that was not written is removed from ``folder``. After

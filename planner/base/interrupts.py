@@ -23,7 +23,7 @@ _SAVING = (
 )
 
 
-def tell_at_once(sentence: str, lines: int = 1) -> None:
+def write_message(sentence: str, lines: int = 1) -> None:
     """A line on standard error from a signal handler, which must not touch Python's own buffers.
 
     On a terminal it takes the place of the line the cursor is on, and is followed by as many ``lines`` as are drawn
@@ -38,7 +38,7 @@ def tell_at_once(sentence: str, lines: int = 1) -> None:
 
 def leave(sentence: str = NOTHING_TO_SAVE) -> None:
     """End the process now. No exception: one must not fly through C++, nor through a module that is half loaded."""
-    tell_at_once(sentence)
+    write_message(sentence)
     if os.isatty(number := standard_error[-1]):
         os.write(number, b"\x1b[?25h")  # progress bars hide the cursor
     os._exit(INTERRUPTED)
@@ -50,7 +50,7 @@ def leave_on_interrupt(sentence: str = NOTHING_TO_SAVE) -> None:
 
 
 @contextmanager
-def leaving_on_interrupt(sentence: str) -> Iterator[None]:
+def exit_on_interrupt(sentence: str) -> Iterator[None]:
     """While entered SIGINT ends the process with ``sentence``: for work after all is saved. In the main thread."""
     before = signal.getsignal(signal.SIGINT)
     leave_on_interrupt(sentence)
@@ -61,7 +61,7 @@ def leaving_on_interrupt(sentence: str) -> Iterator[None]:
 
 
 @contextmanager
-def until_signal(asked: threading.Event, sentence: str) -> Iterator[None]:
+def catch_signals(asked: threading.Event, sentence: str) -> Iterator[None]:
     """SIGINT and SIGTERM set ``asked``; where it is set already they end the process, with a ``sentence``."""
 
     def handle(number: int, frame: object) -> None:
@@ -109,4 +109,4 @@ class StopRequest:
         self._presses += 1
         if self._presses > 2:
             leave("left without saving.")
-        tell_at_once(_SAVING[self._presses - 1], self._drawn())
+        write_message(_SAVING[self._presses - 1], self._drawn())

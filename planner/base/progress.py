@@ -49,7 +49,7 @@ class Progress:
     def stopped(self) -> bool:
         return self._stop is not None and self._stop()
 
-    def renamed(self, report: Report) -> Progress:
+    def with_report(self, report: Report) -> Progress:
         """Another report under the same request to stop."""
         return Progress(report, self._stop)
 
@@ -74,9 +74,9 @@ class Stopwatch:
 
     def record(self) -> dict[str, float]:
         """The seconds of every stage, and the ``total`` since the first began, with all between."""
-        return rounded(self.seconds | {"total": time.perf_counter() - self._began})
+        return round_seconds(self.seconds | {"total": time.perf_counter() - self._began})
 
 
-def rounded(seconds: dict[str, float]) -> dict[str, float]:
+def round_seconds(seconds: dict[str, float]) -> dict[str, float]:
     """Seconds per stage, to the microsecond, as records hold them."""
     return {stage: round(value, 6) for stage, value in seconds.items()}

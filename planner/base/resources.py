@@ -36,7 +36,7 @@ def scene_names() -> list[str]:
     return sorted(path.stem for path in scenes_folder().glob("*.yaml"))
 
 
-def published_scene_names() -> list[str]:
+def list_published_scenes() -> list[str]:
     """Names of the built-in scenes of published problems, each for the robots that it names, sorted."""
     return sorted(path.stem for path in (scenes_folder() / "published").glob("*.yaml"))
 
@@ -45,7 +45,7 @@ def scene_file(name: str) -> Path | None:
     """The file of a built-in scene; None where there is none of that name."""
     if name in scene_names():
         return scenes_folder() / f"{name}.yaml"
-    return scenes_folder() / "published" / f"{name}.yaml" if name in published_scene_names() else None
+    return scenes_folder() / "published" / f"{name}.yaml" if name in list_published_scenes() else None
 
 
 def versions(packages: tuple[str, ...] = DECISIVE) -> dict[str, str]:

@@ -81,7 +81,7 @@ class _Loader(yaml.CSafeLoader):
         names = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode) and key.value != "<<")
         for name, count in names.items():
             if count > 1:  # PyYAML would drop all values but the last
-                raise yaml.MarkedYAMLError(problem=f"key {shown(name)} stands twice", problem_mark=node.start_mark)
+                raise yaml.MarkedYAMLError(problem=f"key {quote(name)} stands twice", problem_mark=node.start_mark)
         super().flatten_mapping(node)
 
 
@@ -132,31 +132,31 @@ def _adapter(model: type[Model]) -> pydantic.TypeAdapter[Model]:
 
 
 def _sentence(error: Any, model: type) -> str:
-    key, given = shown(".".join(map(str, error["loc"]))), error["input"]
+    key, given = quote(".".join(map(str, error["loc"]))), error["input"]
     if error["type"] in _UNKNOWN:
         name = str(error["loc"][-1])
-        meant = nearest(name, _all_keys(model) - {name})
+        meant = suggest_name(name, _all_keys(model) - {name})
         return f"unknown key {key}{meant}; remove it or check its spelling."
     if error["type"] == "missing":
         return f"key {key} is missing; add it."
     if error["type"] == "union_tag_not_found":
         return f"{key} says no type; add 'type'."
     if error["type"] == "union_tag_invalid":
-        return f"{key} has type {shown(error['ctx']['tag'])}; types are {error['ctx']['expected_tags']}."
+        return f"{key} has type {quote(error['ctx']['tag'])}; types are {error['ctx']['expected_tags']}."
     about = f"{key} is wrong: " if error["loc"] else ""
-    more = f" (got {shown(given)})" if not isinstance(given, dict | list) else ""
+    more = f" (got {quote(given)})" if not isinstance(given, dict | list) else ""
     return f"{about}{error['msg'].removeprefix('Value error, ').removesuffix('.')}{more}."
 
 
-def repeated(names: Iterable[str]) -> list[str]:
+def find_duplicates(names: Iterable[str]) -> list[str]:
     """The names that are given more than once, sorted."""
     return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
-def nearest(name: str, known: Iterable[str], alike: float = 0.7) -> str:
+def suggest_name(name: str, known: Iterable[str], alike: float = 0.7) -> str:
     """A question in brackets, behind a blank, which of the ``known`` names was meant; empty where none is ``alike``."""
     near = difflib.get_close_matches(name[:100], list(known), n=1, cutoff=alike)
-    return f" (did you mean {shown(near[0])}?)" if near else ""
+    return f" (did you mean {quote(near[0])}?)" if near else ""
 
 
 def _fields(model: Any) -> dict[str, Any]:
@@ -183,7 +183,7 @@ def models_in(annotation: Any) -> Iterator[Any]:
         yield from models_in(part)
 
 
-def shown(value: Any) -> str:
+def quote(value: Any) -> str:
     """A value out of a file as a message quotes it: on one line of at most 200 characters, whatever it is."""
     try:
         return _SHORT.repr(value)[:200]

@@ -26,7 +26,7 @@ _IDLE = 10  # s after which a worker without work ends, also where this process 
 _ONE_AT_A_TIME = threading.Lock()  # OMPL has one seed per process, and a Dask worker may have several threads
 
 
-def measured_cases(
+def measure_cases(
     cases: Sequence[C], measure: Measure[C, T], workers: WorkersRequest, progress: Progress
 ) -> Iterator[tuple[int, T | None]]:
     """Yield (index, ``measure(case, progress)``) as cases end, and (index, None) for a case that kills its worker.

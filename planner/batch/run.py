@@ -21,8 +21,8 @@ from planner.base.files import make_folder, write_json, write_whole
 from planner.base.interrupts import stop_requests
 from planner.base.progress import QUIET, Progress
 from planner.base.resources import software
-from planner.base.yamlfile import parse_yaml, read_text, repeated
-from planner.batch.parallel import measured_cases
+from planner.base.yamlfile import find_duplicates, parse_yaml, read_text
+from planner.batch.parallel import measure_cases
 from planner.planning.plan import plan
 from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.query.robots import sources_hash
@@ -85,11 +85,11 @@ def run_batch(
     if not time_limit > 0:
         raise OptionError(f"time limit must be above 0 s, got {time_limit:g}.")
     tasks = read_plans(source, plain)
-    rows = {task.name: row for task in tasks if (row := _kept_row(task, out)) is not None}
+    rows = {task.name: row for task in tasks if (row := _load_row(task, out)) is not None}
     missing = [task for task in tasks if task.name not in rows]
     progress("plans", len(rows), len(tasks))
     measure = partial(_measure_row, out=out.absolute(), pages=pages, time_limit=time_limit)
-    for k, row in measured_cases(missing, measure, workers, progress):
+    for k, row in measure_cases(missing, measure, workers, progress):
         if row is None and not progress.stopped:
             row = _write_row(missing[k], out, {"message": "worker died, twice; lower --nodes or --jobs."})
         if row is not None:
@@ -114,7 +114,7 @@ def _report(rows: Sequence[Row], asked: int, out: Path) -> str:
     return "\n".join([*lines, *others[:_SHOWN], *more, ""])
 
 
-def _kept_row(task: Task, out: Path) -> Row | None:
+def _load_row(task: Task, out: Path) -> Row | None:
     """The row in the plan's folder, if planning would give it again."""
     try:
         row = json.loads((out / task.name / ROW_NAME).read_text())
@@ -203,7 +203,7 @@ def read_plans(source: Path, plain: PlanRequest) -> list[Task]:
     else:
         raise FileError(f"{where} must be a .yaml or .csv file, or a folder.")
     tasks = [_task(entry, k, plain, where, beside) for k, entry in enumerate(entries, start=1)]
-    if twice := repeated(task.name for task in tasks):
+    if twice := find_duplicates(task.name for task in tasks):
         raise FileError(f"{where} has two plans called '{twice[0]}': rename one.")
     return tasks
 
@@ -229,7 +229,7 @@ def _csv_entries(text: str, where: str) -> list[dict[str, Any]]:
     except (csv.Error, ValueError):  # ValueError: the file is empty
         names, rows = [], []
     names, rows = [name.strip() for name in names], [row for row in rows if row]
-    if not rows or repeated(names) or any(len(row) != len(names) for row in rows):
+    if not rows or find_duplicates(names) or any(len(row) != len(names) for row in rows):
         raise FileError(
             f"{where} must be a line of different option names and a line of as many cells for each plan: "
             "quote cells that hold a comma."

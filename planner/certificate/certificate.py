@@ -12,7 +12,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import FileError
 from planner.base.files import StrPath, write_whole
-from planner.base.yamlfile import shown
+from planner.base.yamlfile import quote
 from planner.certificate import verify_proof as checker
 from planner.certificate.geometry import Arrays, Cuts, describe_world, extract_geometry, find_concave, moving_pairs
 from planner.certificate.witnesses import Search
@@ -120,7 +120,7 @@ def verify(folder: Path, world: World) -> str:
     source = world.robot.source.path
     said = checker.check(folder, source if source.suffix == ".urdf" else None)
     config = json.loads((folder / "plan.json").read_bytes())["config"]
-    named = f"robot {shown(config.get('robot'))}, scene {shown(config.get('scene'))}"
+    named = f"robot {quote(config.get('robot'))}, scene {quote(config.get('scene'))}"
     return f"{said}\nRobot, scene and the pairs left out are, number by number, those that plan.json names: {named}."
 
 

@@ -16,7 +16,7 @@ from planner.certificate.verify_proof import EXEMPT, FORMAT, PROVEN, Shape
 from planner.collision.bounding_volumes import hull_corners, hull_of
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, tool_joint
-from planner.problem.targets import HOME, follow, joints_text
+from planner.problem.targets import HOME, follow_names, joints_text
 from planner.robot.shapes import Body, Cylinder, Mesh, Obstacle, corners
 
 Arrays = dict[str, Any]
@@ -73,7 +73,7 @@ def _states(world: World) -> dict[str, list[str]]:
     made = {}
     for name in named:
         with suppress(StateError):  # of one that leads back to itself, which no plan takes
-            made[name] = follow(name, named)
+            made[name] = follow_names(name, named)
     return made
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NoReturn
 
 from planner.base.errors import LOGGER, PlannerError
-from planner.cli.terminal import complain, let_go_of_output
+from planner.cli.terminal import complain, release_output
 
 STARTED = time.perf_counter()
 
@@ -28,14 +28,14 @@ def run_and_exit(run: Callable[[list[str]], int]) -> NoReturn:
     try:
         code = run(sys.argv[1:])
     except BrokenPipeError:  # the reader of our output has gone, as `planner robots | head` does
-        let_go_of_output()
+        release_output()
         code = 0
     except (PlannerError, MemoryError, ImportError, OSError, RuntimeError) as error:
         sentence = _sentence(error)
         if "--debug" in sys.argv or sentence is None:
             raise
         complain(f"error: {sentence}")
-        let_go_of_output()
+        release_output()
         code = error.exit_code if isinstance(error, PlannerError) else PlannerError.exit_code
     sys.exit(code)
 

@@ -9,9 +9,9 @@ import tyro
 
 from planner.base.errors import OptionError
 from planner.cli.terminal import say
-from planner.problem import options as of
-from planner.problem.conditions import AND, conditions_of
-from planner.problem.targets import Target, goals_of, parse_base, target_of
+from planner.problem import options as option
+from planner.problem.conditions import AND, read_conditions
+from planner.problem.targets import Target, parse_base, read_goals, read_target
 
 COMMANDS = {  # each is the function of its name in this module of planner.cli; in the order of the help
     "plan": "plan",
@@ -33,20 +33,20 @@ COMMANDS = {  # each is the function of its name in this module of planner.cli; 
 _SEVERAL = ("--goal", "--constraint")
 # type of an option, its word in the help, function from text to value, function from value to text
 _TEXTS: tuple[tuple[Any, str, Callable[[str], Any], Callable[[Any], str]], ...] = (
-    (of.RobotLike, "NAME|FILE", str, str),
-    (of.RobotLike | None, "NAME|FILE", str, str),
+    (option.RobotLike, "NAME|FILE", str, str),
+    (option.RobotLike | None, "NAME|FILE", str, str),
     (str | None, "NAME", str, str),
     (Path | None, "FILE", Path, str),
     (int | None, "INT", int, str),
     (float | None, "FLOAT", float, str),
-    (of.Measure, "|".join(get_args(of.MeasureName)), str, str),
-    (of.Names | None, "NAME,...", str, ",".join),
-    (of.Base | None, "NUMBER,...", parse_base, str),
-    (of.Conditions, "CONDITION", conditions_of, lambda value: AND.join(each.text for each in value) or "none"),
-    (Target, "STATE", target_of, lambda value: value.text),
-    (Target | None, "STATE", target_of, lambda value: value.text),
-    (of.Targets, "STATE", goals_of, lambda value: AND.join(each.text for each in value)),
-    (of.Tolerance, "M,RAD", str, lambda value: ",".join(f"{each:g}" for each in value)),
+    (option.Measure, "|".join(get_args(option.MeasureName)), str, str),
+    (option.Names | None, "NAME,...", str, ",".join),
+    (option.Base | None, "NUMBER,...", parse_base, str),
+    (option.Conditions, "CONDITION", read_conditions, lambda value: AND.join(each.text for each in value) or "none"),
+    (Target, "STATE", read_target, lambda value: value.text),
+    (Target | None, "STATE", read_target, lambda value: value.text),
+    (option.Targets, "STATE", read_goals, lambda value: AND.join(each.text for each in value)),
+    (option.Tolerance, "M,RAD", str, lambda value: ",".join(f"{each:g}" for each in value)),
 )
 registry = tyro.constructors.ConstructorRegistry()
 
@@ -74,7 +74,7 @@ def run(words: Sequence[str]) -> int:
 
         say(f"gabf-planner {__version__}")
         return 0
-    words = join_repeated(words)
+    words = merge_options(words)
     command: Any = _command(words[0]) if words and words[0] in COMMANDS else None
     config = (tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff)
     with registry:
@@ -98,7 +98,7 @@ def _command(name: str) -> Any:
     return getattr(import_module(f"planner.cli.{COMMANDS[name]}"), name.replace("-", "_"))
 
 
-def join_repeated(words: Sequence[str]) -> list[str]:
+def merge_options(words: Sequence[str]) -> list[str]:
     """Return the words with all ``--goal`` joined in the place of the first one, and all ``--constraint`` too.
 
     Raises :class:`OptionError` for another option that is given twice, as the parser would take the last one, and for

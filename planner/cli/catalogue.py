@@ -30,9 +30,9 @@ def scenes(json: Json = False, debug: Debug = False) -> int:
 
     Each has its obstacles and named states. Scenes of published problems, for one robot each, come last.
     """
-    from planner.base.resources import published_scene_names, scene_names
+    from planner.base.resources import list_published_scenes, scene_names
 
-    _list([_scene_record(name) for name in (*scene_names(), *published_scene_names())], _scene_lines, json)
+    _list([_scene_record(name) for name in (*scene_names(), *list_published_scenes())], _scene_lines, json)
     return 0
 
 

@@ -14,14 +14,14 @@ from typing_extensions import Doc
 
 from planner.base.errors import FileError, OptionError
 from planner.base.files import json_text, require_writable_folder
-from planner.base.interrupts import leaving_on_interrupt
+from planner.base.interrupts import exit_on_interrupt
 from planner.base.progress import Progress, Stopwatch
 from planner.cli import STARTED
 from planner.cli.terminal import complain, facts, say, show, working
-from planner.problem import options as of
-from planner.problem.checked import options
+from planner.problem import options as option
 from planner.problem.outcome import Outcome
 from planner.problem.request import MotionRequest, ProblemRequest, TimingRequest
+from planner.problem.validation import options
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
@@ -32,7 +32,7 @@ R = TypeVar("R", bound="Result[Any]")
 Debug = Annotated[tyro.conf.FlagCreatePairsOff[bool], tyro.conf.arg(help="Show tracebacks of errors.")]
 Out = Annotated[Path, Doc("Folder to write into.")]
 Json = Annotated[bool, Doc("Print the JSON file on standard output, and nothing else there.")]
-_Named = Annotated[of.MotionPlanRequest, tyro.conf.arg(name="request")]
+_Named = Annotated[option.MotionPlanRequest, tyro.conf.arg(name="request")]
 
 
 @options
@@ -103,10 +103,10 @@ def run_and_save(
     with working() as progress:
         result = find(progress)
         progress("files", 0, 2)
-        place = folder_for_interrupted(out, result.FILES) if result.outcome is Outcome.INTERRUPTED else out
+        place = choose_folder(out, result.FILES) if result.outcome is Outcome.INTERRUPTED else out
         record = result.save_without_page(place, clock, certificate and not progress.stopped)
         progress("files", 1, 2)
-        with leaving_on_interrupt(f"stopping without the page. Written: {_files(result, place)}."):
+        with exit_on_interrupt(f"stopping without the page. Written: {_files(result, place)}."):
             if page and not progress.stopped:
                 record = result.save_page(place, record, clock)
                 progress("files", 2, 2)
@@ -160,12 +160,12 @@ def world_of_plan(folder: Path) -> CollisionChecker:
     return reopen_plan(record_of_plan(folder)["config"], folder / ROADMAP_NAME)
 
 
-def folder_for_interrupted(folder: Path, names: tuple[str, ...]) -> Path:
+def choose_folder(folder: Path, names: tuple[str, ...]) -> Path:
     """Return ``folder`` if it has none of the files ``names``, else a new one inside it: no earlier result is lost."""
     return _first_free(folder, lambda name: folder / name, lambda place: any(os.path.isfile(place / n) for n in names))
 
 
-def file_for_interrupted(file: Path) -> Path:
+def choose_file(file: Path) -> Path:
     """Return ``file`` if it does not exist, else a new one next to it."""
     return _first_free(file, lambda name: file.with_name(f"{file.stem}.{name}{file.suffix}"), os.path.isfile)
 

@@ -24,7 +24,6 @@ from planner.cli.common import (
     seconds_text,
 )
 from planner.cli.terminal import complain, open_in_browser, report_table, run_into, say, show
-from planner.problem.checked import options
 from planner.problem.outcome import Outcome
 from planner.problem.request import (
     SERIAL,
@@ -40,6 +39,7 @@ from planner.problem.request import (
     TimingRequest,
     WorkersRequest,
 )
+from planner.problem.validation import options
 
 if TYPE_CHECKING:
     from planner.base.progress import Progress

@@ -7,7 +7,7 @@ import tyro
 from typing_extensions import Doc
 
 from planner.base.files import json_text, make_folder, require_writable_file
-from planner.cli.common import Debug, Json, Problem, file_for_interrupted, other_place
+from planner.cli.common import Debug, Json, Problem, choose_file, other_place
 from planner.cli.terminal import facts, say, show, working
 from planner.problem.outcome import Outcome
 from planner.problem.request import RoadmapQuality
@@ -44,7 +44,7 @@ def build(
         outcome = (
             Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.is_connected else Outcome.NO_PATH
         )
-        place = file_for_interrupted(file) if outcome is Outcome.INTERRUPTED else file
+        place = choose_file(file) if outcome is Outcome.INTERRUPTED else file
         make_folder(place.parent)
         save_roadmap(result, place)
     ending = "Start and goal are joined." if outcome is Outcome.SOLVED else outcome.value

@@ -42,7 +42,7 @@ def open_in_browser(address: str, tell: Callable[[str], None]) -> None:
         tell(f"There is no browser here: open {address} yourself.")
 
 
-def let_go_of_output() -> None:
+def release_output() -> None:
     """Lead standard output nowhere if it cannot be written, or Python would fail once more when it ends."""
     try:
         sys.stdout.flush()

@@ -14,7 +14,7 @@ from typing_extensions import Doc
 
 from planner.base.errors import FileError, OptionError, require_extra
 from planner.base.files import make_folder, require_writable_file, write_whole
-from planner.base.interrupts import until_signal
+from planner.base.interrupts import catch_signals
 from planner.cli.common import Debug
 from planner.cli.terminal import open_in_browser, say
 from planner.problem.request import LiveRequest, WorldRequest
@@ -83,7 +83,7 @@ def _serve(page: LivePage) -> None:
     """Wait for Ctrl-C, then end the page."""
     stop = threading.Event()
     say(page.outcome.value)
-    with until_signal(stop, "stopped during planning."):
+    with catch_signals(stop, "stopped during planning."):
         say(f"Serving {page.address} on this machine only; Ctrl-C ends it.")
         open_in_browser(page.address, say)
         while not stop.wait(0.5):  # a signal that reaches another thread does not wake this one
@@ -149,11 +149,11 @@ def _show_state(request: WorldRequest, state: str | None, out: Path | None) -> N
     if out is not None:
         require_writable_file(out)
     target = None if state is None else parse_target(state)
-    from planner.query.query import open_world, states_of
+    from planner.query.query import make_checker_for, states_of
     from planner.query.resolve import resolve_as_is
     from planner.view.state import inspect_state
 
-    checker = open_world(request)
+    checker = make_checker_for(request)
     states = states_of(checker.robot, checker.world.scene)
     if target is None:
         target = parse_target("start" if "start" in states else HOME)

@@ -8,7 +8,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import compute_disabled_pairs
 from planner.collision.world import World
 from planner.constraints.path_constraints import require_orientations
-from planner.problem.conditions import Condition, conditions_of
+from planner.problem.conditions import Condition, read_conditions
 from planner.problem.request import WorldRequest
 from planner.robot.robot import Robot
 from planner.robot.robot_in_scene import resolve_frames
@@ -32,7 +32,7 @@ def make_checker(
     ``constraint`` besides is proven with them; limits of joints are the robot's.
     """
     kind = _backend(backend)
-    conditions = conditions_of(constraint)
+    conditions = read_conditions(constraint)
     WorldRequest(margin=margin)  # refuses a margin out of range
     require_orientations(conditions, robot)
     disabled, made = robot.disabled_pairs, None

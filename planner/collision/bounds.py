@@ -16,7 +16,7 @@ from types import MappingProxyType
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen, product
-from planner.base.cache import cached
+from planner.base.cache import load_or_compute
 from planner.collision.bounding_volumes import Spheres, box_cover, hull_of, sphere_cover
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements, travel
@@ -156,7 +156,9 @@ def _add_body(native: NativeWorld, item: Body) -> None:
 def _cover(shape: Shape) -> Spheres:
     if not isinstance(shape, Mesh):
         return sphere_cover(shape, _SPHERES, _CELL)
-    arrays = cached("spheres", [*shape.content(), _SPHERES, _CELL], lambda: vars(sphere_cover(shape, _SPHERES, _CELL)))
+    arrays = load_or_compute(
+        "spheres", [*shape.content(), _SPHERES, _CELL], lambda: vars(sphere_cover(shape, _SPHERES, _CELL))
+    )
     return Spheres(frozen(arrays["centres"]), frozen(arrays["radii"]))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.base.silenced import PROCESS
+from planner.base.captured_output import PROCESS
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.native.compiled import threads

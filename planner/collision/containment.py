@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, so_far
+from planner.base.arrays import Bools, Floats, Ints, cumulative_sums
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.native.compiled import NativeBoxes
@@ -51,7 +51,7 @@ class Containment:
     def among(self, kept: Bools) -> Containment:
         """The same in a world that has only those pairs (pairs,) that are ``kept``; its own pairs are numbered anew."""
         scene = int(kept.size - self._own)
-        numbers = np.concatenate([np.arange(scene), scene + so_far(kept[scene:])[:-1]])
+        numbers = np.concatenate([np.arange(scene), scene + cumulative_sums(kept[scene:])[:-1]])
         made = copy.copy(self)
         made._pair, made._own = np.where(kept, numbers, -1)[self._pair], int(kept[scene:].sum())
         return made

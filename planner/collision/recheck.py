@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, product, so_far
+from planner.base.arrays import Floats, Ints, cumulative_sums, product
 from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker, CurveStates
@@ -46,13 +46,13 @@ def sample_along(checker: CollisionChecker, coefficients: Floats, step: float) -
     """Looks at pieces (m, degree + 1, dof), each of which begins where the last one ends; at both ends too."""
     bound = checker.bound
     parts, moved, shares = bound.native.walk(bound.motion_bounds, coefficients, _LONGEST)
-    walked = so_far(moved)
+    walked = cumulative_sums(moved)
     count = max(1, math.ceil(walked[-1] / step))
     at = walked[-1] * np.arange(count + 1) / count
     part = np.clip(np.searchsorted(walked, at, side="right") - 1, 0, len(moved) - 1)
     on_part = np.clip((at - walked[part]) / np.where(moved > 0, moved, 1.0)[part], 0.0, 1.0)
     piece = np.repeat(np.arange(len(parts)), parts)[part]
-    s = (part - so_far(parts)[piece] + on_part) / parts[piece]
+    s = (part - cumulative_sums(parts)[piece] + on_part) / parts[piece]
     piece[-1], s[-1] = len(parts) - 1, 1.0
     return PathSamples(piece, s, shares * walked[-1] / count)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from planner.base.cache import cached
+from planner.base.cache import load_or_compute
 from planner.collision.checker import APART, CollisionChecker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
@@ -50,7 +50,7 @@ def compute_disabled_pairs(
         return {"pairs": np.array(_always(made[0]), dtype=np.str_).reshape(-1, 2)}
 
     neighbours = sorted(sorted(pair) for pair in disabled)
-    found = cached("pairs", [robot.identity, neighbours, SAMPLES, FIRST, ALWAYS], always)["pairs"]
+    found = load_or_compute("pairs", [robot.identity, neighbours, SAMPLES, FIRST, ALWAYS], always)["pairs"]
     return disabled | frozenset(frozenset(pair) for pair in found.tolist()), made[0] if made else None
 
 

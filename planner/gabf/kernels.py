@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, traded_off
+from planner.base.arrays import Bools, Floats, Ints, combine_costs
 from planner.base.errors import AssumptionError, OptionError
 
 UserFunction = Callable[[Ints, Floats, Floats], Floats]
@@ -149,7 +149,7 @@ class TradeOff(Kernel):
             raise OptionError(f"beta must be from 0 (manipulability only) to 1 (distance only), got {self.beta:g}.")
 
     def bind(self, net: Any) -> AffineArcs:
-        return AffineArcs(None, traded_off(self.beta, _cost(net, self, "node_cost")[net.indices], net.weight))
+        return AffineArcs(None, combine_costs(self.beta, _cost(net, self, "node_cost")[net.indices], net.weight))
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ class EdgeIntegral(TradeOff):
     """
 
     def bind(self, net: Any) -> AffineArcs:
-        return AffineArcs(None, traded_off(self.beta, _cost(net, self, "arc_cost"), net.weight))
+        return AffineArcs(None, combine_costs(self.beta, _cost(net, self, "arc_cost"), net.weight))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen, indices, numbers, ranges, so_far
+from planner.base.arrays import Floats, Ints, cumulative_sums, frozen, indices, numbers, ranges
 from planner.base.errors import AssumptionError
 from planner.gabf.kernels import Additive, ArcMap, Kernel, TradeOff
 
@@ -87,7 +87,7 @@ class Network:
         weight = numbers("weight", weight, (tails.size,), AssumptionError)[order]
         if arc_cost is not None:
             arc_cost = numbers("arc_cost", arc_cost, (tails.size,), AssumptionError)[order]
-        indptr = so_far(np.bincount(tails, minlength=n_nodes))
+        indptr = cumulative_sums(np.bincount(tails, minlength=n_nodes))
         return Network(indptr, heads[order], weight, sources, arc_cost=arc_cost, **more)
 
     @staticmethod
@@ -171,5 +171,5 @@ class Network:
         keep = np.ones(self.n_arcs, dtype=bool)
         keep[indices("arcs", arcs, ("k",), self.n_arcs, AssumptionError)] = False
         arc_cost = None if self.arc_cost is None else self.arc_cost[keep]
-        indptr = so_far(keep)[self.indptr]
+        indptr = cumulative_sums(keep)[self.indptr]
         return replace(self, indptr=indptr, indices=self.indices[keep], weight=self.weight[keep], arc_cost=arc_cost)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, indices, plain_numbers, so_far
+from planner.base.arrays import Bools, Floats, Ints, cumulative_sums, indices, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.gabf.kernels import AffineArcs
 from planner.gabf.network import Network
@@ -31,7 +31,7 @@ def oracle(net: Network) -> Floats:
 
 def _dijkstra(problem: Problem) -> Floats:
     order = np.argsort(problem.heads, kind="stable")  # node j is read by the arcs order[indptr[j] : indptr[j + 1]]
-    indptr = so_far(np.bincount(problem.heads, minlength=problem.nodes.size))
+    indptr = cumulative_sums(np.bincount(problem.heads, minlength=problem.nodes.size))
     best = problem.with_sources(np.full(problem.n_rows, np.inf))
     heap = [(value, node) for node, value in enumerate(best.tolist()) if node >= problem.n_rows]
     heapq.heapify(heap)

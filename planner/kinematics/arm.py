@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import RobotError, choices
-from planner.base.yamlfile import shown
+from planner.base.yamlfile import quote
 from planner.problem.options import Measure, Rows
 
 HALF_TURN = np.pi - 1e-9
@@ -118,5 +118,5 @@ def frame_id(model: pin.Model, name: str) -> int:
     """The index of the frame ``name``, the link where a joint has the same name; the error lists the frames."""
     matches = [k for k, frame in enumerate(model.frames) if frame.name == name]
     if not matches:
-        raise RobotError(f"frame {shown(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")
+        raise RobotError(f"frame {quote(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")
     return next((k for k in matches if model.frames[k].type == pin.FrameType.BODY), matches[0])

@@ -14,8 +14,8 @@ from pydantic import Field
 
 from planner import gabf
 from planner.base.errors import Reason
-from planner.base.files import StrPath, staged, write_json, write_whole
-from planner.base.progress import Stopwatch, rounded
+from planner.base.files import StrPath, stage_files, write_json, write_whole
+from planner.base.progress import Stopwatch, round_seconds
 from planner.base.resources import versions
 from planner.base.yamlfile import read_text, validate
 from planner.certificate.certificate import PROOF_NAME, Certificate
@@ -71,7 +71,7 @@ class RunRecord(Record):
             joints=list(robot.joints),
             tool=robot.tool,
             notes=[*(note.text for note in notes(robot, scene)), *run.end_notes],
-            timings_s=rounded(run.timings),
+            timings_s=round_seconds(run.timings),
             **own,
         )
 
@@ -175,7 +175,7 @@ class Result(ABC, Generic[R]):
         """
         clock = clock or Stopwatch(self.timings)
         clock.seconds.update(self.timings)
-        with staged(folder, self.files(folder)) as inner:
+        with stage_files(folder, self.files(folder)) as inner:
             with clock("files"):
                 self._write(inner)
             if certificate:

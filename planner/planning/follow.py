@@ -20,8 +20,8 @@ from planner.planning.result import Plan
 from planner.planning.solve import recheck, solve_and_heal, time_plan, why_no_path
 from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import CannotFollow, Outcome
-from planner.problem.request import FollowRequest, Objective, TimingRequest, request_of
-from planner.query.query import Query, open_world, states_of
+from planner.problem.request import FollowRequest, Objective, TimingRequest, build_request
+from planner.query.query import Query, make_checker_for, states_of
 from planner.query.resolve import other_turns, resolve
 from planner.roadmap.load_or_build import load_or_build_roadmap
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
@@ -60,7 +60,7 @@ def follow(
     proven to stay in the tube. With a ``start`` a free motion leads to the path. Where not all can be followed the plan
     holds what can be, with ``Outcome.PARTLY_FOLLOWED`` and a reason. Raises :class:`PlannerError`.
     """
-    made = request_of(request or FollowRequest(), objective, options, robot, scene)
+    made = build_request(request or FollowRequest(), objective, options, robot, scene)
     if timing is not None and timing.extra_cost != TimingRequest().extra_cost and made.what.start is None:
         raise OptionError("--extra-cost says nothing to a tool path: give a start, or leave it out.")
     if timing is None and made.what.tool_speed is not None:
@@ -91,7 +91,7 @@ class Follower:
         with clock("setup"):
             path = tool_path if isinstance(tool_path, ToolPath) else read_tool_path(tool_path)
             start = None if request.what.start is None else lambda checker: _resolve_starts(request, checker)[0]
-            checker = open_world(request.what, start=start)
+            checker = make_checker_for(request.what, start=start)
             if checker.world.scene.moving:
                 raise SceneError(
                     f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."

@@ -58,7 +58,7 @@ def improve_for_all_betas(
     for place, beta in enumerate(betas):
         seed = (quality.seed + _SEEDS_APART * place) % 2**31
         part = replace(quality, refinement_rounds=-(-quality.rounds // 2), seed=seed)
-        whole = progress.renamed(lambda *of, k=place: progress(of[0], k * of[2] + of[1], len(betas) * of[2]))
+        whole = progress.with_report(lambda *of, k=place: progress(of[0], k * of[2] + of[1], len(betas) * of[2]))
         found = improve_roadmap(roadmap, checker, part, beta, whole, room)
         roadmap, curves[beta] = found.roadmap, found.curve
     return roadmap, room, curves

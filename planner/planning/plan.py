@@ -10,7 +10,7 @@ from planner.planning.result import Plan
 from planner.planning.solve import require_earliest, solve
 from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import CannotFollow, Outcome
-from planner.problem.request import Objective, PlanRequest, TimingRequest, request_of
+from planner.problem.request import Objective, PlanRequest, TimingRequest, build_request
 from planner.query.query import make_query
 from planner.roadmap.load_or_build import load_or_build_roadmap
 from planner.tool_paths.ladder_roadmap import roadmap_of_nodes
@@ -43,7 +43,7 @@ def plan(
     them, waiting included, and ``beta`` shapes the roadmap only; this needs ``timing``.
     """
     clock = Stopwatch()
-    request = request_of(request or PlanRequest(), objective, options, robot, scene)
+    request = build_request(request or PlanRequest(), objective, options, robot, scene)
     with clock("setup"):
         query = make_query(request.what, in_time=timing is not None, progress=progress)
         limits = None if timing is None else MotionLimits.from_robot(query.robot, timing)

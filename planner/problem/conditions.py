@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from planner.base.errors import OptionError
-from planner.problem.checked import options
+from planner.problem.validation import options
 
 THINNEST = 1e-4  # rad (m): no straight joint motion of any length keeps to less
 FORMS = "axis:, box:, plane: or turn:"
@@ -194,7 +194,7 @@ def require_thick(conditions: tuple[Condition, ...]) -> tuple[Condition, ...]:
     return conditions
 
 
-def conditions_of(value: object) -> tuple[Condition, ...]:
+def read_conditions(value: object) -> tuple[Condition, ...]:
     """Conditions out of text, a condition, or several of both; :class:`OptionError` for anything else."""
     if isinstance(value, str):
         return parse_constraints(value)
@@ -203,7 +203,7 @@ def conditions_of(value: object) -> tuple[Condition, ...]:
     if value is None:
         return ()
     if isinstance(value, Iterable):
-        return tuple(each for part in value for each in conditions_of(part))
+        return tuple(each for part in value for each in read_conditions(part))
     raise OptionError(
         f"constraint must be conditions, got {str(value)[:100]}: give text or planner.AxisConstraint and its like."
     )

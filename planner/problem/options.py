@@ -10,9 +10,9 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Doc
 
 from planner.base.errors import OptionError
-from planner.problem.checked import options as options
-from planner.problem.conditions import Condition, conditions_of
-from planner.problem.targets import Target, goals_of, parse_base, target_of
+from planner.problem.conditions import Condition, read_conditions
+from planner.problem.targets import Target, parse_base, read_goals, read_target
+from planner.problem.validation import options as options
 
 
 @runtime_checkable
@@ -105,7 +105,7 @@ def _leg(length: float) -> float:
 
 
 def _start(value: object) -> Target:
-    return target_of(value, "start")
+    return read_target(value, "start")
 
 
 def _unless_none(read: Callable[[Any], object]) -> BeforeValidator:
@@ -156,7 +156,7 @@ Collision = Annotated[
 ]
 Constraint = Annotated[
     Conditions,
-    BeforeValidator(conditions_of),
+    BeforeValidator(read_conditions),
     Doc(
         "What motions keep all along, proven; repeatable: axis:z,0,0,1,0.1 (the tool's z axis within 0.1 rad of the "
         "world's direction 0,0,1), box:x0,y0,z0,x1,y1,z1 (its origin within, m), plane:nx,ny,nz,d (n.p >= d), turn:0.1 "
@@ -172,7 +172,7 @@ FreeStart = Annotated[
     Doc("Where a free motion to the tool path starts; left out, the plan begins on the path."),
 ]
 Goal = Annotated[
-    Targets, BeforeValidator(goals_of), Doc("Where the arm should go; several (repeat the option) are alternatives.")
+    Targets, BeforeValidator(read_goals), Doc("Where the arm should go; several (repeat the option) are alternatives.")
 ]
 MotionPlanRequest = Annotated[
     Path | None, Doc("A MoveIt MotionPlanRequest (YAML): start, goal and the joints that are not planned.")

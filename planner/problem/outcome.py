@@ -98,7 +98,7 @@ def _html_row(tag: str, cells: Sequence[str]) -> str:
 _Names = Annotated[tuple[str, ...], Field(min_length=1)]
 
 
-def _quoted(names: Iterable[str]) -> str:
+def _quote(names: Iterable[str]) -> str:
     return choices(f"'{name}'" for name in names)
 
 
@@ -182,7 +182,7 @@ class Separated(Reason):
     def sentence(self) -> str:
         one = len(self.obstacles) == 1
         return (
-            f"Start and goal were not connected within the budget: the search found that {_quoted(self.obstacles)} "
+            f"Start and goal were not connected within the budget: the search found that {_quote(self.obstacles)} "
             f"{'separates' if one else 'together separate'} them (without {'it' if one else 'them'} they are joined), "
             f"and {self.gap.sentence}: move {'it' if one else 'one of them'}, raise --nodes, or try another --seed."
         )
@@ -239,7 +239,7 @@ class ConstraintsTooNarrow(Reason):
     @property
     def sentence(self) -> str:
         return (
-            f"No path that keeps {_quoted(self.conditions)} was found within the budget; without that start and goal "
+            f"No path that keeps {_quote(self.conditions)} was found within the budget; without that start and goal "
             f"are joined, and with it {self.gap.sentence}: leave more tolerance, raise --nodes, or try another --seed."
         )
 
@@ -255,7 +255,7 @@ class BlockedInTime(Reason):
 
     @property
     def sentence(self) -> str:
-        named = _quoted(self.obstacles)
+        named = _quote(self.obstacles)
         why = {
             "start": f"at time 0 {named} cannot be proven clear of the arm at the start: choose another start.",
             "goal": f"the arm cannot stay at the goal, {named} coming too near: choose another goal.",

@@ -14,23 +14,23 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
-from planner.base.arrays import Cost, traded_off
+from planner.base.arrays import Cost, combine_costs
 from planner.base.errors import KeywordError, OptionError, choices
-from planner.base.yamlfile import nearest
-from planner.problem import options as of
-from planner.problem.checked import options
+from planner.base.yamlfile import suggest_name
+from planner.problem import options as option
 from planner.problem.conditions import AND, Condition
 from planner.problem.options import PAPER_NODES
 from planner.problem.targets import Named, Target
+from planner.problem.validation import options
 
 DEFAULT_BETA = 0.5
-DEFAULT_COST: of.ManipulabilityCost = "log"
-DEFAULT_METRIC: of.Metric = "joint"
-DEFAULT_COST_INTEGRATION: of.CostIntegration = "edges"
-DEFAULT_MEASURE: of.Measure = "yoshikawa"
+DEFAULT_COST: option.ManipulabilityCost = "log"
+DEFAULT_METRIC: option.Metric = "joint"
+DEFAULT_COST_INTEGRATION: option.CostIntegration = "edges"
+DEFAULT_MEASURE: option.Measure = "yoshikawa"
 DEFAULT_REFINEMENT_ROUNDS = 12  # rounds
 DEFAULT_EXTRA_CLEARANCE = 5e-3  # m
-_SPELT = {"motion_plan_request": "request"}  # in files and on the command line
+_FILE_KEYS = {"motion_plan_request": "request"}  # in files and on the command line
 R = TypeVar("R", bound="Request")
 
 
@@ -47,13 +47,13 @@ class Objective:
     another measure, or is a function of configurations (n, dof); it is sampled, and no floor is proven for it.
     """
 
-    beta: of.Beta = DEFAULT_BETA
-    manipulability_cost: of.WCost = DEFAULT_COST
-    metric: of.Distance = DEFAULT_METRIC
-    cost_integration: of.Integration = DEFAULT_COST_INTEGRATION
-    floor: of.MinManipulability = 0.0
-    jacobian_rows: of.JacobianRows = None
-    manipulability: of.Manipulability = DEFAULT_MEASURE
+    beta: option.Beta = DEFAULT_BETA
+    manipulability_cost: option.WCost = DEFAULT_COST
+    metric: option.Distance = DEFAULT_METRIC
+    cost_integration: option.Integration = DEFAULT_COST_INTEGRATION
+    floor: option.MinManipulability = 0.0
+    jacobian_rows: option.JacobianRows = None
+    manipulability: option.Manipulability = DEFAULT_MEASURE
 
     def at(self, beta: float) -> Objective:
         """The same at another ``beta``."""
@@ -65,25 +65,25 @@ class Objective:
 
     def total(self, omega: Cost, distance: Cost) -> Cost:
         """The cost of a motion or a path with so much Omega and D, each normalised."""
-        return traded_off(self.beta, omega, distance)
+        return combine_costs(self.beta, omega, distance)
 
 
 @options
 class PartialWorld:
     """A robot in a scene, and the backend that finds contacts; a plan.json says what is left out."""
 
-    robot: of.RecordedRobot = None
-    scene: of.RecordedScene = None
-    tool: of.Tool = None
-    srdf: of.Srdf = None
-    group: of.Group = None
-    joints: of.Joints = None
-    base: of.Placement = None
-    jacobian_rows: of.JacobianRows = None
-    manipulability: of.Manipulability = DEFAULT_MEASURE
-    collision: of.Collision = "fcl"
-    margin: of.RecordedMargin = None
-    constraint: of.Constraint = ()
+    robot: option.RecordedRobot = None
+    scene: option.RecordedScene = None
+    tool: option.Tool = None
+    srdf: option.Srdf = None
+    group: option.Group = None
+    joints: option.Joints = None
+    base: option.Placement = None
+    jacobian_rows: option.JacobianRows = None
+    manipulability: option.Manipulability = DEFAULT_MEASURE
+    collision: option.Collision = "fcl"
+    margin: option.RecordedMargin = None
+    constraint: option.Constraint = ()
 
     def __post_init__(self) -> None:
         if self.group is not None and self.joints is not None:
@@ -94,72 +94,72 @@ class PartialWorld:
 class WorldRequest(PartialWorld):
     """A robot in a scene, and the backend that finds contacts."""
 
-    robot: of.Robot = str(of.ROBOT)
-    scene: of.Scene = str(of.SCENE)
-    margin: of.Margin = 0.0
+    robot: option.Robot = str(option.ROBOT)
+    scene: option.Scene = str(option.SCENE)
+    margin: option.Margin = 0.0
 
 
 @options
 class ProblemRequest(WorldRequest):
     """A start and a goal in the world of a robot and a scene."""
 
-    start: of.Start = Named(("start",))
-    goal: of.Goal = (Named(("goal",)),)
-    motion_plan_request: of.MotionPlanRequest = None
-    widen_limits: of.WidenLimits = False
-    ik_solutions: of.IkSolutions = 8
-    ik_tolerance: of.IkTolerance = of.Tolerance((1e-6, 1e-4))
+    start: option.Start = Named(("start",))
+    goal: option.Goal = (Named(("goal",)),)
+    motion_plan_request: option.MotionPlanRequest = None
+    widen_limits: option.WidenLimits = False
+    ik_solutions: option.IkSolutions = 8
+    ik_tolerance: option.IkTolerance = option.Tolerance((1e-6, 1e-4))
 
 
 @options
 class MotionRequest(ProblemRequest):
     """A start and a goal, and straight lines of the tool at both."""
 
-    approach: of.Approach = 0.0
-    retreat: of.Retreat = 0.0
+    approach: option.Approach = 0.0
+    retreat: option.Retreat = 0.0
 
 
 @options
 class FollowedRequest(WorldRequest):
     """The world of a tool path, and the start of a free motion to it; without a start the plan begins on the path."""
 
-    start: of.FreeStart = None
-    ik_tolerance: of.IkTolerance = of.Tolerance((1e-6, 1e-4))
-    tool_speed: of.ToolSpeed = None
-    ladder_density: of.LadderDensity = 1
+    start: option.FreeStart = None
+    ik_tolerance: option.IkTolerance = option.Tolerance((1e-6, 1e-4))
+    tool_speed: option.ToolSpeed = None
+    ladder_density: option.LadderDensity = 1
 
 
 @options
 class TaskWorldRequest:
     """The choices of a task's world that its file leaves open."""
 
-    collision: of.Collision = "fcl"
-    margin: of.Margin = 0.0
-    ik_solutions: of.IkSolutions = 4
-    ik_tolerance: of.IkTolerance = of.Tolerance((1e-6, 1e-4))
+    collision: option.Collision = "fcl"
+    margin: option.Margin = 0.0
+    ik_solutions: option.IkSolutions = 4
+    ik_tolerance: option.IkTolerance = option.Tolerance((1e-6, 1e-4))
 
 
 @options
 class RoadmapQuality:
     """The size of a roadmap, and its floor under manipulability."""
 
-    nodes: of.Nodes = PAPER_NODES
-    seed: of.Seed = 0
-    min_manipulability: of.MinManipulability = 0.0
+    nodes: option.Nodes = PAPER_NODES
+    seed: option.Seed = 0
+    min_manipulability: option.MinManipulability = 0.0
 
 
 @options
 class SweepQuality(RoadmapQuality):
     """A roadmap, its costs and the dynamics, for every beta."""
 
-    roadmap: of.RoadmapFile = None
-    law: of.Law = "singularity-free"
-    prescribed_time: of.PrescribedTime = 4.0
-    metric: of.Distance = DEFAULT_METRIC
-    manipulability_cost: of.WCost = DEFAULT_COST
-    cost_integration: of.Integration = DEFAULT_COST_INTEGRATION
-    refinement_rounds: of.RefinementRounds = None
-    extra_clearance: of.ExtraClearance = DEFAULT_EXTRA_CLEARANCE
+    roadmap: option.RoadmapFile = None
+    law: option.Law = "singularity-free"
+    prescribed_time: option.PrescribedTime = 4.0
+    metric: option.Distance = DEFAULT_METRIC
+    manipulability_cost: option.WCost = DEFAULT_COST
+    cost_integration: option.Integration = DEFAULT_COST_INTEGRATION
+    refinement_rounds: option.RefinementRounds = None
+    extra_clearance: option.ExtraClearance = DEFAULT_EXTRA_CLEARANCE
 
     @property
     def rounds(self) -> int:
@@ -177,8 +177,8 @@ class SweepQuality(RoadmapQuality):
 class PlanQuality(SweepQuality):
     """A roadmap, its costs and the dynamics, and the trade-off of one plan."""
 
-    beta: of.Beta = DEFAULT_BETA
-    path_only: of.PathOnly = False
+    beta: option.Beta = DEFAULT_BETA
+    path_only: option.PathOnly = False
 
     def __post_init__(self) -> None:
         if self.path_only and (self.nodes != PAPER_NODES or self.roadmap is not None):
@@ -199,13 +199,13 @@ class PlanQuality(SweepQuality):
 class TaskQuality:
     """The roadmap that all modes share, its costs and the dynamics."""
 
-    nodes: of.Nodes = 500
-    seed: of.Seed = 0
-    beta: of.Beta = DEFAULT_BETA
-    law: of.Law = "singularity-free"
-    prescribed_time: of.PrescribedTime = 4.0
-    metric: of.Distance = DEFAULT_METRIC
-    manipulability_cost: of.WCost = DEFAULT_COST
+    nodes: option.Nodes = 500
+    seed: option.Seed = 0
+    beta: option.Beta = DEFAULT_BETA
+    law: option.Law = "singularity-free"
+    prescribed_time: option.PrescribedTime = 4.0
+    metric: option.Distance = DEFAULT_METRIC
+    manipulability_cost: option.WCost = DEFAULT_COST
 
     @property
     def objective(self) -> Objective:
@@ -224,7 +224,9 @@ class Request:
     @classmethod
     def from_config(cls, config: Mapping[str, Any]) -> Self:
         """The request of a record's ``config``, see :meth:`config`; keys that are no options of it are left out."""
-        known = {name: config[_SPELT.get(name, name)] for name in cls.names() if _SPELT.get(name, name) in config}
+        known = {
+            name: config[_FILE_KEYS.get(name, name)] for name in cls.names() if _FILE_KEYS.get(name, name) in config
+        }
         return cls.from_options(**known)
 
     @classmethod
@@ -234,7 +236,7 @@ class Request:
 
     def with_options(self, **values: Any) -> Self:
         """The request with ``values`` in place of its own; :class:`KeywordError` for an option that it lacks."""
-        require_known(values, self.names(), type(self).__name__.removesuffix("Request").lower())
+        reject_unknown(values, self.names(), type(self).__name__.removesuffix("Request").lower())
         changed: dict[str, Any] = {}
         for name, part in vars(self).items():
             own = {key: value for key, value in values.items() if hasattr(part, key)}
@@ -247,7 +249,7 @@ class Request:
 
     def config(self) -> dict[str, Any]:
         """The options by their names on the command line, as plain data: objects by their names, targets as text."""
-        return {_SPELT.get(name, name): _plain(value) for name, value in self.values().items()}
+        return {_FILE_KEYS.get(name, name): _plain(value) for name, value in self.values().items()}
 
 
 @options
@@ -318,39 +320,39 @@ class TaskRequest(Request):
 class LiveRequest:
     """The first question on the live page, and the roadmap that answers it."""
 
-    start: of.Start = Named(("start",))
-    goal: of.Goal = (Named(("goal",)),)
-    beta: of.Beta = DEFAULT_BETA
-    nodes: of.Nodes = PAPER_NODES
-    seed: of.Seed = 0
-    roadmap: of.RoadmapFile = None
+    start: option.Start = Named(("start",))
+    goal: option.Goal = (Named(("goal",)),)
+    beta: option.Beta = DEFAULT_BETA
+    nodes: option.Nodes = PAPER_NODES
+    seed: option.Seed = 0
+    roadmap: option.RoadmapFile = None
 
 
 @options
 class LimitsRequest:
     """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
 
-    limits: of.LimitsFile = None
-    velocity_scale: of.VelocityScale = None
-    acceleration_scale: of.AccelerationScale = None
-    acceleration: of.Acceleration = None
-    jerk: of.Jerk = None
+    limits: option.LimitsFile = None
+    velocity_scale: option.VelocityScale = None
+    acceleration_scale: option.AccelerationScale = None
+    acceleration: option.Acceleration = None
+    jerk: option.Jerk = None
 
 
 @options
 class TimingRequest(LimitsRequest):
     """The limits of a motion, and the law by which a path becomes one."""
 
-    time_law: of.TimeLawOption = "shortcuts"
-    extra_cost: of.ExtraCost = 0.0
+    time_law: option.TimeLawOption = "shortcuts"
+    extra_cost: option.ExtraCost = 0.0
 
 
 @options
 class WorkersRequest:
     """The workers of independent tasks. The results do not depend on them, but for their seconds."""
 
-    jobs: of.Jobs = 1
-    workers: of.Workers = None
+    jobs: option.Jobs = 1
+    workers: option.Workers = None
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (self.workers.startswith("dask:") and self.jobs == 1):
@@ -365,17 +367,21 @@ class WorkersRequest:
 SERIAL = WorkersRequest()
 
 
-def require_known(values: Collection[str], known: Collection[str], what: str = "plan") -> None:
+def reject_unknown(values: Collection[str], known: Collection[str], what: str = "plan") -> None:
     """Raise :class:`KeywordError` for the first option that ``what`` does not take."""
     for name in sorted(set(values) - set(known)):
         remedy = f"options are {choices(known)}"
         if name in (field.name for field in fields(TimingRequest)):  # type: ignore[arg-type]
             remedy = f"give it as timing=planner.TimingRequest({name}=...)"
-        raise KeywordError(f"{what} has no option '{name}'{nearest(name, known)}: {remedy}.")
+        raise KeywordError(f"{what} has no option '{name}'{suggest_name(name, known)}: {remedy}.")
 
 
-def request_of(
-    request: R, objective: Objective | None, options: Mapping[str, Any], robot: Any = of.ROBOT, scene: Any = of.SCENE
+def build_request(
+    request: R,
+    objective: Objective | None,
+    options: Mapping[str, Any],
+    robot: Any = option.ROBOT,
+    scene: Any = option.SCENE,
 ) -> R:
     """The request with robot, scene, ``options`` and an objective, as far as they are given, in place of its own.
 
@@ -383,7 +389,7 @@ def request_of(
     """
     if isinstance(robot, Request):
         raise TypeError(f"robot must be a name, a file or a Robot, got a {type(robot).__name__}: give it as request=.")
-    given = {key: value for key, value in (("robot", robot), ("scene", scene)) if not isinstance(value, of.LeftOut)}
+    given = {key: value for key, value in (("robot", robot), ("scene", scene)) if not isinstance(value, option.LeftOut)}
     if objective is not None:
         known, own, plain = request.names(), objective.options(), Objective().options()
         if twice := [name for name in options if name in own]:

@@ -144,7 +144,7 @@ def _conditions(part: object) -> tuple[Condition, ...]:
         return (part,)
     if isinstance(part, str) and is_condition(part):
         return (parse_condition(part),)
-    match target_of(part, "a part of a goal with tolerance"):
+    match read_target(part, "a part of a goal with tolerance"):
         case Position((x, y, z), frame):
             return (BoxConstraint((x, y, z), (x, y, z), frame=frame),)
         case Pose((x, y, z), (a, b, c, d), frame):
@@ -175,7 +175,7 @@ def joints_text(values: Iterable[float]) -> str:
     return Joints(tuple(map(float, values))).text
 
 
-def target_of(state: object, role: str = "state") -> Target:
+def read_target(state: object, role: str = "state") -> Target:
     """A target itself, or out of its text, joint values (dof,) rad, or a pose of the tool, (4, 4) or ``pinocchio.SE3``.
 
     :class:`OptionError` for anything else, and for a pose that is not rigid.
@@ -197,13 +197,13 @@ def target_of(state: object, role: str = "state") -> Target:
         raise OptionError(f"{role} must be one row of joint values (rad), or {FORMS}, got {given}.") from None
 
 
-def goals_of(goal: object) -> tuple[Target, ...]:
+def read_goals(goal: object) -> tuple[Target, ...]:
     """Alternative goals out of text, a target, joint values (dof,), a pose (4, 4), or a list of several of these."""
     if isinstance(goal, str):
         return parse_targets(goal)
     if isinstance(goal, tuple | list) and goal and not any(isinstance(each, Real) for each in goal):
-        return tuple(target for each in goal for target in goals_of(each))
-    return (target_of(goal, "goal"),)
+        return tuple(target for each in goal for target in read_goals(each))
+    return (read_target(goal, "goal"),)
 
 
 def parse_targets(text: str) -> tuple[Target, ...]:
@@ -214,7 +214,7 @@ def parse_targets(text: str) -> tuple[Target, ...]:
     return tuple(found)
 
 
-def follow(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) -> list[str]:
+def follow_names(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) -> list[str]:
     """The texts that a name stands for among ``states``: where these are names too, what those stand for.
 
     A name that is none of them stands for itself. Raises :class:`StateError` for one that leads back to itself.
@@ -223,7 +223,7 @@ def follow(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) 
         raise StateError(f"state '{name}' of the scene leads back to itself, by {choices(through[:5])}: give numbers.")
     target = parse_target(states[name]) if name in states else None
     if isinstance(target, Named):
-        return [text for each in target.names for text in follow(each, states, (*through, name))]
+        return [text for each in target.names for text in follow_names(each, states, (*through, name))]
     return [states.get(name, name)]
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import SceneError, choices, tell
+from planner.base.errors import SceneError, choices, log_notes
 from planner.base.files import StrPath
 from planner.base.progress import QUIET, Progress
 from planner.collision import make_checker
@@ -17,7 +17,7 @@ from planner.problem.conditions import Condition, parse_constraints
 from planner.problem.request import ProblemRequest, WorldRequest
 from planner.problem.targets import HOME, Joints, Target, joints_text
 from planner.query.resolve import check_limits, joint_values, other_turns, resolve
-from planner.query.robots import robot_of, widened_for
+from planner.query.robots import robot_of, widen_limits_for
 from planner.robot import robot_in_scene
 from planner.robot.moveit.requests import (
     MotionPlanRequest,
@@ -58,7 +58,7 @@ class Query:
         return self.goal_names[int(away.argmin())]
 
 
-def open_world(
+def make_checker_for(
     request: WorldRequest, message: StrPath | None = None, start: Callable[[CollisionChecker], Floats] | None = None
 ) -> CollisionChecker:
     """A checker of the robot in the scene that ``request`` names, without start and goal.
@@ -68,7 +68,7 @@ def open_world(
     """
     asked = None if message is None else read_motion_plan_request(message)
     scene, robot = _set_up(request, asked)
-    robot, constraint = _constrained(request, robot, scene, asked)
+    robot, constraint = _collect_constraints(request, robot, scene, asked)
     _judge(request, robot, scene)
     turns = without_orientation(constraint) if start is not None else ()
     rest = [each for each in constraint if each not in turns]
@@ -101,9 +101,9 @@ def make_query(
         )
     start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
-        robot = widened_for(robot, [start, *goals])
+        robot = widen_limits_for(robot, [start, *goals])
     _require_limits(robot, [("start", start), *((_role(goal, goals), goal) for goal in goals)])
-    robot, constraint = _constrained(request, robot, scene, message)
+    robot, constraint = _collect_constraints(request, robot, scene, message)
     _judge(request, robot, scene)
     turns = without_orientation(constraint)
     bound = [each for each in constraint if each not in turns]
@@ -156,7 +156,7 @@ def _require_limits(robot: Robot, targets: list[tuple[str, Target]]) -> None:
             check_limits(robot, values, role, "bring it inside, or widen them with --widen-limits.")
 
 
-def _constrained(
+def _collect_constraints(
     request: WorldRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
 ) -> tuple[Robot, tuple[Condition, ...]]:
     """The robot, and the conditions that motions keep, by the request, the scene and a message."""
@@ -196,4 +196,4 @@ def _targets(
 
 def _judge(request: WorldRequest, robot: Robot, scene: Scene) -> None:
     robot_in_scene.require_bodies(robot)
-    tell(*(note.text for note in robot_in_scene.notes(robot, scene) if note.grave))
+    log_notes(*(note.text for note in robot_in_scene.notes(robot, scene) if note.grave))

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
-from planner.base.errors import StateError, choices, metric, tell
-from planner.base.yamlfile import FARTHEST, shown
+from planner.base.errors import StateError, choices, format_quantity, log_notes
+from planner.base.yamlfile import FARTHEST, quote
 from planner.collision.checker import CollisionChecker, contact_at, is_free
 from planner.collision.world import Contact
 from planner.constraints.path_constraints import PathConstraints, bind_orientations, require_orientations
@@ -27,7 +27,7 @@ from planner.problem.targets import (
     Position,
     Target,
     ToolGoal,
-    follow,
+    follow_names,
     parse_target,
 )
 from planner.robot.poses import pose, se3
@@ -69,10 +69,10 @@ def resolve(
         case Joints(values):
             found = free_configuration(np.array(values), checker, role)
             if role == "start":
-                tell(*other_turns(target, checker, states))
+                log_notes(*other_turns(target, checker, states))
             return found[None]
         case ToolGoal(conditions):
-            found = _spread(within(conditions, checker, role, starts), checker.robot)
+            found = _spread(solve_conditions(conditions, checker, role, starts), checker.robot)
             return _choose(found, checker, role, count, starts)
         case Position((x, y, z)) if checker.world.constraints:
             here = ToolGoal((BoxConstraint((x, y, z), (x, y, z), frame=target.frame),))
@@ -80,7 +80,7 @@ def resolve(
         case Position() | Pose():
             robot = with_tool(checker.robot, target.frame)
             found = _reach(target, robot, role, starts, tolerance)
-            return _choose(_kept(found, checker, role), checker, role, count, starts)
+            return _choose(_filter_by_constraints(found, checker, role), checker, role, count, starts)
 
 
 def other_turns(start: Target, checker: CollisionChecker, states: Mapping[str, str]) -> list[str]:
@@ -116,12 +116,12 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
         case Position() | Pose():
             found = _reach(target, with_tool(checker.robot, target.frame), role, None, inverse.TOLERANCE)
         case ToolGoal(conditions):
-            found = within(conditions, checker, role)
+            found = solve_conditions(conditions, checker, role)
     touching = np.array([contact_at(checker, q) is not None for q in found])
     return frozen(found[np.lexsort((-manipulability(checker.robot, found), touching))[0]])
 
 
-def within(
+def solve_conditions(
     conditions: tuple[Condition, ...], checker: CollisionChecker, role: str, starts: Floats | None = None
 ) -> Floats:
     """Configurations (k, dof) that meet ``conditions``, and what motions keep, all over what they leave free.
@@ -191,12 +191,16 @@ def _seeds(robot: Robot, starts: Floats) -> Floats:
 
 def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> list[Target]:
     """What a state's name stands for: more than one where the scene names alternatives."""
-    found, robot, end = [parse_target(text) for text in follow(name, states)], checker.robot, role.partition(" '")[0]
+    found, robot, end = (
+        [parse_target(text) for text in follow_names(name, states)],
+        checker.robot,
+        role.partition(" '")[0],
+    )
     found = [Joints(tuple(robot.home.tolist())) if each.text == HOME else each for each in found]
     if unknown := [each.text for each in found if isinstance(each, Named)]:
         names = choices(dict.fromkeys([*states, HOME]))
         raise StateError(
-            f"{end} {shown(unknown[0])} is not among the scene's states for {robot.name}, {names}: choose another one, "
+            f"{end} {quote(unknown[0])} is not among the scene's states for {robot.name}, {names}: choose another one, "
             f"as {FORMS}."
         )
     return found
@@ -223,23 +227,24 @@ def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionCh
     robot = checker.robot
     for role, values in rows:
         check_limits(robot, joint_values(values, robot, role), role)
-    values = brought_within(robot, np.array([values for _, values in rows]).reshape(-1, robot.dof))
-    _require_kept([(role, q) for (role, _), q in zip(rows, values, strict=True)], checker)
+    values = clip_to_limits(robot, np.array([values for _, values in rows]).reshape(-1, robot.dof))
+    _require_constraints([(role, q) for (role, _), q in zip(rows, values, strict=True)], checker)
     found = checker.first_contact(values) if len(values) else None
     if found is not None:
         (role, _), contact = rows[found[0]], found[1]
         raise StateError(
-            f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.", touching(role, contact)
+            f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.",
+            contact_reason(role, contact),
         )
     return frozen(robot.normalise(values))
 
 
-def brought_within(robot: Robot, values: Floats) -> Floats:
+def clip_to_limits(robot: Robot, values: Floats) -> Floats:
     """Joint values (n, dof), those beyond a limit brought to it."""
     return np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
 
 
-def _require_kept(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> None:
+def _require_constraints(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> None:
     """Raise :class:`StateError` for the first of ``rows`` that breaks what motions keep, with by how much."""
     constraints, values = checker.world.constraints, np.array([q for _, q in rows]).reshape(-1, checker.robot.dof)
     for row in np.flatnonzero(~constraints.holds(values)).tolist():
@@ -313,7 +318,7 @@ def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, sta
         raise StateError(
             f"{role} is reached by {len(found)} configurations, all in collision (the first: "
             f"{_describe(first, checker)}); move it or the obstacle.",
-            touching(role, first),
+            contact_reason(role, first),
         )
     robot = checker.robot
     room = np.minimum(found - robot.lower, robot.upper - found)
@@ -326,11 +331,11 @@ def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, sta
     return frozen(found[_distinct(alternately, count)])
 
 
-def _kept(found: Floats, checker: CollisionChecker, role: str) -> Floats:
+def _filter_by_constraints(found: Floats, checker: CollisionChecker, role: str) -> Floats:
     """Those of ``found`` (k, dof) that keep what motions keep; :class:`StateError` where none does."""
     good = checker.world.constraints.holds(found)
     if not good.any():
-        _require_kept([(role, found[int(checker.world.constraints.slack(found).argmax())])], checker)
+        _require_constraints([(role, found[int(checker.world.constraints.slack(found).argmax())])], checker)
     return found[good]
 
 
@@ -369,7 +374,7 @@ def _nearest(
         yield from filter(free, blocked)
 
 
-def touching(role: str, contact: Contact) -> Touching:
+def contact_reason(role: str, contact: Contact) -> Touching:
     """A contact where ``role`` puts the robot, as a reason."""
     return Touching(role, contact.first, contact.second, contact.enclosed)
 
@@ -382,14 +387,14 @@ def _out_of_reach(solutions: inverse.Solutions, robot: Robot, target: Position |
     place = ", ".join(f"{value:g}" for value in target.xyz)
     reach = "joint limits or orientation forbid it"
     if (beyond := inverse.beyond_reach(robot, np.array(target.xyz))) > 0:
-        reach = f"the target lies {metric(beyond, 'm')} beyond the arm's reach"
+        reach = f"the target lies {format_quantity(beyond, 'm')} beyond the arm's reach"
     distance, angle, remedy = solutions.distance, solutions.angle, "choose a nearer one"
     if isinstance(target, Pose) and distance <= IK_LARGEST[0] / 2 and angle <= IK_LARGEST[1] / 2:
         allowed = ",".join(f"{max(1.1 * miss, IK_LEAST):.2g}" for miss in (distance, angle))
         remedy += f", or allow as much by --ik-tolerance {allowed}"
-    turn = f" and {metric(angle, 'rad')}" if isinstance(target, Pose) else ""
+    turn = f" and {format_quantity(angle, 'rad')}" if isinstance(target, Pose) else ""
     return StateError(
         f"{role} ({place}) cannot be reached by frame '{robot.tool}': the nearest configuration of {IK_STARTS} tries "
-        f"stays {metric(distance, 'm')}{turn} away ({reach}); {remedy}.",
+        f"stays {format_quantity(distance, 'm')}{turn} away ({reach}); {remedy}.",
         OutOfReach(role, float(distance)),
     )

@@ -17,7 +17,7 @@ from typing import get_args
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
-from planner.base.cache import cached
+from planner.base.cache import load_or_compute
 from planner.base.errors import Note, OptionError, PlannerError, RobotError
 from planner.base.files import StrPath
 from planner.base.resources import scene_file
@@ -55,7 +55,9 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
                 text = f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
                 raise OptionError(text)
         robot = with_tool(request.robot, request.tool)
-        return _set_up(measured_by(robot, request.jacobian_rows, request.manipulability), scene, message, JointChoice())
+        return _set_up(
+            with_measure(robot, request.jacobian_rows, request.manipulability), scene, message, JointChoice()
+        )
     if not isinstance(request.robot, str):
         kind = f"{type(request.robot).__name__}: see planner.Robot.from_pinocchio."
         raise TypeError(f"robot must be a name, a file or a planner.Robot, got {kind}")
@@ -71,8 +73,8 @@ def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | N
         _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
         fixed |= held
     base = placement.base.matrix() if request.base is None else pose(request.base[:3], request.base[3:] or None)
-    robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
-    robot = measured_by(robot, request.jacobian_rows, request.manipulability)
+    robot = _assemble(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
+    robot = with_measure(robot, request.jacobian_rows, request.manipulability)
     return _set_up(robot, scene, message, choice)
 
 
@@ -80,7 +82,9 @@ def at_usable_home(files: RobotFiles, robot: Robot) -> Robot:
     """The robot of ``files``; where they leave home open, and links touch or w is poor at zero, at another one."""
     if {*files.home} & {*robot.joints}:
         return robot
-    home = cached("homes", [robot.identity, _NEAR, BANDS["poor"]], lambda: {"home": _usable_home(robot)})["home"]
+    home = load_or_compute("homes", [robot.identity, _NEAR, BANDS["poor"]], lambda: {"home": _usable_home(robot)})[
+        "home"
+    ]
     if np.array_equal(home, robot.home):
         return robot
     text = "No file says where home is, and with all joints at zero links touch or the arm is singular: home is "
@@ -100,7 +104,7 @@ def _usable_home(robot: Robot) -> Floats:
     q = np.round(0.5 * (robot.lower + robot.upper) + random * span, 3)  # people read it
     q = np.vstack([robot.home, np.clip(q, robot.lower, robot.upper)])
     free = ~touching_pairs(make_checker(robot, Scene("none"), "coal"), q).any(axis=1)
-    w = manipulability(measured_by(robot, None, robot.measure), q)
+    w = manipulability(with_measure(robot, None, robot.measure), q)
     wanted = np.median(w[1:]) * np.append(BANDS["poor"], np.ones(_NEAR))
     rows = np.flatnonzero(free & (w >= wanted))
     rows = rows if len(rows) else np.flatnonzero(free)
@@ -117,7 +121,7 @@ def touching_pairs(checker: CollisionChecker, q: Floats) -> Bools:
 
 
 @lru_cache(maxsize=16)
-def measured_by(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
+def with_measure(robot: Robot, rows: Rows | None, measure: Measure) -> Robot:
     """The robot with the rows of its Jacobian and the measure that an objective asks for.
 
     All six rows where w of its own is 0 everywhere; :class:`RobotError` where w of the rows asked for is.
@@ -146,7 +150,7 @@ def _with_shares(robot: Robot, shares: tuple[tuple[str, float], ...], notes: tup
     return replace(robot, shares=dict(shares), notes=(*robot.notes, *notes))
 
 
-def widened_for(robot: Robot, targets: list[Target]) -> Robot:
+def widen_limits_for(robot: Robot, targets: list[Target]) -> Robot:
     """Limits widened to what is asked for in joints, unless that looks like degrees; its notes say which."""
     wanted = [np.array(t.values) for t in targets if isinstance(t, Joints) and len(t.values) == robot.dof]
     wanted = [q for q in wanted if np.isfinite(q).all() and not looks_like_degrees(robot, q)]
@@ -173,7 +177,7 @@ def files_of(name: str, srdf: StrPath | None) -> RobotFiles:
 
 
 @lru_cache(maxsize=16)
-def _assembled(
+def _assemble(
     files: RobotFiles,
     tool: str | None,
     choice: JointChoice,
@@ -192,7 +196,9 @@ def _stamp(path: Path) -> tuple[int, int] | None:
     return stat.st_ctime_ns, stat.st_size
 
 
-def take(scene: Scene, item: Obstacle, robot: Robot, link: str, q: Floats, touch_links: tuple[str, ...] = ()) -> Scene:
+def attach_object(
+    scene: Scene, item: Obstacle, robot: Robot, link: str, q: Floats, touch_links: tuple[str, ...] = ()
+) -> Scene:
     """The scene with its obstacle ``item`` carried by ``link``, as it stands to that in the configuration ``q``."""
     held = frozen(np.linalg.inv(_hand(robot, link, q)) @ item.placement)
     carried = Carried(link, item.name, item.shape, held, touch_links, speed_limit=item.speed_limit)
@@ -200,7 +206,7 @@ def take(scene: Scene, item: Obstacle, robot: Robot, link: str, q: Floats, touch
     return replace(scene, obstacles=obstacles, carried=(*scene.carried, carried))
 
 
-def let_go(scene: Scene, item: Carried, robot: Robot, q: Floats) -> Scene:
+def detach_object(scene: Scene, item: Carried, robot: Robot, q: Floats) -> Scene:
     """The scene with what it carries, ``item``, standing where the arm holds it in the configuration ``q``."""
     put_down = Obstacle(item.name, item.shape, placement_of_carried(item, robot, q), speed_limit=item.speed_limit)
     carried = tuple(other for other in scene.carried if other is not item)

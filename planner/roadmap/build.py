@@ -69,7 +69,7 @@ def roadmap_between(
     """As :func:`build_roadmap`, between ``starts`` (s, dof) and ``goals`` (g, dof) that are known to be free."""
     prover = RecordingProver(checker, progress)
     totals = {ROADMAP: nodes, LINKS: round(density * nodes)}  # both grow in two parts
-    whole = progress.renamed(lambda stage, done, total: progress(stage, done, totals.get(stage, total)))
+    whole = progress.with_report(lambda stage, done, total: progress(stage, done, totals.get(stage, total)))
 
     def link(configurations: Floats, edges: Ints) -> Ints:
         return connect(prover, configurations, edges, round(density * len(configurations)), whole)

@@ -267,6 +267,6 @@ def find_shorter_path(
 
     With the number of motions that were checked.
     """
-    silent, within = progress.renamed(lambda *report: None), InformedSet(motions.robot, starts, goals, longest)
+    silent, within = progress.with_report(lambda *report: None), InformedSet(motions.robot, starts, goals, longest)
     search = FirstPathSearch(motions, settings, rng, silent, within)
     return search.join(starts, goals), search.checked

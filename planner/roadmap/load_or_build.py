@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from planner.base.arrays import Bools, Ints
-from planner.base.errors import FileError, choices, tell
+from planner.base.errors import FileError, choices, log_notes
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.problem.request import PAPER_NODES, PlanQuality, RoadmapQuality, SweepQuality
 from planner.query.query import Query
-from planner.query.resolve import brought_within
+from planner.query.resolve import clip_to_limits
 from planner.roadmap.connect_endpoints import attach
 from planner.roadmap.measure import check_nodes, measure_roadmap, unchecked
 from planner.roadmap.roadmap import Roadmap, edge_motions, record_origin, restrict_to_constraints
@@ -37,7 +37,7 @@ def load_or_build_roadmap(quality: RoadmapQuality, query: Query, progress: Progr
         from planner.roadmap.grow import GrowthSettings
 
         robot = query.robot
-        starts, goals = (robot.normalise(brought_within(robot, ends)) for ends in (query.starts, query.goals))
+        starts, goals = (robot.normalise(clip_to_limits(robot, ends)) for ends in (query.starts, query.goals))
         growth = GrowthSettings(floor=quality.min_manipulability)
         path_only = isinstance(quality, PlanQuality) and quality.path_only
         nodes, density = (_FEWEST_NODES, 0.0) if path_only else (quality.nodes, DENSITY)
@@ -68,7 +68,7 @@ def reprove_if_needed(roadmap: Roadmap, checker: CollisionChecker, progress: Pro
         return roadmap
     part = reprove(roadmap, checker, progress)
     origin, count = roadmap.origin, f"{len(part.edges)} of {len(roadmap.edges)}"
-    tell(
+    log_notes(
         f"the roadmap was proven for '{origin.robot}' in scene '{origin.scene}' as they were then: "
         f"all edges are proven again, {count} hold"
     )

@@ -16,8 +16,8 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from planner.base.arrays import Bools, Floats, Ints, length
+from planner.base.captured_output import PROCESS
 from planner.base.progress import QUIET, Progress
-from planner.base.silenced import PROCESS
 from planner.constraints.path_constraints import PathConstraints
 from planner.kinematics.arm import shorter_way
 from planner.roadmap.edges import MotionCheck

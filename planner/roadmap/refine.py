@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner.base import arrays
-from planner.base.arrays import Bools, Floats, Ints, so_far
+from planner.base.arrays import Bools, Floats, Ints, cumulative_sums
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_ALONG_PATH
 from planner.collision import path_moves
@@ -155,7 +155,7 @@ class PathRefiner:
         k = len(points)
         i, j = np.triu_indices(k, 1)
         cost = self.cost(points[i], points[j])
-        along = so_far(np.minimum(cost[j == i + 1], _ENDLESS))  # of infinite costs no difference is left
+        along = cumulative_sums(np.minimum(cost[j == i + 1], _ENDLESS))  # of infinite costs no difference is left
         pays = (j == i + 1) | (cost + corner < along[j] - along[i] + corner * (j - i))
         price = np.full((k, k), np.inf)
         price[i, j] = np.where(pays, cost + corner, np.inf)

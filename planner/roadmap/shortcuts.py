@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, cut, frozen, length, parts_of, so_far, traded_off
+from planner.base.arrays import Floats, Ints, combine_costs, cumulative_sums, cut, frozen, length, parts_of
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE
 from planner.collision.edge_prover import EdgeProver
@@ -120,7 +120,7 @@ def subdivide(robot: Robot, path: Floats, longest: float) -> tuple[Floats, Ints]
     delta = robot.difference(path[:-1], path[1:])
     parts = count_parts(robot, delta, longest)
     rows = robot.normalise(cut(path, parts, delta))
-    rows[so_far(parts)] = path
+    rows[cumulative_sums(parts)] = path
     return rows, parts
 
 
@@ -191,7 +191,7 @@ def _traded_off(beta: float, omega: Floats, distance: Floats) -> Floats:
     """Costs at ``beta`` from those at 0 and at 1, where one is infinite also the other."""
     if beta in (0.0, 1.0):
         return distance if beta else omega
-    return traded_off(beta, omega, distance)
+    return combine_costs(beta, omega, distance)
 
 
 @lru_cache
@@ -216,7 +216,7 @@ def _cheaper(prover: RecordingProver, path: Floats, direct: Floats) -> list[tupl
     """
     i, j = _pairs(len(path))
     along = j == i + 1
-    passed = so_far(direct[along])
+    passed = cumulative_sums(direct[along])
     around = passed[j] - passed[i]
     worth = np.flatnonzero(direct < (1.0 - _LEAST_GAIN) * around)
     worth = worth[np.argsort((direct - around)[worth], kind="stable")[:_MOST_PER_PATH]]

@@ -24,7 +24,7 @@ from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.cost.scale import CostScale
 from planner.problem.request import WorldRequest
-from planner.query.query import open_world
+from planner.query.query import make_checker_for
 from planner.roadmap.roadmap import ARRAYS, DTYPES, LIBRARIES, Origin, Roadmap, world_hash
 from planner.robot.robot import with_widened_limits
 
@@ -160,7 +160,7 @@ def reopen_plan(config: Mapping[str, Any], path: StrPath) -> CollisionChecker:
     """
     request = read_world_request(config, f"next to {path}")
     roadmap = load_roadmap(path)
-    checker = open_world(request, config.get("request"), lambda _: roadmap.nodes[roadmap.starts[0]])
+    checker = make_checker_for(request, config.get("request"), lambda _: roadmap.nodes[roadmap.starts[0]])
     robot, origin = checker.robot, roadmap.origin
     if config.get("widen_limits") and robot.joints == origin.joints:
         wide = with_widened_limits(robot, np.array([origin.lower, origin.upper]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import Note, RobotError, SceneError, choices
-from planner.base.yamlfile import nearest, shown
+from planner.base.yamlfile import quote, suggest_name
 from planner.robot.robot import Robot, frame_of_carried
 from planner.robot.scene import Scene
 from planner.robot.shapes import Carried, Mesh, Shape, bounding_box
@@ -37,12 +37,12 @@ def placement_of_frame(frame: str, robot: Robot, scene: Scene, what: str) -> Flo
         return frozen(links[frame].placement.homogeneous)
     here = f"frame '{robot.world_frame or 'world'}'"
     if frame in links:
-        raise SceneError(f"{what} is given in frame {shown(frame)}, which moves with the arm; give it in {here}.")
+        raise SceneError(f"{what} is given in frame {quote(frame)}, which moves with the arm; give it in {here}.")
     if {parent for parent, _ in fixed.values()} - {"", *links} == {frame}:
         return frozen(np.eye(4))
     known = [*fixed, *(name for name, each in links.items() if each.parentJoint == 0)]
     raise SceneError(
-        f"{what} is given in frame {shown(frame)}{nearest(frame, known)}, which neither the scene's "
+        f"{what} is given in frame {quote(frame)}{suggest_name(frame, known)}, which neither the scene's "
         f"fixed_frame_transforms nor the robot place; give it in {here}."
     )
 
@@ -54,7 +54,7 @@ def resolve_frames(scene: Scene, robot: Robot) -> Scene:
         return scene
     placed = {
         item.frame: placement_of_frame(
-            item.frame, robot, scene, f"object {shown(item.object)} of scene {shown(scene.name)}"
+            item.frame, robot, scene, f"object {quote(item.object)} of scene {quote(scene.name)}"
         )
         for item in scene.obstacles
     }
@@ -77,7 +77,7 @@ def _require_links_where_they_are(scene: Scene, robot: Robot) -> None:
         placement = placement_of_frame(each.name, robot, scene, "a fixed frame")
         if each.parentJoint or np.abs(placement - each.placement.homogeneous).max() > _SAME:
             raise SceneError(
-                f"the fixed_frame_transforms of scene {shown(scene.name)} place {shown(each.name)}, which is a link of "
+                f"the fixed_frame_transforms of scene {quote(scene.name)} place {quote(each.name)}, which is a link of "
                 "the robot and not there: say where its base stands with --base, or take that transform out."
             )
 

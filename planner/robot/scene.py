@@ -17,21 +17,21 @@ from planner.base.arrays import Floats
 from planner.base.cache import content_hash
 from planner.base.errors import Note, OptionError, SceneError, choices
 from planner.base.files import StrPath, make_folder, write_whole
-from planner.base.resources import published_scene_names, scene_file, scene_names
+from planner.base.resources import list_published_scenes, scene_file, scene_names
 from planner.base.yamlfile import (
     FARTHEST,
     Coordinate,
     Name,
     Number,
     Strict,
+    find_duplicates,
     parse_yaml,
+    quote,
     read_text,
-    repeated,
-    shown,
     validate,
     yaml_text,
 )
-from planner.problem.conditions import AND, conditions_of
+from planner.problem.conditions import AND, read_conditions
 from planner.problem.options import EMPTY, SceneLike
 from planner.problem.targets import TURN
 from planner.robot.files.meshes import collada_notes, read_mesh
@@ -145,14 +145,14 @@ class SceneFile(Strict):
     @classmethod
     def _check_constraints(cls, constraints: list[str]) -> list[str]:
         try:
-            conditions_of(constraints)
+            read_conditions(constraints)
         except OptionError as error:
             raise ValueError(str(error)) from None
         return constraints
 
     @pydantic.model_validator(mode="after")
     def _distinct_names(self) -> SceneFile:
-        if twice := repeated(item.name for item in (*self.obstacles, *self.carried)):
+        if twice := find_duplicates(item.name for item in (*self.obstacles, *self.carried)):
             raise ValueError(f"name '{twice[0]}' is used twice; names must differ, also those of carried things")
         return self
 
@@ -187,8 +187,8 @@ class Scene:
         object.__setattr__(self, "obstacles", tuple(item for item in given if isinstance(item, Obstacle)))
         for name, more in (("moving", moving), ("carried", ()), ("notes", notes)):
             object.__setattr__(self, name, (*getattr(self, name), *more))
-        if twice := repeated(item.name for item in (*self.obstacles, *self.moving, *self.carried)):
-            raise SceneError(f"scene '{self.name}' has {shown(twice[0])} twice: name each once.")
+        if twice := find_duplicates(item.name for item in (*self.obstacles, *self.moving, *self.carried)):
+            raise SceneError(f"scene '{self.name}' has {quote(twice[0])} twice: name each once.")
 
     def __repr__(self) -> str:
         kinds = (self.obstacles, "obstacles"), (self.moving, "that move"), (self.carried, "carried")
@@ -206,7 +206,7 @@ class Scene:
         path = scene_file(name) or Path(name)
         known = path.suffix.lower() in (".yaml", ".yml", ".scene")
         if not known and "/" not in name and not os.path.isfile(path):
-            there = choices([*scene_names(), *published_scene_names()])
+            there = choices([*scene_names(), *list_published_scenes()])
             raise SceneError(f"scene '{name}' not found; scenes are {there}, or give the path of a scene file.")
         where, text = f"scene file {path}", read_text(path, "scene file")
         is_text = path.suffix.lower() == ".scene"
@@ -300,7 +300,7 @@ def _build(file: SceneFile, path: Path) -> Scene:
         ),
         allowed=frozenset(frozenset(pair) for pair in file.allowed),
         notes=mesh_notes((*file.obstacles, *file.carried), folder),
-        constraints=AND.join(each.text for each in conditions_of(file.constraints)),
+        constraints=AND.join(each.text for each in read_conditions(file.constraints)),
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints, traded_off
+from planner.base.arrays import Floats, Ints, combine_costs
 from planner.base.errors import AssumptionError, KeywordError, OptionError
 from planner.cost.scale import cost_number, length_cost, manipulability_cost
 from planner.native.graphs import cheapest_nodes
@@ -95,7 +95,7 @@ def path_cost(network: gabf.Network, nodes: Ints) -> PathCost:
     steps = arc_costs(network)[network.arcs_along(nodes)]
     manipulability, distance = (float(total) for total in steps.sum(axis=0))
     beta: float = network.kernel.beta  # type: ignore[attr-defined]  (arc_costs refused any other kernel)
-    return PathCost(traded_off(beta, manipulability, distance), manipulability, distance, beta)
+    return PathCost(combine_costs(beta, manipulability, distance), manipulability, distance, beta)
 
 
 def edge_rows(roadmap: Roadmap, tails: Ints, heads: Ints) -> Ints:

@@ -137,7 +137,7 @@ MESSAGES: dict[str, type[Strict]] = {
 }
 
 
-def id_in(data: Any) -> str | int | None:
+def read_id(data: Any) -> str | int | None:
     """The id of a message that may be no request."""
     name = data.get("id") if isinstance(data, dict) else None
     return name if isinstance(name, str) or (isinstance(name, int) and abs(name) < 1 << 63) else None

@@ -29,11 +29,11 @@ from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as websocket_server
 
 from planner.base.errors import FileError, Note, OptionError, PlannerError, SceneError
-from planner.base.interrupts import until_signal
+from planner.base.interrupts import catch_signals
 from planner.base.progress import QUIET, Progress
 from planner.base.yamlfile import read_text
 from planner.planning.solve import time_plan
-from planner.problem.conditions import conditions_of
+from planner.problem.conditions import read_conditions
 from planner.problem.request import TimingRequest, WorldRequest
 from planner.query.robots import robot_sources, scene_sources
 from planner.robot.robot_in_scene import notes
@@ -60,18 +60,18 @@ def serve(host: str, port: int, token_file: Path | None, allow_xacro: bool, anno
     """Serve until SIGINT or SIGTERM, then end what is under way; from the main thread only."""
     asked = threading.Event()
     with (
-        until_signal(asked, "left without waiting for what was being answered."),
+        catch_signals(asked, "left without waiting for what was being answered."),
         TemporaryDirectory(prefix="planner-serve-") as folder,
     ):
         path = token_file or Path(folder) / "token"
-        with running(token_in(path), host, port, allow_xacro) as address:
+        with run_server(load_token(path), host, port, allow_xacro) as address:
             announce(f"Serving {address}; token in {path}; Ctrl-C ends it.")
             while not asked.wait(0.5):
                 pass
 
 
 @contextmanager
-def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = False) -> Iterator[str]:
+def run_server(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = False) -> Iterator[str]:
     """A server, gone when the block ends: its address.
 
     Only clients that send the ``token``, as ``Authorization: Bearer <token>``, are served; pages in a browser, which
@@ -122,7 +122,7 @@ def running(token: str, host: str = HOST, port: int = 0, allow_xacro: bool = Fal
         sys.setswitchinterval(before)
 
 
-def token_in(path: Path) -> str:
+def load_token(path: Path) -> str:
     """The token in a file that others cannot read; a random one is written where there is no file."""
     try:
         with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
@@ -152,8 +152,8 @@ class Connection:
         """Answer a frame, or begin the work that will; never raises for what a frame may hold."""
         name = None
         try:
-            data = _decoded(frame)
-            name = ask.id_in(data)
+            data = _parse_frame(frame)
+            name = ask.read_id(data)
             request = ask.read_request(data)
             if isinstance(request.params, ask.Load | ask.Plan | ask.Replan):
                 self._begin(request)
@@ -243,7 +243,7 @@ class Connection:
         limits = asked.limits.limits
         for paths in (robot_sources(asked.robot), scene_sources(asked.scene), [limits] if limits else []):
             _require_models(paths, self._allow_xacro)
-        constraint, floor = conditions_of(asked.constraint), asked.min_manipulability
+        constraint, floor = read_conditions(asked.constraint), asked.min_manipulability
         world = LiveWorld(
             WorldRequest(asked.robot, asked.scene, asked.tool, margin=asked.margin, constraint=constraint)
         )
@@ -329,7 +329,7 @@ def _record(trajectory: Trajectory | None, gate: Gate) -> dict[str, Any] | None:
     return None if trajectory is None else trajectory.to_dict(gate.robot.name, gate.scene.name)
 
 
-def _decoded(frame: str | bytes) -> Any:
+def _parse_frame(frame: str | bytes) -> Any:
     """The data of a frame; :class:`OptionError` for a frame that is not JSON."""
     try:
         if isinstance(frame, bytes):

@@ -10,7 +10,7 @@ from planner.base.errors import ArrayError, StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.arm import HALF_TURN
-from planner.problem.conditions import conditions_of
+from planner.problem.conditions import read_conditions
 from planner.problem.options import EMPTY, ROBOT, SCENE, Backend, RobotLike, SceneLike
 from planner.problem.request import LimitsRequest, WorldRequest
 from planner.query.resolve import position_bounds
@@ -61,7 +61,7 @@ class Gate:
         if isinstance(robot, LiveWorld):
             self.world = robot
         else:
-            kept = conditions_of(constraint)
+            kept = read_conditions(constraint)
             there = EMPTY if scene is None else scene
             self.world = LiveWorld(
                 WorldRequest(robot, there, tool, collision=collision, margin=margin, constraint=kept)

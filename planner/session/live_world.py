@@ -13,9 +13,9 @@ from planner.base.errors import SceneError, StateError, choices
 from planner.base.yamlfile import FARTHEST, validate
 from planner.collision.checker import CollisionChecker
 from planner.problem.request import WorldRequest
-from planner.query.query import open_world
-from planner.query.resolve import touching
-from planner.query.robots import let_go, take
+from planner.query.query import make_checker_for
+from planner.query.resolve import contact_reason
+from planner.query.robots import attach_object, detach_object
 from planner.robot.moving import MovingObstacle
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried
@@ -36,7 +36,7 @@ class LiveWorld:
     def __init__(self, request: WorldRequest) -> None:
         """The world that ``request`` names; :class:`PlannerError` for what cannot be loaded."""
         scene = Scene.load(request.scene)
-        checker = open_world(replace(request, scene=replace(scene, carried=())))
+        checker = make_checker_for(replace(request, scene=replace(scene, carried=())))
         self._changing = threading.Lock()
         self.bare: Robot = checker.robot
         """The robot without what it carries."""
@@ -127,7 +127,7 @@ class LiveWorld:
             raise SceneError(
                 f"link '{unknown[0]}' cannot touch '{name}': links with shapes are {choices(sorted(self._links()))}."
             )
-        self._change(lambda scene: take(scene, _find_obstacle(scene, name), self.bare, frame, q, links))
+        self._change(lambda scene: attach_object(scene, _find_obstacle(scene, name), self.bare, frame, q, links))
 
     def detach(self, name: str, q: Floats) -> None:
         """Put down what is carried, where the arm holds it in ``q`` (dof,); what might touch it still may."""
@@ -137,7 +137,7 @@ class LiveWorld:
         def put_down(scene: Scene) -> Scene:
             item = _find_carried(scene, name)
             allowed = scene.allowed | {frozenset((name, link)) for link in (item.link, *item.touch_links)}
-            return replace(let_go(scene, item, self.bare, q), allowed=allowed)
+            return replace(detach_object(scene, item, self.bare, q), allowed=allowed)
 
         self._change(put_down)
 
@@ -167,7 +167,7 @@ class LiveWorld:
             contact = checker.static_contact
             if contact is not None:
                 sentence = f"after this change {contact} {contact.how(world.margin)}: choose another place."
-                raise SceneError(sentence, touching("world", contact))
+                raise SceneError(sentence, contact_reason("world", contact))
             self.now = checker, next(_REVISIONS)
 
 

@@ -17,8 +17,8 @@ from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.problem.conditions import AND
 from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
-from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingRequest, request_of, require_known
-from planner.problem.targets import joints_text, target_of
+from planner.problem.request import Objective, PlanRequest, TaskRequest, TimingRequest, build_request, reject_unknown
+from planner.problem.targets import joints_text, read_target
 from planner.query.query import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is
 from planner.roadmap.grow import GrowthSettings
@@ -75,13 +75,13 @@ class Session:
         out, so that a plan is there in milliseconds; each round of more refines its path for a good part of a second.
         Raises :class:`PlannerError` for unusable input, a law that cannot heal included.
         """
-        require_known(options, OPTIONS, "a session")
+        reject_unknown(options, OPTIONS, "a session")
         world: LiveWorld | None = None
         if isinstance(robot, LiveWorld):
             world, now = robot, robot.checker.world
             options |= {"collision": robot.checker.name, "margin": now.margin, "constraint": now.conditions}
             robot, scene = robot.bare, robot.scene
-        request = request_of(
+        request = build_request(
             PlanRequest.from_options(refinement_rounds=0, extra_clearance=0.0), objective, options, robot, scene
         )
         dynamics = gabf.law_from_name(request.quality.law, request.quality.prescribed_time)
@@ -288,7 +288,7 @@ class Session:
 
     def _resolve_state(self, at: object, role: str = "at") -> Floats:
         if at is not None:
-            return resolve_as_is(target_of(at), self.checker, states_of(self.world.bare, self.scene), role)
+            return resolve_as_is(read_target(at), self.checker, states_of(self.world.bare, self.scene), role)
         if self._end is None:
             raise StateError("no path has been planned at whose end the arm stands: say where it is with at=.")
         return self._end

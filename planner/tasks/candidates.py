@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import choices
-from planner.base.yamlfile import nearest
+from planner.base.yamlfile import suggest_name
 from planner.kinematics.inverse import Tolerance, distinct_rows, solve_within
 from planner.kinematics.manipulability import manipulability
 from planner.problem.request import TaskWorldRequest
@@ -259,7 +259,7 @@ def require_sensible(task: Task, scene: Scene) -> Carried | None:
         if isinstance(step, Pick):
             picks = f"step {k} picks '{step.object}'"
             if step.object not in names:
-                meant, there = nearest(step.object, names), choices(names)
+                meant, there = suggest_name(step.object, names), choices(names)
                 raise TaskError(f"{picks}{meant}, not in the scene; obstacles are {there}.")
             if names.count(step.object) > 1:
                 raise TaskError(f"{picks}, which is several shapes: give one that is one shape.")

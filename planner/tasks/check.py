@@ -29,8 +29,8 @@ from planner.planning.result import JSON_NAME, Plan
 from planner.problem.options import AS_PLANNED, EMPTY, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
 from planner.problem.request import LimitsRequest, PartialWorld, WorldRequest
-from planner.query.query import open_world
-from planner.query.robots import let_go, placement_of_carried, take
+from planner.query.query import make_checker_for
+from planner.query.robots import attach_object, detach_object, placement_of_carried
 from planner.roadmap.storage import read_world_request
 from planner.robot.poses import pose
 from planner.robot.robot import Robot, with_carried, with_tool, without_carried
@@ -87,7 +87,7 @@ def check(
         return check_task(motion, checker or motion.judge, motion.trajectory, step)
     if isinstance(motion, Plan):
         checker, motion = checker or motion.checker, motion.path if motion.trajectory is None else motion.trajectory
-    checker = checker or open_world(_with_config(given, {}))
+    checker = checker or make_checker_for(_with_config(given, {}))
     if isinstance(motion, Trajectory):
         return check_trajectory(checker, motion, _limits(limits, checker.robot), step, progress)
     return check_path(checker, numbers("path", motion, ("k", checker.robot.dof), most=FAR), step, progress)
@@ -112,14 +112,14 @@ def check_file(
     world = _with_config(given, config)
     if ours and "segments" in record:
         _require_without(limits, f"{path} is of a task, which is judged by the limits that it was made for")
-        return _check_task_in(folder, record, checker or open_world(world), step)
+        return _check_task_in(folder, record, checker or make_checker_for(world), step)
     if os.path.isdir(path) and not os.path.isfile(path / TRAJECTORY_NAME) and record:
         if "intervals" in record:
             raise FileError(f"{path} holds the motions of a sweep: name one of its files, such as trajectory-1.json.")
         path = path / JSON_NAME
     read = cache(lambda robot: read_motion(path, robot, record if path.name == JSON_NAME and record else None))
     message = None if given.robot is not None and given.robot != config.get("robot") else config.get("request")
-    checker = checker or open_world(world, message, lambda checker: _start_of(read(checker.robot)))
+    checker = checker or make_checker_for(world, message, lambda checker: _start_of(read(checker.robot)))
     motion = read(checker.robot)
     if isinstance(motion, Trajectory):
         if limits is None and motion.limits is not None:
@@ -372,8 +372,8 @@ class _Replay:
             off = f"at its {event.kind} '{name}' is {where} {1e3 * away:.3g} mm from where the plan has it"
             _require(away <= _MOVED, off, "plan again")
         if isinstance(item, Carried):
-            self.scene, self._name = let_go(self.scene, item, self.robot, q), None
+            self.scene, self._name = detach_object(self.scene, item, self.robot, q), None
             return
         with_hand = tool_joint(with_tool(self.robot, event.link))[0] == tool_joint(self.robot)[0]
         _require(with_hand, f"the task takes '{name}' with '{event.link}', which does not move with the tool")
-        self.scene, self._name = take(self.scene, item, self.robot, event.link, q), name
+        self.scene, self._name = attach_object(self.scene, item, self.robot, event.link, q), name

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen, ranges, so_far
+from planner.base.arrays import Floats, Ints, cumulative_sums, frozen, ranges
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
@@ -194,7 +194,7 @@ class Motions:
         """The pieces of ``motions``, starts and deltas (p, dof), and which motion each belongs to."""
         if len(self._first) <= self.count:
             start, delta, counts = map(np.concatenate, zip(*self._added, strict=True))
-            self._added, self._first = [(start, delta, counts)], so_far(counts)
+            self._added, self._first = [(start, delta, counts)], cumulative_sums(counts)
         start, delta, counts = self._added[0]
         rows = ranges(self._first[motions], counts[motions])
         return start[rows], delta[rows], np.repeat(motions, counts[motions])

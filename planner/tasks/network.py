@@ -256,7 +256,7 @@ class LazySearch:
         """The cheapest proven path from the start at ``beta`` and its arcs (k,), none where there is no path."""
         self.whole = self.tasks.at_beta(beta)
         near = min(self.fields, key=lambda known: abs(known - beta), default=None)
-        report = progress.renamed(lambda _, done, total: progress("modes", done, total))
+        report = progress.with_report(lambda _, done, total: progress("modes", done, total))
         found = search(self, self.law, None if near is None else self.fields[near], progress=report)
         if len(found.steps):
             self.fields[beta] = found.field.x[: self.tasks.transitions[-1].last + 1]

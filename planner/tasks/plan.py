@@ -16,9 +16,9 @@ from planner.collision.checker import contact_at
 from planner.kinematics.inverse import beyond_reach
 from planner.problem.options import RobotLike
 from planner.problem.outcome import Outcome
-from planner.problem.request import Objective, TaskRequest, TimingRequest, WorldRequest, request_of
+from planner.problem.request import Objective, TaskRequest, TimingRequest, WorldRequest, build_request
 from planner.problem.targets import parse_target
-from planner.query.query import open_world, states_of
+from planner.query.query import make_checker_for, states_of
 from planner.query.resolve import free_configuration, other_turns, resolve
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
@@ -61,7 +61,7 @@ def task(
     """
     what = file if isinstance(file, Task) else Task.load(file)
     named = {key: value for key, value in (("robot", robot), ("scene", scene)) if value is not None}
-    made = request_of(request or TaskRequest(), objective, options)
+    made = build_request(request or TaskRequest(), objective, options)
     return TaskPlanner.from_task(replace(what, **named), made, progress).plan(progress=progress, timing=timing)
 
 
@@ -190,7 +190,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest, progress: Progress) -
     names = {step.object for step in what.steps if isinstance(step, Pick)}
     fixed = replace(scene_without(scene, names), carried=tuple(item for item in scene.carried if item is not held))
     world = WorldRequest(robot=what.robot, scene=fixed, collision=request.what.collision, margin=request.what.margin)
-    checker = open_world(world)
+    checker = make_checker_for(world)
     scene = resolve_frames(scene, checker.robot)
     objects = {item.name: item for item in scene.obstacles if item.name in names}
     modes = Modes(checker, objects, progress=progress)

@@ -12,7 +12,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.errors import FileError, Reason, choices, metric
+from planner.base.errors import FileError, Reason, choices, format_quantity
 from planner.base.files import StrPath
 from planner.base.yamlfile import Whole, read_text
 from planner.collision import make_checker
@@ -32,7 +32,7 @@ from planner.problem.conditions import parse_constraints
 from planner.problem.options import RobotLike
 from planner.problem.outcome import Outcome, Record, Rows
 from planner.problem.request import TaskRequest
-from planner.query.query import open_world
+from planner.query.query import make_checker_for
 from planner.query.robots import placement_of_carried
 from planner.roadmap.roadmap import Roadmap, RoadmapRecord
 from planner.roadmap.storage import load_roadmap, read_world_request, save_roadmap
@@ -86,7 +86,7 @@ class StepFails(Reason):
     @property
     def sentence(self) -> str:
         seen = f"{self.out_of_reach} of {self.tried} out of reach"
-        seen += f" (the nearest by {metric(self.beyond, 'm')} or more)" if self.beyond else ""
+        seen += f" (the nearest by {format_quantity(self.beyond, 'm')} or more)" if self.beyond else ""
         for pair, count in list(self.contacts.items())[:_NAMED]:
             seen += f", {count} in contact ({pair})"
         if self.strays:
@@ -202,7 +202,10 @@ class TaskPlan(Result[TaskPlanRecord]):
         record = read_record(TaskPlanRecord, folder / cls.JSON)
         task = Task(robot or record.config["robot"], scene or record.config["scene"], (), name=record.task)
         world = read_world_request(record.config | {"robot": task.robot, "scene": task.scene}, f"in {folder}")
-        checker, how = open_world(world), (TaskRequest.from_config(record.config), Outcome[record.outcome.upper()])
+        checker, how = (
+            make_checker_for(world),
+            (TaskRequest.from_config(record.config), Outcome[record.outcome.upper()]),
+        )
         made = TaskPlan(*how, task, checker.robot, checker.world.scene, None, saved=record, reason=record.reason)
         return replace(
             made,

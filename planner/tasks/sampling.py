@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats
 from planner.base.errors import choices
-from planner.base.yamlfile import nearest
+from planner.base.yamlfile import suggest_name
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_joint
 from planner.robot.files import urdf
@@ -219,7 +219,9 @@ def _level_top(name: str, boards: list[Obstacle], low: Floats, high: Floats) -> 
     board = next((each for each in boards if each.name == name), None)
     if board is None:
         names = [each.name for each in boards]
-        raise TaskError(f"'{name}'{nearest(name, names)} is nothing to put on; what stands still is {choices(names)}.")
+        raise TaskError(
+            f"'{name}'{suggest_name(name, names)} is nothing to put on; what stands still is {choices(names)}."
+        )
     turn = board.placement[:3, :3]
     up = int(np.abs(turn[2]).argmax())
     if not isinstance(board.shape, Box) or abs(turn[2, up]) < 1.0 - _LEVEL:

@@ -18,7 +18,7 @@ from planner.base.files import StrPath
 from planner.base.resources import scene_file
 from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size, Whole, parse_yaml, read_text, validate
 from planner.problem.options import RobotLike
-from planner.problem.targets import target_of
+from planner.problem.targets import read_target
 from planner.robot.poses import quaternion_of
 from planner.robot.scene import PoseFile, Triple
 
@@ -148,7 +148,7 @@ class Move:
     __pydantic_config__: ClassVar = _STRICT
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "to", self.to if isinstance(self.to, str) else target_of(self.to, "move").text)
+        object.__setattr__(self, "to", self.to if isinstance(self.to, str) else read_target(self.to, "move").text)
 
 
 Step = Pick | Place | Move

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, ranges, so_far
+from planner.base.arrays import Bools, Floats, cumulative_sums, ranges
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.constraints.tool_bound import Frame, ToolBound
@@ -140,18 +140,18 @@ class ToolGuide:
         q = path[:-1] + shares * np.diff(path, axis=0)
         position = Frame.tool(robot).poses(robot, q.reshape(-1, robot.dof))[1].reshape(*q.shape[:2], 3)
         fastest = _LOOKS * np.linalg.norm(np.diff(position, axis=0), axis=2).max(axis=0)
-        return ToolGuide(robot, tube, places, so_far(np.maximum(fastest, np.diff(places))), speed or _FAST)
+        return ToolGuide(robot, tube, places, cumulative_sums(np.maximum(fastest, np.diff(places))), speed or _FAST)
 
     def paced(self, way: Floats, excess: Floats) -> ToolGuide:
         """The same, slower by ``excess`` (n,) where that is above 1, of stretches of the tool's ``way`` (n,) m."""
-        total = so_far(np.diff(self.places))
+        total = cumulative_sums(np.diff(self.places))
         here = np.cumsum(way) / way.sum() * total[-1]
         step = np.clip(np.searchsorted(total, here) - 1, 0, len(total) - 2)
         slower = np.ones(len(total) + 1)
         for beside in (0, 1, 2):  # a motion is smoothed over its neighbours
             np.maximum.at(slower, step + beside, excess / _BELOW)
         slower = np.where(slower > 1.0 / _BELOW, slower, 1.0)
-        return replace(self, along=so_far(np.diff(self.along) * slower[1:-1]))
+        return replace(self, along=cumulative_sums(np.diff(self.along) * slower[1:-1]))
 
     @cached_property
     def _bound(self) -> ToolBound:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen, numbers, so_far
+from planner.base.arrays import Bools, Floats, Ints, cumulative_sums, frozen, numbers
 from planner.base.errors import ArrayError
 
 _TURN = 0.05  # rad: by more the orientation does not change along one line, so that chords of rotations are near it
@@ -87,7 +87,7 @@ class ToolPath:
     @property
     def along(self) -> Floats:
         """(k,) m from the first point to each."""
-        return so_far(self.lengths)
+        return cumulative_sums(self.lengths)
 
     def rows(self, which: Ints | slice) -> dict[str, Any]:
         """The arrays of some of its points."""

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, so_far
+from planner.base.arrays import Bools, Floats, Ints, cumulative_sums
 from planner.constraints.tool_bound import Frame, ToolBound, prove_along
 from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
 from planner.problem.outcome import Record
@@ -129,7 +129,7 @@ class Tube:
         begin, end = motion.times[[0, -1]]
         times = np.union1d(motion.times, np.linspace(begin, end, _SAMPLES * len(along)))
         rotation, position = Frame.tool(robot).poses(robot, motion.at(times))
-        way, total = so_far(np.linalg.norm(np.diff(position, axis=0), axis=1)), along[-1] - along[0]
+        way, total = cumulative_sums(np.linalg.norm(np.diff(position, axis=0), axis=1)), along[-1] - along[0]
         places = along[0] + way * (total / way[-1] if way[-1] > 0 else 0.0)
         return self._off(rotation, position, places, abs(way[-1] - total) + self.path.tube.position)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Bools, Floats, Ints, traded_off
+from planner.base.arrays import Bools, Floats, Ints, combine_costs
 from planner.base.progress import Stopwatch
 from planner.search.network import at_beta, path_cost
 from planner.search.search import LazyNetwork
@@ -36,7 +36,7 @@ class Support:
 
     def at(self, beta: float) -> float:
         """The path's cost at another beta."""
-        return traded_off(beta, self.manipulability, self.distance)
+        return combine_costs(beta, self.manipulability, self.distance)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar
 import numpy as np
 from pydantic import Field
 
-from planner.base.arrays import traded_off
+from planner.base.arrays import combine_costs
 from planner.base.yamlfile import read_text, validate
 from planner.planning.base_result import RunRecord
 from planner.problem.outcome import Nodes, Record, html_table, require_readable_version
@@ -45,7 +45,7 @@ class IntervalNumbers(Record):
 
     def at(self, beta: float) -> float:
         """The path's cost at ``beta``."""
-        return traded_off(beta, self.manipulability_cost, self.distance_cost)
+        return combine_costs(beta, self.manipulability_cost, self.distance_cost)
 
     @property
     def beta(self) -> float:

@@ -9,7 +9,7 @@ from planner.planning.result import Plan
 from planner.planning.solve import time_plan
 from planner.problem.options import ROBOT, SCENE, RobotLike, SceneLike
 from planner.problem.outcome import Outcome
-from planner.problem.request import Objective, PlanRequest, SweepRequest, TimingRequest, request_of
+from planner.problem.request import Objective, PlanRequest, SweepRequest, TimingRequest, build_request
 from planner.query.query import make_query
 from planner.roadmap.load_or_build import load_or_build_roadmap
 from planner.roadmap.roadmap import path_waypoints
@@ -43,7 +43,7 @@ def sweep(
     settled; once it is asked to stop the sweep ends soon after and returns the intervals that are proven, with
     ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
     """
-    request = request_of(request or SweepRequest(), objective, options, robot, scene)
+    request = build_request(request or SweepRequest(), objective, options, robot, scene)
     clock = Stopwatch()
     with clock("setup"):
         query = make_query(request.what, progress=progress)

@@ -25,7 +25,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import FileError, OptionError, choices, require_extra
-from planner.base.yamlfile import shown
+from planner.base.yamlfile import quote
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.trajectory.curve import min_knot_interval
@@ -300,7 +300,7 @@ def _require_readable(encoding: str, data: bytes, where: str) -> None:
     kind = data[:2]
     if encoding != "cdr" or kind not in (b"\x00\x00", b"\x00\x01"):
         raise FileError(
-            f"{where}: its JointTrajectory is in {shown(encoding)} of kind 0x{kind.hex()}: record it in plain CDR, "
+            f"{where}: its JointTrajectory is in {quote(encoding)} of kind 0x{kind.hex()}: record it in plain CDR, "
             "as ROS 2 writes it."
         )
 

@@ -8,7 +8,7 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import FileError
-from planner.base.yamlfile import Number, Strict, repeated, shown
+from planner.base.yamlfile import Number, Strict, find_duplicates, quote
 from planner.trajectory.limits import KINDS, MotionLimits
 
 TRAJECTORY_NAME = "trajectory.json"
@@ -75,8 +75,8 @@ def parse_json(text: str, where: str) -> Any:
 
 
 def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    if twice := repeated(key for key, _ in pairs):
-        raise ValueError(f"key {shown(twice[0])} stands twice")
+    if twice := find_duplicates(key for key, _ in pairs):
+        raise ValueError(f"key {quote(twice[0])} stands twice")
     return dict(pairs)
 
 

@@ -12,7 +12,7 @@ import pydantic
 from planner.base.arrays import Floats, frozen, plain_numbers
 from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.base.files import StrPath
-from planner.base.yamlfile import Number, Strict, nearest, parse_yaml, read_text, validate
+from planner.base.yamlfile import Number, Strict, parse_yaml, read_text, suggest_name, validate
 from planner.problem.request import LimitsRequest
 from planner.robot.robot import Robot
 
@@ -307,7 +307,7 @@ def _apply_file(limits: MotionLimits, path: StrPath, robot: Robot) -> tuple[Moti
     file = validate(_LimitsFile, data, where)
     missing = [joint for joint in limits.joints if joint not in file.joint_limits]
     unknown = [joint for joint in file.joint_limits if joint not in robot.source.joints]
-    if misspelt := [joint for joint in missing if len(missing) == len(limits.joints) or nearest(joint, unknown)]:
+    if misspelt := [joint for joint in missing if len(missing) == len(limits.joints) or suggest_name(joint, unknown)]:
         raise LimitError(f"{where}: joint '{misspelt[0]}' not found; joints are {choices(file.joint_limits)}: add it.")
     file = file.model_copy(update={"joint_limits": dict.fromkeys(missing, _JointLimit()) | file.joint_limits})
     _require_positions_within(file, robot, where)

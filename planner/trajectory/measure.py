@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, cut, lengths_along, parts_of, so_far
+from planner.base.arrays import Floats, Ints, cumulative_sums, cut, lengths_along, parts_of
 from planner.base.polynomials import bernstein, derivative, evaluate
 from planner.base.resolutions import CLEARANCE_ALONG_PATH, CLEARANCE_FIRST, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
@@ -162,7 +162,7 @@ def smallest_clearance(checker: CollisionChecker, path: Floats) -> tuple[float, 
     clearance, best = Clearance(checker), (np.inf, 0, 0.0, path[0])
     # a distance changes by at most the motion of both bodies
     motion = (checker.chain.sizes(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
-    travel = so_far(motion)  # (k,) motion from the start to each waypoint
+    travel = cumulative_sums(motion)  # (k,) motion from the start to each waypoint
 
     def sample(locations: Floats) -> Floats:
         """Return clearances (n,) at ``locations`` (n,), or lower bounds above the best; update the best."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, so_far
+from planner.base.arrays import Bools, Floats, cumulative_sums
 from planner.base.polynomials import part
 from planner.collision import coal_checker
 from planner.collision.checker import CollisionChecker
@@ -191,4 +191,4 @@ def _moved(
     piece = np.clip(np.searchsorted(trajectory.times, middle) - 1, 0, len(trajectory.seconds) - 1)
     speed = checker.world.reach.motion(trajectory.largest(1)).max(axis=1, initial=0.0)[piece]
     speed = speed + np.max([item.motion.speeds_at(middle, item.shape) for item in moving], axis=0)
-    return times, so_far(speed * np.diff(times))
+    return times, cumulative_sums(speed * np.diff(times))

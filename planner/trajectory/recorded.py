@@ -14,7 +14,17 @@ import pydantic
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.files import StrPath
-from planner.base.yamlfile import Number, Strict, nearest, number, parse_yaml, read_text, repeated, shown, validate
+from planner.base.yamlfile import (
+    Number,
+    Strict,
+    find_duplicates,
+    number,
+    parse_yaml,
+    quote,
+    read_text,
+    suggest_name,
+    validate,
+)
 from planner.kinematics.arm import HALF_TURN
 from planner.problem.outcome import require_readable_version
 from planner.robot.robot import Robot
@@ -221,7 +231,7 @@ def _from_csv(text: str, robot: Robot, where: str) -> Floats | Trajectory:
     joints = (*robot.joints, *robot.fixed_joints)
     rates = [joint + ending for joint in joints for ending in ENDINGS]
     _require_known(names, (TIME, *joints, *rates), where, "a column")
-    if twice := repeated(names):
+    if twice := find_duplicates(names):
         raise FileError(f"{where} has two columns {choices(twice)}: leave one of them.")
     rows = matrix(table, where, len(names))
     if not len(rows):
@@ -290,7 +300,7 @@ def require_plausible(rows: Floats, robot: Robot, where: str) -> None:
 def _in_order(rows: Floats, names: Sequence[str] | None, robot: Robot, where: str, owner: str | None = None) -> Floats:
     """The rows with their columns in the robot's order of joints; :class:`FileError` where that cannot be."""
     if owner not in (None, robot.name):
-        raise FileError(f"{where} is for robot {shown(owner)}, not '{robot.name}': choose it with --robot.")
+        raise FileError(f"{where} is for robot {quote(owner)}, not '{robot.name}': choose it with --robot.")
     if not len(rows):
         raise FileError(f"{where} holds no rows: give at least one configuration.")
     if names is None:
@@ -326,9 +336,9 @@ def _require_known(keys: Iterable[Any], known: Sequence[str], where: str, what: 
     """Raise :class:`FileError` for a key that is not known: what is left aside may be what matters."""
     for key in keys:
         if key not in known:
-            meant = nearest(str(key), known)
+            meant = suggest_name(str(key), known)
             raise FileError(
-                f"{where} has {what} {shown(key)} that is not known{meant}; known are {choices(known)}: rename it, or "
+                f"{where} has {what} {quote(key)} that is not known{meant}; known are {choices(known)}: rename it, or "
                 "leave it out."
             )
 

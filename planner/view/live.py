@@ -16,7 +16,7 @@ from planner.base.errors import PlannerError, choices
 from planner.constraints.tool_bound import Frame
 from planner.kinematics.forward import tool_positions
 from planner.planning.result import Plan
-from planner.problem.targets import HOME, Pose, follow, joints_text, parse_target, parse_targets
+from planner.problem.targets import HOME, Pose, follow_names, joints_text, parse_target, parse_targets
 from planner.query.query import states_of
 from planner.robot.poses import pose, quaternion_of
 from planner.robot.robot import Robot
@@ -129,7 +129,7 @@ class LivePage:
         """The goal that is reached, or the first one, in numbers."""
         answer, robot = self.answers[-1], self._session.robot
         known = {HOME: joints_text(robot.home), **states_of(robot, self._session.scene)}
-        return follow(answer.plan.goal or parse_targets(answer.question.goal)[0].text, known)[0]
+        return follow_names(answer.plan.goal or parse_targets(answer.question.goal)[0].text, known)[0]
 
     def _start(self) -> Floats:
         """(dof,) the first configuration of the path, or of the roadmap's starts without one."""

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, so_far
+from planner.base.arrays import Floats, Ints, cumulative_sums
 from planner.base.resolutions import CLEARANCES_OF_MOTION, SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import Chain, tool_positions
@@ -157,7 +157,7 @@ def joint_data(robot: Robot) -> dict[str, Any]:
 def path_shares(path: Floats) -> tuple[Floats, float]:
     """The share (k,) of the joint motion that lies behind each row of a path, and the whole motion (rad)."""
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    along = so_far(steps)
+    along = cumulative_sums(steps)
     total = float(along[-1])
     return along / total if total > 0 else 0.0 * along, total
 

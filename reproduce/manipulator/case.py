@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints, traded_off
+from planner.base.arrays import Floats, Ints, combine_costs
 from planner.problem.request import SweepRequest
 from planner.query.query import Query, make_query
 from planner.roadmap.build import build_roadmap
@@ -69,7 +69,7 @@ class MeasuredPath:
 
     def total(self, beta: float) -> float:
         """(1 - beta) Omega + beta D."""
-        return traded_off(beta, self.manipulability_cost, self.distance_cost)
+        return combine_costs(beta, self.manipulability_cost, self.distance_cost)
 
     @property
     def sharp_turns(self) -> int:

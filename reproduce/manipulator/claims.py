@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from planner.base.arrays import traded_off
+from planner.base.arrays import combine_costs
 from planner.problem.options import PAPER_EDGES, PAPER_NODES
 from planner.problem.request import SweepRequest
 from reproduce.manipulator.case import BETAS, BLUE, RED, RRT, SHORTENED, SeedStudy, SolveFacts
@@ -85,8 +85,8 @@ def _costs(case: SeedStudy) -> Costs:
 def is_consistent(costs: Costs) -> bool:
     """Whether the total cost of red is the lower one at the betas of red, and that of blue at those of blue."""
     red, blue = costs[RED[0]], costs[BLUE[-1]]
-    lower = all(traded_off(beta, *red) < traded_off(beta, *blue) for beta in RED)
-    return lower and all(traded_off(beta, *blue) < traded_off(beta, *red) for beta in BLUE)
+    lower = all(combine_costs(beta, *red) < combine_costs(beta, *blue) for beta in RED)
+    return lower and all(combine_costs(beta, *blue) < combine_costs(beta, *red) for beta in BLUE)
 
 
 def crossing(costs: Costs) -> list[float]:

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from planner.base.arrays import cut, frozen, indices, numbers, parts_of, placement, so_far
+from planner.base.arrays import cumulative_sums, cut, frozen, indices, numbers, parts_of, placement
 
 
 def test_a_frozen_array_is_a_copy_of_what_may_change_and_itself_where_it_is_frozen() -> None:
@@ -25,7 +25,7 @@ def test_the_parts_of_a_path_are_equal_and_its_own_rows_stay_to_the_bit() -> Non
     path = np.random.default_rng(0).normal(size=(5, 3)) / 3
     path[1], path[2] = -0.0, 1.0  # a zero keeps its sign: hashes tell them apart
     parts = np.array([1, 4, 2, 3])
-    rows, first = cut(path, parts), so_far(parts)
+    rows, first = cut(path, parts), cumulative_sums(parts)
     assert rows[first].tobytes() == path.tobytes()
     for k, (a, b) in enumerate(itertools.pairwise(path)):
         np.testing.assert_allclose(rows[first[k] : first[k + 1] + 1], np.linspace(a, b, parts[k] + 1), atol=1e-15)

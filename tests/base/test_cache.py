@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.cache import cache_folder, cached, content_hash
+from planner.base.cache import cache_folder, content_hash, load_or_compute
 
 
 class Making:
@@ -43,26 +43,26 @@ def test_what_differs_hashes_otherwise() -> None:
 def test_made_once_for_equal_values_and_read_as_it_was() -> None:
     make = Making()
     for _ in range(3):
-        found = cached("kind", ["text", np.arange(3)], make)
+        found = load_or_compute("kind", ["text", np.arange(3)], make)
         for name, array in Making()().items():
             assert found[name].dtype == array.dtype
             assert not found[name].flags.writeable
             np.testing.assert_array_equal(found[name], array)
     assert make.times == 1
-    cached("kind", ["text", np.arange(4)], make)
-    cached("other", ["text", np.arange(3)], make)
+    load_or_compute("kind", ["text", np.arange(4)], make)
+    load_or_compute("other", ["text", np.arange(3)], make)
     assert make.times == 3
 
 
 def test_any_damage_makes_it_anew() -> None:
     make = Making()
-    cached("kind", [1], make)
+    load_or_compute("kind", [1], make)
     (path,) = cache_folder().glob("kind/*.npz")
     whole = path.read_bytes()
     damaged = [whole[:k] + bytes([whole[k] ^ 1]) + whole[k + 1 :] for k in range(0, len(whole), 97)]
     for content in [*damaged, b"", whole[:40], whole[:-1], whole + b"x"]:
         path.write_bytes(content)
-        np.testing.assert_array_equal(cached("kind", [1], make)["a"], np.arange(5.0))
+        np.testing.assert_array_equal(load_or_compute("kind", [1], make)["a"], np.arange(5.0))
 
 
 @pytest.mark.parametrize("home", [None, "~"])
@@ -73,5 +73,5 @@ def test_nothing_is_kept_in_the_working_directory(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", "cache")
     monkeypatch.setenv("HOME", home or str(tmp_path / "home"))
-    cached("kind", [1], Making())
+    load_or_compute("kind", [1], Making())
     assert [path.name for path in tmp_path.iterdir()] == (["home"] if home is None else [])

@@ -6,7 +6,7 @@ import signal
 import pytest
 
 from planner.base import interrupts
-from planner.base.interrupts import StopRequest, leaving_on_interrupt
+from planner.base.interrupts import StopRequest, exit_on_interrupt
 
 
 def test_inside_ctrl_c_leaves_and_afterwards_it_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -14,7 +14,7 @@ def test_inside_ctrl_c_leaves_and_afterwards_it_is_as_before(monkeypatch: pytest
     monkeypatch.setattr(interrupts, "leave", left.append)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        with contextlib.suppress(ValueError), leaving_on_interrupt("gone."):
+        with contextlib.suppress(ValueError), exit_on_interrupt("gone."):
             signal.raise_signal(signal.SIGINT)
             raise ValueError  # as work may end
         assert left == ["gone."]

@@ -9,7 +9,7 @@ def test_a_report_and_a_request_to_stop_pass_through() -> None:
     seen: list[tuple[str, int, int]] = []
     answers = iter([False, True])
     outer = Progress(lambda *report: seen.append(report), lambda: next(answers))
-    inner = outer.renamed(lambda stage, done, total: outer(f"inner {stage}", done, total))
+    inner = outer.with_report(lambda stage, done, total: outer(f"inner {stage}", done, total))
     inner("links", 3, 10)
     assert seen == [("inner links", 3, 10)]
     assert [inner.stopped, outer.stopped] == [False, True]

@@ -13,7 +13,7 @@ import pytest
 from planner.base.errors import FileError, InstallationError, OptionError
 from planner.base.progress import QUIET, Progress
 from planner.batch import parallel
-from planner.batch.parallel import measured_cases
+from planner.batch.parallel import measure_cases
 from planner.problem.request import SERIAL, WorkersRequest
 from tests.batch import functions
 
@@ -43,28 +43,28 @@ def until(is_so: Callable[[], bool]) -> None:
 
 
 def test_every_case_is_measured_once_in_another_process(workers: WorkersRequest) -> None:
-    assert dict(measured_cases([3, 4, 5], functions.square, workers, QUIET)) == {0: 9, 1: 16, 2: 25}
-    found = dict(measured_cases([0.1] * 4, functions.process_id, workers, QUIET))
+    assert dict(measure_cases([3, 4, 5], functions.square, workers, QUIET)) == {0: 9, 1: 16, 2: 25}
+    found = dict(measure_cases([0.1] * 4, functions.process_id, workers, QUIET))
     assert len(found) == 4
     assert os.getpid() not in found.values()
-    assert dict(measured_cases([0], functions.process_id, SERIAL, QUIET)) == {0: os.getpid()}
+    assert dict(measure_cases([0], functions.process_id, SERIAL, QUIET)) == {0: os.getpid()}
 
 
 def test_a_case_that_kills_its_worker_is_named_and_no_other_is_lost(workers: WorkersRequest) -> None:
-    found = dict(measured_cases(range(6), functions.kill_at_two, workers, QUIET))
+    found = dict(measure_cases(range(6), functions.kill_at_two, workers, QUIET))
     assert found == {0: 0, 1: 1, 2: None, 3: 3, 4: 4, 5: 5}
 
 
 def test_errors_come_back_as_they_were(workers: WorkersRequest) -> None:
     with pytest.raises(OptionError, match="7 is refused: give another number"):
-        list(measured_cases([7, 7], functions.refused, workers, QUIET))
+        list(measure_cases([7, 7], functions.refused, workers, QUIET))
 
 
 def test_no_case_begins_after_a_stop(workers: WorkersRequest) -> None:
     for who in (SERIAL, workers):
         found: list[int | None] = []
         progress = Progress(stop=lambda found=found: len(found) >= 2)
-        for _, value in measured_cases(range(50), functions.square, who, progress):
+        for _, value in measure_cases(range(50), functions.square, who, progress):
             found.append(value)
         assert 2 <= len(found) <= 4
 
@@ -72,8 +72,8 @@ def test_no_case_begins_after_a_stop(workers: WorkersRequest) -> None:
 def test_workers_stop_where_the_command_is_killed(tmp_path: Path) -> None:
     code = (
         "from pathlib import Path\nfrom tests.batch.functions import wait_for_stop\n"
-        "from tests.batch.test_parallel import TWO, QUIET, measured_cases\n"
-        f"list(measured_cases([Path({str(tmp_path / 'case')!r})], wait_for_stop, TWO, QUIET))"
+        "from tests.batch.test_parallel import TWO, QUIET, measure_cases\n"
+        f"list(measure_cases([Path({str(tmp_path / 'case')!r})], wait_for_stop, TWO, QUIET))"
     )
     command = subprocess.Popen([sys.executable, "-c", code])
     until(lambda: (tmp_path / "case").exists())
@@ -85,14 +85,14 @@ def test_workers_stop_where_the_command_is_killed(tmp_path: Path) -> None:
 def test_a_worker_of_other_software_is_refused(dask: WorkersRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parallel, "software", lambda: "another planner")
     with pytest.raises(InstallationError, match="must have another planner in"):
-        list(measured_cases([1], functions.square, dask, QUIET))
+        list(measure_cases([1], functions.square, dask, QUIET))
 
 
 def test_a_missing_cluster_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parallel, "_ANSWER", 0.2)
     for address in ("gopher://x", "tcp://x", "tcp://127.0.0.1:1"):
         with pytest.raises(FileError, match=f"no Dask scheduler with workers answers at '{address}'"):
-            list(measured_cases([1], functions.square, WorkersRequest(workers=f"dask:{address}"), QUIET))
+            list(measure_cases([1], functions.square, WorkersRequest(workers=f"dask:{address}"), QUIET))
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InstallationError, match=r"pip install 'gabf-planner\[cluster\]'"):
-        list(measured_cases([1], functions.square, WorkersRequest(workers="dask:tcp://x:1"), QUIET))
+        list(measure_cases([1], functions.square, WorkersRequest(workers="dask:tcp://x:1"), QUIET))

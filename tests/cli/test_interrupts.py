@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from planner.cli.common import file_for_interrupted, folder_for_interrupted
+from planner.cli.common import choose_file, choose_folder
 
 LIMIT = 30  # s: machines that run tests are busy
 
@@ -63,12 +63,12 @@ def test_commands_with_nothing_to_save(tmp_path: Path, command_name: str) -> Non
 
 def test_no_result_is_overwritten_by_an_interrupted_one(tmp_path: Path) -> None:
     names = ("plan.json", "plan.html", "roadmap.npz")
-    assert folder_for_interrupted(tmp_path / "new", names) == tmp_path / "new"
-    assert folder_for_interrupted(tmp_path, names) == tmp_path
+    assert choose_folder(tmp_path / "new", names) == tmp_path / "new"
+    assert choose_folder(tmp_path, names) == tmp_path
     (tmp_path / "roadmap.npz").touch()  # perhaps of hours of work
     for name in ("interrupted", "interrupted-2", "interrupted-3"):
-        assert folder_for_interrupted(tmp_path, names) == tmp_path / name
+        assert choose_folder(tmp_path, names) == tmp_path / name
         (tmp_path / name).mkdir()
         (tmp_path / name / "plan.json").touch()
-    assert file_for_interrupted(tmp_path / "roadmap.npz") == tmp_path / "roadmap.interrupted.npz"
-    assert file_for_interrupted(tmp_path / "none.npz") == tmp_path / "none.npz"
+    assert choose_file(tmp_path / "roadmap.npz") == tmp_path / "roadmap.interrupted.npz"
+    assert choose_file(tmp_path / "none.npz") == tmp_path / "none.npz"

@@ -7,9 +7,9 @@ from planner.problem.conditions import (
     AxisConstraint,
     BoxConstraint,
     OrientationConstraint,
-    conditions_of,
     parse_condition,
     parse_constraints,
+    read_conditions,
 )
 from planner.problem.request import PlanRequest
 from planner.problem.targets import ToolGoal, parse_target, parse_targets
@@ -34,7 +34,9 @@ def test_a_text_stands_for_what_writes_it(text):
 def test_lists_and_things_are_as_good_as_texts():
     both = "turn:0.1;box:0,0,0,1,1,1"
     assert (
-        conditions_of([OrientationConstraint(0.1), "box:0,0,0,1,1,1"]) == conditions_of(both) == parse_constraints(both)
+        read_conditions([OrientationConstraint(0.1), "box:0,0,0,1,1,1"])
+        == read_conditions(both)
+        == parse_constraints(both)
     )
     assert parse_constraints(both) == (OrientationConstraint(0.1), BoxConstraint((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
     assert PlanRequest.from_options(constraint=OrientationConstraint(0.1)).what.constraint == (

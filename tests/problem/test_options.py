@@ -19,7 +19,7 @@ from planner.problem.request import (
     RoadmapRequest,
     SweepRequest,
     TaskRequest,
-    request_of,
+    build_request,
 )
 from planner.problem.targets import Joints, Named, Position
 
@@ -54,7 +54,7 @@ def test_an_objective_says_its_options_at_once_and_none_of_them_twice() -> None:
         "cost_integration": "nodes",
     }
     plain = PlanRequest.from_options(seed=3, nodes=7)
-    request = request_of(plain, objective, {"nodes": 7})
+    request = build_request(plain, objective, {"nodes": 7})
     assert request == plain.with_options(**own, min_manipulability=0.01)
     assert request.quality.objective == objective
     for name in (*own, "min_manipulability"):

@@ -15,12 +15,12 @@ from planner.problem.targets import (
     Pose,
     Position,
     ToolGoal,
-    follow,
-    goals_of,
+    follow_names,
     parse_base,
     parse_target,
     parse_targets,
-    target_of,
+    read_goals,
+    read_target,
 )
 from tests.random_shapes import QUICK
 
@@ -57,11 +57,11 @@ def test_any_text_is_a_target_or_an_option_error(text):
 
 def test_names_of_names_end():
     states = {"a": "b", "b": "q:1,2", "c": "a,b,home", "x": "y", "y": "x", "me": "me"}
-    assert follow("c", states) == ["q:1,2", "q:1,2", "home"]
-    assert follow("home", states) == ["home"]
+    assert follow_names("c", states) == ["q:1,2", "q:1,2", "home"]
+    assert follow_names("home", states) == ["home"]
     for name in ("x", "me"):
         with pytest.raises(StateError, match="leads back to itself"):
-            follow(name, states)
+            follow_names(name, states)
 
 
 @QUICK
@@ -70,11 +70,11 @@ def test_matrices_are_poses_and_lists_are_joint_values(seed):
     position, turn = np.random.default_rng(seed).normal(size=(2, 3))
     placement = pin.SE3(Rotation.from_rotvec(turn).as_matrix(), position)
     for matrix in (placement, placement.homogeneous):
-        found = target_of(matrix)
+        found = read_target(matrix)
         assert isinstance(found, Pose)
         np.testing.assert_allclose(found.xyz, placement.translation, atol=0)
         np.testing.assert_allclose(Rotation.from_quat(found.quaternion).as_matrix(), placement.rotation, atol=1e-12)
-        assert goals_of([matrix, "home", matrix]) == (found, Named(("home",)), found)
+        assert read_goals([matrix, "home", matrix]) == (found, Named(("home",)), found)
         axis = AxisConstraint("z", (0.0, 0.0, 1.0), 0.1)
         assert ToolGoal((matrix, axis)) == parse_target(f"{found.text} & {axis.text}")
         assert ToolGoal(matrix).conditions == parse_target(f"{found.text} & {found.text}").conditions[:2]
@@ -82,14 +82,14 @@ def test_matrices_are_poses_and_lists_are_joint_values(seed):
         np.testing.assert_allclose(position, placement.translation, atol=0)
         np.testing.assert_allclose(Rotation.from_euler("xyz", [r, p, y]).as_matrix(), placement.rotation, atol=1e-12)
     rows = np.zeros((4, 4)).tolist()  # of four joints each
-    assert goals_of(rows) == (Joints((0.0, 0.0, 0.0, 0.0)),) * 4
-    assert goals_of(list(np.zeros((4, 4)))) == goals_of(rows)
+    assert read_goals(rows) == (Joints((0.0, 0.0, 0.0, 0.0)),) * 4
+    assert read_goals(list(np.zeros((4, 4)))) == read_goals(rows)
 
 
 @pytest.mark.parametrize(
     "matrix", [np.zeros((4, 4)), np.diag([1, 1, -1, 1]), np.eye(4) + 1e-3, np.full((4, 4), np.nan)]
 )
-@pytest.mark.parametrize("read", [target_of, goals_of, parse_base, ToolGoal])
+@pytest.mark.parametrize("read", [read_target, read_goals, parse_base, ToolGoal])
 def test_a_matrix_that_is_not_rigid_is_refused(matrix, read):
     with pytest.raises(OptionError, match=r"the \(4, 4\) pose given as .*\.$") as caught:
         read(matrix)

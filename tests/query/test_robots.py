@@ -12,7 +12,7 @@ import pytest
 
 from planner.base.resources import robots_folder
 from planner.problem.request import WorldRequest
-from planner.query.query import open_world
+from planner.query.query import make_checker_for
 from planner.query.robots import robot_of
 from planner.robot.robot import Robot
 from planner.robot.scene import Scene
@@ -39,7 +39,7 @@ def test_it_is_the_same_object_for_the_same_request(arm: Path) -> None:
     based = robot(arm, base=(0.1, 0, 0, 0, 0, 0))
     assert based is not robot(arm)
     assert based.base[0, 3] == 0.1
-    assert open_world(WorldRequest(str(arm / "robot.yaml"), Scene("empty"))).robot is robot(arm)
+    assert make_checker_for(WorldRequest(str(arm / "robot.yaml"), Scene("empty"))).robot is robot(arm)
 
 
 @pytest.mark.parametrize("name", ["robot.yaml", "*.urdf"])
@@ -77,7 +77,7 @@ def test_home_is_free_and_not_singular_where_no_file_says_where_it_is(
     links = "".join(link_xml(f"l{k}", *rod) for k in range(4)) + link_xml("tip")
     joints = "".join(joint_xml(f"j{k}", f"l{k}", f"l{k + 1}", axis=axis, xyz=step) for k, axis in enumerate(axes))
     file = urdf_file(links + joints + joint_xml("end", "l3", "tip", "fixed", xyz=step))
-    checker = open_world(WorldRequest(file, "empty"))
+    checker = make_checker_for(WorldRequest(file, "empty"))
     robot, (note,) = checker.robot, checker.robot.notes
     assert "No file says where home is" in note.text
     assert f"home is q:{','.join(f'{value:g}' for value in robot.home.tolist())} instead" in note.text

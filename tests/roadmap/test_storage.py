@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from planner.base.errors import FileError
 from planner.problem.request import PlanRequest, WorldRequest
-from planner.query.query import open_world
+from planner.query.query import make_checker_for
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import DTYPES, Roadmap
 from planner.roadmap.storage import load_roadmap, reopen_plan, same_world, save_roadmap, summarize
@@ -90,7 +90,7 @@ def test_other_files_and_versions_are_refused(tmp_path, monkeypatch):
 
 def of_window(margin: float = 0.01) -> Roadmap:
     """A roadmap of built-in names."""
-    checker = open_world(WorldRequest("planar_2r", "window", margin=margin))
+    checker = make_checker_for(WorldRequest("planar_2r", "window", margin=margin))
     return build_roadmap(checker.robot, checker, [0.0, 0.5], [0.1, 0.5], nodes=6)
 
 

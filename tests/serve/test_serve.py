@@ -21,7 +21,7 @@ from websockets.exceptions import InvalidStatus
 
 from planner import Gate, Session
 from planner.base.errors import FileError
-from planner.serve.server import running, token_in
+from planner.serve.server import load_token, run_server
 from tests.command_line import command
 from tests.serve.client import TOKEN, Client, Refused, code_on_page
 
@@ -32,7 +32,7 @@ PLANAR = {"robot": "planar_2r", "scene": "empty", "nodes": 60}
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    with running(TOKEN) as there:
+    with run_server(TOKEN) as there:
         yield there
 
 
@@ -156,14 +156,14 @@ def test_a_client_without_the_token_is_turned_away_and_so_is_a_page(address: str
 
 def test_a_token_is_of_some_length_and_others_cannot_read_it(tmp_path: Path) -> None:
     file = tmp_path / "token"
-    token = token_in(file)
-    assert (len(token), stat.S_IMODE(file.stat().st_mode), token_in(file)) == (64, 0o600, token)
-    assert token_in(tmp_path / "other") != token
+    token = load_token(file)
+    assert (len(token), stat.S_IMODE(file.stat().st_mode), load_token(file)) == (64, 0o600, token)
+    assert load_token(tmp_path / "other") != token
     for mode, text, said in ((0o644, TOKEN, "can be read by others"), (0o600, "short", "must hold one word of 16")):
         file.write_text(text)
         file.chmod(mode)
         with pytest.raises(FileError, match=said):
-            token_in(file)
+            load_token(file)
 
 
 def token_file(folder: Path) -> Path:
@@ -221,7 +221,7 @@ def test_the_command_serves_until_interrupted(tmp_path: Path) -> None:
 
 def test_the_server_ends_though_a_client_never_reads() -> None:
     begin = time.monotonic()
-    with running(TOKEN) as address:
+    with run_server(TOKEN) as address:
         port, body = int(address.rsplit(":", 1)[1].strip("/")), json.dumps({"id": "x" * 180, "method": "nothing"})
         deaf = socket.create_connection(("127.0.0.1", port), timeout=1.0)
         lines = ["GET / HTTP/1.1", f"Host: 127.0.0.1:{port}", "Upgrade: websocket", "Connection: Upgrade"]
@@ -271,7 +271,7 @@ def test_xacro_is_expanded_only_where_that_is_allowed(client: Client, tmp_path: 
     urdf = (Path(__file__).parents[2] / "robots" / "examples" / "arm.urdf").read_text()
     (tmp_path / "arm.urdf.xacro").write_text(urdf.replace("<robot ", '<robot xmlns:xacro="x" ', 1))
     (tmp_path / "robot.yaml").write_text("name: x\nurdf: {file: arm.urdf.xacro}\n")
-    with running(TOKEN, allow_xacro=True) as address, Client(address) as other:
+    with run_server(TOKEN, allow_xacro=True) as address, Client(address) as other:
         for name in ("arm.urdf.xacro", "robot.yaml"):
             with pytest.raises(Refused, match="--allow-xacro"):
                 name_file(client, "robot", tmp_path / name)

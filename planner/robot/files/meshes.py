@@ -25,11 +25,11 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.cache import cached
+from planner.base.cache import load_or_compute
+from planner.base.captured_output import PROCESS
 from planner.base.errors import FileError, Note, choices
 from planner.base.files import StrPath
-from planner.base.silenced import PROCESS
-from planner.base.yamlfile import shown
+from planner.base.yamlfile import quote
 from planner.robot.shapes import Body, Mesh
 from planner.robot.solids import component_of_vertices, is_closed
 
@@ -101,7 +101,7 @@ def _content(path: Path, scale: float | Floats) -> list[Any]:
 
 
 def _made_once(kind: str, made_of: list[Any], make: Callable[[], Mesh]) -> Mesh:
-    arrays = cached(kind, made_of, lambda: {k: np.asarray(v) for k, v in vars(make()).items()})
+    arrays = load_or_compute(kind, made_of, lambda: {k: np.asarray(v) for k, v in vars(make()).items()})
     return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
 
 
@@ -182,7 +182,7 @@ def _triangles(path: Path) -> tuple[Floats, Ints]:
         content = re.sub(rb"\\\r?\n", b" ", content)
         content = b"\n".join(b" ".join(line.partition(b"#")[0].split()) for line in content.splitlines())
     if kind in _PASSED_OVER and (wrong := _PASSED_OVER[kind].search(content)):
-        raise ValueError(f"{shown(wrong[0].decode(errors='replace'))} is not supported")
+        raise ValueError(f"{quote(wrong[0].decode(errors='replace'))} is not supported")
     if kind == "dae":
         content = _bare_collada(content)
     options: dict[str, Any] = {"dae": {"ignore_broken": False}}.get(kind, {"skip_materials": True})
@@ -226,7 +226,7 @@ def collada_notes(files: Iterable[Path]) -> Iterator[Note]:
     for path, content in read.items():
         unit = _UNIT.search(content)
         if unit and (metres := unit[1].decode(errors="replace").strip()).rstrip("0").rstrip(".") != "1":
-            text = f"mesh file {path} says that its unit is {shown(metres)} m, which is not followed: its numbers are "
+            text = f"mesh file {path} says that its unit is {quote(metres)} m, which is not followed: its numbers are "
             yield Note(f"{text}metres, unless its 'scale' makes them so; give it that, or export the file in metres.")
     if turned := [path.name for path, content in read.items() if _AXIS.search(content)]:
         text = f"an up_axis other than Z_UP is not followed, as in MoveIt: of {choices(turned)} z stays z."

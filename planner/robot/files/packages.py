@@ -14,10 +14,10 @@ from glob import glob
 from pathlib import Path
 from typing import Any
 
+from planner.base.captured_output import PROCESS
 from planner.base.errors import RobotError, require_extra
 from planner.base.resources import robots_folder
-from planner.base.silenced import PROCESS
-from planner.base.yamlfile import read_bytes, shown
+from planner.base.yamlfile import quote, read_bytes
 
 PATHS = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
 _XACRO = "/xacro}"  # ends the names of its namespace, http://www.ros.org/wiki/xacro and others
@@ -40,7 +40,7 @@ def find_package(name: str, *files: Path) -> Path:
             for file in sorted(glob(f"{inside}package.xml", root_dir=folder, recursive=True)):  # folders may vanish
                 if _name_in(folder / file) == name:
                     return (folder / file).parent
-    raise LookupError(f"package {shown(name)} not found: name its folder in ROS_PACKAGE_PATH")
+    raise LookupError(f"package {quote(name)} not found: name its folder in ROS_PACKAGE_PATH")
 
 
 def find_meshes(root: ET.Element, path: Path) -> None:

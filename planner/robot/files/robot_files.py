@@ -14,7 +14,7 @@ import pydantic
 from planner.base.errors import Note, RobotError, choices, require_extra
 from planner.base.files import StrPath
 from planner.base.resources import robot_names, robots_folder
-from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
+from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, quote, read_text, validate
 from planner.kinematics.arm import frame_id
 from planner.problem.options import Rows
 from planner.problem.targets import HOME
@@ -203,7 +203,7 @@ class RobotFiles:
             return said or None
         if unknown := [link for pair in listed for link in pair if link not in self.description.links]:
             raise RobotError(
-                f"robot file {self.origin}: disabled_pairs names link {shown(unknown[0])}, which the URDF has not; "
+                f"robot file {self.origin}: disabled_pairs names link {quote(unknown[0])}, which the URDF has not; "
                 f"links are {choices(sorted(self.description.links))}."
             )
         return said | frozenset(frozenset(pair) for pair in listed)

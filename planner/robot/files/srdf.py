@@ -11,7 +11,7 @@ from pathlib import Path
 import pinocchio as pin
 
 from planner.base.errors import Note, RobotError, choices
-from planner.base.yamlfile import shown
+from planner.base.yamlfile import quote
 from planner.robot.files import urdf
 from planner.robot.files.packages import read_root
 
@@ -75,7 +75,7 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
     """The SRDF at ``path``, xacro with ``arguments`` included; :class:`RobotError` says what is wrong with it."""
     root = read_root(path, "SRDF", arguments)
     if root.tag != "robot":
-        raise RobotError(f"{path} is no SRDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
+        raise RobotError(f"{path} is no SRDF: its root element is <{quote(root.tag)[1:-1]}>, not <robot>.")
     other = [child.tag for child in root if child.tag not in (*_READ, *_HARMLESS)]
     inside = [(outer, inner.tag) for outer in _INSIDE for child in root.iterfind(outer) for inner in child]
     other += [f"{outer}/{inner}" for outer, inner in inside if inner not in _INSIDE[outer]]
@@ -114,7 +114,7 @@ def _state(element: ET.Element, other: list[str]) -> GroupState:
         if len(item.attrib["value"].split()) == 1:
             values[joint] = urdf.read_number(item, "value")
         else:
-            other.append(f"several values of joint {shown(joint)} in state {shown(name)}")
+            other.append(f"several values of joint {quote(joint)} in state {quote(name)}")
     return GroupState(name, values)
 
 
@@ -154,7 +154,7 @@ def _joints_of(srdf: Srdf, name: str, description: urdf.Description, outer: tupl
     joints, links = _names(group, "joint"), _names(group, "link")
     unknown = [each for each in joints if each not in description.joints]
     if unknown := unknown + [each for each in (*links, *sum(chains, ())) if each not in description.links]:
-        raise RobotError(f"{where} names {shown(unknown[0])}, which the URDF lacks: mend one of the two.")
+        raise RobotError(f"{where} names {quote(unknown[0])}, which the URDF lacks: mend one of the two.")
     yield from joints
     yield from (above[link][0] for link in links if link in above)
     for base, tip in chains:

@@ -12,9 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats
+from planner.base.captured_output import CapturedOutput
 from planner.base.errors import Note, RobotError, choices
-from planner.base.silenced import Silenced
-from planner.base.yamlfile import FARTHEST, nearest, number, shown
+from planner.base.yamlfile import FARTHEST, number, quote, suggest_name
 from planner.kinematics.arm import Mimic, frame_id
 from planner.robot.files.mjcf import Sites, convert_mjcf
 from planner.robot.files.packages import find_meshes, read_root
@@ -84,7 +84,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None, tex
     if root.tag == MJCF:
         root, meshes, sites, notes = convert_mjcf(path, root.get("model") or path.stem)
     if root.tag != "robot":
-        raise RobotError(f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
+        raise RobotError(f"{path} is no URDF: its root element is <{quote(root.tag)[1:-1]}>, not <robot>.")
     root.set("version", "1.1")
     _require_known_words(root, path)
     find_meshes(root, path)
@@ -138,8 +138,8 @@ def _require_known_words(root: ET.Element, path: Path) -> None:
     for element in root.iter():
         known = _WORDS.get(element.tag, "").split()
         for word in (*(child.tag for child in element), *element.attrib):
-            if word not in known and (meant := nearest(str(word), known, 0.65)):
-                raise RobotError(f"URDF {path}: <{element.tag}> holds {shown(word)}{meant}; mend the file.")
+            if word not in known and (meant := suggest_name(str(word), known, 0.65)):
+                raise RobotError(f"URDF {path}: <{element.tag}> holds {quote(word)}{meant}; mend the file.")
     for joint in root.iterfind("joint"):
         axis = joint.find("axis[@xyz]")
         if (
@@ -147,7 +147,7 @@ def _require_known_words(root: ET.Element, path: Path) -> None:
             and joint.get("type") not in ("fixed", "floating")
             and not any(_floats(axis.get("xyz", "")))
         ):
-            raise RobotError(f"URDF {path}: the axis of joint {shown(_name(joint))} has no direction; mend the file.")
+            raise RobotError(f"URDF {path}: the axis of joint {quote(_name(joint))} has no direction; mend the file.")
 
 
 def _floats(text: str) -> list[float]:
@@ -175,7 +175,7 @@ def read_number(element: ET.Element, key: str, default: float = math.nan) -> flo
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise RobotError(f"{key} of <{element.tag}> must be a finite number, got {shown(text)}; mend the file.")
+        raise RobotError(f"{key} of <{element.tag}> must be a finite number, got {quote(text)}; mend the file.")
     return value
 
 
@@ -194,7 +194,7 @@ def _keep_soft_limits(joint: ET.Element) -> None:
         return
     if not low < high:
         raise RobotError(
-            f"joint {shown(_name(joint))} of the URDF has soft limits of {low:g} and {high:g} (0 where not given): "
+            f"joint {quote(_name(joint))} of the URDF has soft limits of {low:g} and {high:g} (0 where not given): "
             "give both, the lower one below the upper, or neither."
         )
     limit.set("lower", repr(max(read_number(limit, "lower", 0.0), low)))
@@ -215,12 +215,12 @@ def build_model(description: Description) -> pin.Model:
     """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
     if description.model is not None:
         return description.model.copy()
-    printed = Silenced()
+    printed = CapturedOutput()
     try:
         with printed:
             model = pin.buildModelFromXML(description.xml)
     except (ValueError, RuntimeError) as error:
-        said = printed.complaint() or str(error).partition("\n")[0].rstrip(".")
+        said = printed.first_error() or str(error).partition("\n")[0].rstrip(".")
         raise RobotError(f"URDF {description.path} cannot be built: {said}; mend the file.") from None
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         if joint.nv != 1 or joint.nq != 1:
@@ -262,7 +262,7 @@ def resolve_mimics(
     for own in description.mimics:
         if not (model.existJointName(own.leader) and model.existJointName(own.joint)):
             raise RobotError(
-                f"joint '{own.joint}' of {description.path} mimics {shown(own.leader)}, but those are not two "
+                f"joint '{own.joint}' of {description.path} mimics {quote(own.leader)}, but those are not two "
                 "moving joints of which one leads: mend the file."
             )
         item = description.mimic(own.joint)

@@ -11,9 +11,9 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats, frozen
+from planner.base.captured_output import CapturedOutput
 from planner.base.errors import RobotError, SceneError
-from planner.base.silenced import Silenced
-from planner.base.yamlfile import shown
+from planner.base.yamlfile import quote
 from planner.robot.files import urdf
 from planner.robot.files.meshes import read_display_mesh, read_link_mesh, simplify, split_into_components
 from planner.robot.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
@@ -59,7 +59,7 @@ def read_geometry(
     if description.geometry:
         return description.geometry[kind].copy(), {}
     xml, meshes = _without_meshes(description, kind)
-    printed = Silenced()
+    printed = CapturedOutput()
     try:
         with printed:
             geometry = pin.buildGeomFromUrdfString(
@@ -69,7 +69,7 @@ def read_geometry(
         because = str(error).partition("\n")[0].rstrip(".")
         raise RobotError(f"the geometry of {description.path} cannot be read ({because}): mend the file.") from None
     if kind == "collision" and geometry.ngeoms < description.collision_elements:
-        because = f" ({said})" if (said := printed.complaint()) else ""
+        because = f" ({said})" if (said := printed.first_error()) else ""
         raise RobotError(
             f"only {geometry.ngeoms} of the {description.collision_elements} collision geometries of "
             f"{description.path} could be read{because}: use box, sphere, cylinder, capsule or mesh."
@@ -106,13 +106,13 @@ def _read(description: urdf.Description, name: str, scale: str, kind: Kind) -> M
     file = next(_places(description, name), None)
     if file is None:
         raise RobotError(
-            f"mesh file {shown(name)} of {description.path} not found: put it where the URDF names it, or name the "
+            f"mesh file {quote(name)} of {description.path} not found: put it where the URDF names it, or name the "
             "folder of its package in ROS_PACKAGE_PATH."
         )
     try:
         x, y, z = map(float, scale.split())
     except ValueError:
-        raise RobotError(f"scale of {shown(name)} must be three numbers, got {shown(scale)}; mend the file.") from None
+        raise RobotError(f"scale of {quote(name)} must be three numbers, got {quote(scale)}; mend the file.") from None
     return (read_link_mesh if kind == "collision" else read_display_mesh)(file, np.array([x, y, z]))
 
 

@@ -10,7 +10,17 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import Note, SceneError, choices
-from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole, models_in, nearest, repeated, validate
+from planner.base.yamlfile import (
+    Coordinate,
+    Name,
+    Number,
+    Strict,
+    Whole,
+    find_duplicates,
+    models_in,
+    suggest_name,
+    validate,
+)
 from planner.robot.poses import pose
 
 _AT_REST = 0.01  # rad/s, m/s: encoders report this much of an arm that stands
@@ -66,7 +76,7 @@ def _unknown(data: dict[Any, Any], kind: type[Message], at: str = "") -> Iterato
     for key, value in data.items():
         field = kind.model_fields.get(key)
         if field is None and not _is_empty(value, str(key)):
-            yield f"{at}{key}", str(key), nearest(str(key), kind.model_fields)
+            yield f"{at}{key}", str(key), suggest_name(str(key), kind.model_fields)
         for inner in models_in(field) if field else ():
             items = {f"{at}{key}.{k}.": item for k, item in enumerate(value)} if isinstance(value, list) else {}
             for here, item in (items or {f"{at}{key}.": value}).items():
@@ -174,7 +184,7 @@ class JointState(Message):
     @pydantic.model_validator(mode="after")
     def _one_each(self) -> JointState:
         _require_fit(self.name, self.position, "positions", "names")
-        if twice := repeated(self.name):
+        if twice := find_duplicates(self.name):
             raise ValueError(f"'{twice[0]}' is named twice; name each once")
         return self
 

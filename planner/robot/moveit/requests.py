@@ -12,7 +12,7 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import Note, OptionError, SceneError, StateError, choices
 from planner.base.files import StrPath
-from planner.base.yamlfile import nearest, parse_yaml, read_text, shown
+from planner.base.yamlfile import parse_yaml, quote, read_text, suggest_name
 from planner.problem.conditions import (
     AxisConstraint,
     BoxConstraint,
@@ -111,7 +111,7 @@ def with_start_state(scene: Scene, message: MotionPlanRequest | None) -> Scene:
         notes += (Note(f"{message.where}: {text}."),)
     if both := sorted(names & {item.object for item in scene.obstacles}):
         raise SceneError(
-            f"{message.where}: {shown(both[0])} is attached, and stands in scene {shown(scene.name)} too; take it out "
+            f"{message.where}: {quote(both[0])} is attached, and stands in scene {quote(scene.name)} too; take it out "
             "of one of them."
         )
     notes = tuple(dict.fromkeys((*scene.notes, *notes)))
@@ -144,7 +144,7 @@ def request_notes(message: MotionPlanRequest, robot: Robot, choice: JointChoice)
     named = [{each.joint_name for each in goal.joint_constraints} for goal in message.goals]
     if message.group and choice == ALL_JOINTS and not all(set(robot.joints) <= names for names in named):
         yield Note(
-            f"{where}: group_name {shown(message.group)} is no group that the robot knows; planned are "
+            f"{where}: group_name {quote(message.group)} is no group that the robot knows; planned are "
             f"{choices(robot.joints)}."
         )
 
@@ -288,7 +288,7 @@ def _require_held(
     held = _unplanned(name, robot, values) if name in robot.source.joints else values.get(name)
     if held is None:
         raise StateError(
-            f"{what} names joint '{name}'{nearest(name, robot.joints)}, which the robot lacks; choose "
+            f"{what} names joint '{name}'{suggest_name(name, robot.joints)}, which the robot lacks; choose "
             "--robot, or take the constraint out."
         )
     if not within[0] <= held <= within[1]:
@@ -312,7 +312,7 @@ def _moving_frame(link: str, robot: Robot, where: str) -> str | None:
         return None
     found = [frame for frame in robot.model.frames if frame.name == link]
     if not found:
-        raise SceneError(f"{where} is for link {shown(link)}, which robot '{robot.name}' lacks; name a link of it.")
+        raise SceneError(f"{where} is for link {quote(link)}, which robot '{robot.name}' lacks; name a link of it.")
     if all(frame.parentJoint == 0 for frame in found):
-        raise SceneError(f"{where} is for link {shown(link)}, which no planned joint moves; name a link that moves.")
+        raise SceneError(f"{where} is for link {quote(link)}, which no planned joint moves; name a link that moves.")
     return link

@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import Note, SceneError
-from planner.base.yamlfile import number, repeated, shown
+from planner.base.yamlfile import find_duplicates, number, quote
 from planner.robot.moveit.messages import (
     AttachedCollisionObject,
     CollisionObject,
@@ -71,7 +71,7 @@ def parse_scene_text(text: str, path: Path) -> PlanningScene:
     except IndexError:
         raise SceneError(f"MoveIt scene {path} ends before its closing dot; export it again.") from None
     except ValueError as error:
-        raise SceneError(f"MoveIt scene {path}: {shown(str(error))[1:-1]}; export it again.") from None
+        raise SceneError(f"MoveIt scene {path}: {quote(str(error))[1:-1]}; export it again.") from None
     return parse_planning_scene({"name": name, "world": {"collision_objects": objects}}, path)
 
 
@@ -122,8 +122,8 @@ def _frames(transforms: Sequence[TransformStamped], where: str) -> dict[str, tup
 
 def _require_distinct(items: Sequence[CollisionObject], where: str) -> None:
     """Raise :class:`SceneError` where a message holds two objects of one name: MoveIt would keep the last only."""
-    if twice := repeated(item.id for item in items):
-        raise SceneError(f"{where}: object {shown(twice[0])} is given twice; rename one, or take it out.")
+    if twice := find_duplicates(item.id for item in items):
+        raise SceneError(f"{where}: object {quote(twice[0])} is given twice; rename one, or take it out.")
 
 
 def carried(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carried, ...]:
@@ -140,7 +140,7 @@ def carried(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carri
 
 def _obstacles(item: CollisionObject, where: str) -> Iterator[Obstacle]:
     """Each shape as an obstacle, in the frame of its header (empty: the scene's), numbered where several."""
-    where = f"{where}: object {shown(item.id)}"
+    where = f"{where}: object {quote(item.id)}"
     for shapes, poses in ((item.primitives, item.primitive_poses), (item.meshes, item.mesh_poses)):
         if len(shapes) != len(poses):
             raise SceneError(f"{where} has {len(shapes)} shapes and {len(poses)} poses; give one pose a shape.")

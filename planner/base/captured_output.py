@@ -17,7 +17,7 @@ PROCESS = threading.RLock()
 _log = logging.getLogger(__name__)
 
 
-class Silenced:
+class CapturedOutput:
     """Captures the process's standard output and error while entered; the debug log has the text.
 
     with Silenced() as printed:
@@ -29,7 +29,7 @@ class Silenced:
         self.text = ""  # complete once left
         self._stack = contextlib.ExitStack()
 
-    def __enter__(self) -> Silenced:
+    def __enter__(self) -> CapturedOutput:
         self._stack.enter_context(PROCESS)
         self._file = self._stack.enter_context(tempfile.TemporaryFile())
         for stream, number in ((sys.stdout, 1), (sys.stderr, 2)):
@@ -51,7 +51,7 @@ class Silenced:
         if self.text:
             _log.debug("a library printed: %s", self.text)
 
-    def complaint(self) -> str:
+    def first_error(self) -> str:
         """The first error up to its first full stop, empty without one: "Error:   joint 'j' is not unique. at line"."""
         lines = (line.strip() for line in self.text.splitlines())
         line = next((line for line in lines if line.startswith("Error:")), "")

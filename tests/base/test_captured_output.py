@@ -7,22 +7,22 @@ import threading
 
 import pytest
 
-from planner.base.interrupts import tell_at_once
-from planner.base.silenced import Silenced
+from planner.base.captured_output import CapturedOutput
+from planner.base.interrupts import write_message
 
 C = ctypes.CDLL(None)
 
 
 def test_what_c_prints_is_caught_and_the_streams_come_back(capfd: pytest.CaptureFixture[str]) -> None:
     sys.stdout.write("before\n")
-    with Silenced() as printed:
+    with CapturedOutput() as printed:
         C.printf(b"Error:   joint 'j' is not unique. at line 7\n")  # kept in C's own buffer
         os.write(2, b"to error\n")
-        tell_at_once("stopping.")  # as a signal handler does
+        write_message("stopping.")  # as a signal handler does
     sys.stdout.write("after\n")
     sys.stdout.flush()
     assert sorted(printed.text.splitlines()) == ["Error:   joint 'j' is not unique. at line 7", "to error"]
-    assert printed.complaint() == "joint 'j' is not unique"
+    assert printed.first_error() == "joint 'j' is not unique"
     assert tuple(capfd.readouterr()) == ("before\nafter\n", "planner: stopping.\n")
 
 
@@ -32,12 +32,12 @@ def test_streams_come_back_when_threads_overlap(capfd: pytest.CaptureFixture[str
 
     def second() -> None:
         inside.wait()
-        with Silenced():
+        with CapturedOutput():
             entered.set()
 
     thread = threading.Thread(target=second)
     thread.start()
-    with Silenced():
+    with CapturedOutput():
         inside.set()
         assert not entered.wait(0.1)
     thread.join()
