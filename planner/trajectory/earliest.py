@@ -1,4 +1,4 @@
-"""The earliest motion over a roadmap among obstacles that move, proven and looked at; or what is in its way."""
+"""The earliest motion over a roadmap among moving obstacles, or the obstacles that block it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -25,9 +25,9 @@ from planner.trajectory.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class TimedMotion:
-    """A route in time and its trajectory, whose ``proof`` holds what is proven.
+    """A route in time and its trajectory, whose ``proof`` holds the proofs.
 
-    ``roadmap`` lacks the edges on which a second look found a contact that no proof did.
+    ``roadmap`` lacks the edges on which a second library found a contact.
     """
 
     trajectory: Trajectory
@@ -38,16 +38,15 @@ class TimedMotion:
 def earliest_motion(
     roadmap: Roadmap, checker: CollisionChecker, limits: MotionLimits, progress: Progress = QUIET
 ) -> TimedMotion | None:
-    """The earliest motion from a start to a goal among the obstacles that move in the checker's scene.
+    """Return the earliest motion from a start to a goal among the scene's moving obstacles, or None.
 
-    See :func:`planner.trajectory.safe_intervals.earliest_route`. What it uses is looked at once more by coal, at every
-    millimetre that robot or obstacles move: an edge that fails is left out, and the search goes on. None where there is
-    no motion, or it is asked to stop.
+    See :func:`planner.trajectory.safe_intervals.earliest_route`. coal rechecks the route at every millimetre of motion
+    of robot or obstacles; the search continues without an edge that fails. None also after a request to stop.
     """
     prover = TimedProver(checker, checker.world.scene.moving)
     while True:
         timed = RoadmapInTime(roadmap, prover, limits)
-        route = earliest_route(timed, _usable_starts(roadmap, prover), roadmap.goals, progress)
+        route = earliest_route(timed, _find_usable_starts(roadmap, prover), roadmap.goals, progress)
         if route is None:
             return None
         trajectory = route.trajectory(roadmap, prover, limits)
@@ -62,62 +61,59 @@ def earliest_motion(
 def explain_blocked_in_time(
     roadmap: Roadmap, checker: CollisionChecker, limits: MotionLimits, progress: Progress = QUIET
 ) -> BlockedInTime:
-    """Which moving obstacles keep the arm at the start, from the goal, or on the way, as far as that is found.
+    """Return the moving obstacles that block the start, the goal, or the route, in this order.
 
-    Without those that are named it could; with any one of them put back it could not. ``roadmap`` joins a start and a
-    goal. Where ``progress`` is asked to stop, more may be named.
+    Without the named ones the motion exists; with any one of them added it does not. ``roadmap`` connects a start to a
+    goal. A request to stop ``progress`` may lengthen the list.
     """
     moving = checker.world.scene.moving
 
-    def timed(among: Sequence[MovingObstacle]) -> RoadmapInTime:
-        return RoadmapInTime(roadmap, TimedProver(checker, among), limits)
+    def roadmap_among(obstacles: Sequence[MovingObstacle]) -> RoadmapInTime:
+        return RoadmapInTime(roadmap, TimedProver(checker, obstacles), limits)
 
-    def passes(among: Sequence[MovingObstacle]) -> bool:
-        there = timed(among)
-        starts = _usable_starts(roadmap, there.prover)
-        return earliest_route(there, starts, roadmap.goals, progress) is not None
+    def has_route(obstacles: Sequence[MovingObstacle]) -> bool:
+        timed = roadmap_among(obstacles)
+        return earliest_route(timed, _find_usable_starts(roadmap, timed.prover), roadmap.goals, progress) is not None
 
-    for place in ("start", "goal"):
-        if not _can_stand(timed(moving), place):
-            return BlockedInTime(
-                place, _find_blockers(moving, lambda among, place=place: _can_stand(timed(among), place))
-            )
-    return BlockedInTime("route", _find_blockers(moving, passes))
+    for end in ("start", "goal"):
+        if not _can_rest(roadmap_among(moving), end):
+            return BlockedInTime(end, _find_blockers(moving, lambda some, end=end: _can_rest(roadmap_among(some), end)))
+    return BlockedInTime("route", _find_blockers(moving, has_route))
 
 
 def _find_blockers(
     moving: Sequence[MovingObstacle], works: Callable[[Sequence[MovingObstacle]], bool]
 ) -> tuple[str, ...]:
-    """The names of some without which it ``works``, none of which can be put back; all where it never does.
+    """Return obstacles without which ``works`` is true, none of which can be added; all if it never is.
 
-    They are put back one after the other, as :mod:`planner.roadmap.infeasibility` does with obstacles that stand.
+    It adds obstacles one by one, as :mod:`planner.roadmap.infeasibility` does with static ones.
     """
-    kept: list[MovingObstacle] = []
+    harmless: list[MovingObstacle] = []
     for item in moving:
-        if works([*kept, item]):
-            kept.append(item)
-    left = tuple(item.name for item in moving if item not in kept)
-    return left if works(kept) else tuple(item.name for item in moving)
+        if works([*harmless, item]):
+            harmless.append(item)
+    blockers = tuple(item.name for item in moving if item not in harmless)
+    return blockers if works(harmless) else tuple(item.name for item in moving)
 
 
-def _usable_starts(roadmap: Roadmap, prover: TimedProver) -> Ints:
-    """The starts that lie in no closed mesh at time 0."""
+def _find_usable_starts(roadmap: Roadmap, prover: TimedProver) -> Ints:
+    """Return the starts outside every closed mesh at time 0."""
     return frozen([node for node in roadmap.starts if prover.starts(roadmap.nodes[node])], np.int64)
 
 
-def _can_stand(timed: RoadmapInTime, place: str) -> bool:
-    """Whether some start can be stood at from time 0 on, or some goal for good."""
+def _can_rest(timed: RoadmapInTime, end: str) -> bool:
+    """Return whether the robot can rest at some start from time 0 on, or at some goal for good."""
     roadmap = timed.roadmap
-    if place == "start":
-        stays = [timed.stays(int(node), 0.0) for node in _usable_starts(roadmap, timed.prover)]
-        return any(len(spans) and spans[0, 0] == 0.0 for spans in stays)
-    return any(np.isfinite(timed.stays_for_good_from(node)) for node in roadmap.goals.tolist())
+    if end == "start":
+        intervals = [timed.rest_intervals(int(node), 0.0) for node in _find_usable_starts(roadmap, timed.prover)]
+        return any(len(rows) and rows[0, 0] == 0.0 for rows in intervals)
+    return any(np.isfinite(timed.safe_from(node)) for node in roadmap.goals.tolist())
 
 
 def _find_touching_edge(
     roadmap: Roadmap, checker: CollisionChecker, route: TimedRoute, trajectory: Trajectory
 ) -> tuple[int, int] | None:
-    """The edge on which coal sees a contact, with what stands or with what moves; None where it sees none."""
+    """Return the edge on which coal finds a contact with a static or a moving obstacle, or None."""
     nodes = route.nodes.tolist()
     if len(nodes) == 1:
         return None
@@ -125,8 +121,8 @@ def _find_touching_edge(
     contact = path_contact(second_checker(checker), path)
     if contact is not None:
         return nodes[contact.piece], nodes[contact.piece + 1]
-    seen = first_touch_in_time(trajectory, checker, checker.world.scene.moving, RECHECK)
-    if seen is None:
+    touch = first_touch_in_time(trajectory, checker, checker.world.scene.moving, RECHECK)
+    if touch is None:
         return None
-    k = min(int(np.searchsorted(route.departures, seen[0], side="right")), len(nodes) - 1)
+    k = min(int(np.searchsorted(route.departures, touch[0], side="right")), len(nodes) - 1)
     return nodes[k - 1], nodes[k]

@@ -1,4 +1,4 @@
-"""The content of ``trajectory.json``, a trajectory by the knots of its polynomials, before it is one."""
+"""The content of ``trajectory.json``: a trajectory by the knots of its polynomials, as a file model."""
 
 import json
 from typing import Any, Literal
@@ -51,7 +51,7 @@ class _Proof(Strict):
 
 
 class TrajectoryFile(Strict):
-    """The keys of ``trajectory.json``; without ``interpolation`` pieces go through all that the points give."""
+    """The keys of ``trajectory.json``; without ``interpolation`` the columns of the points decide it."""
 
     robot: str | None = None
     scene: str | None = None
@@ -67,44 +67,44 @@ class TrajectoryFile(Strict):
 
 
 def parse_json(text: str, where: str) -> Any:
-    """Plain data out of JSON text in which no key stands twice in one object."""
+    """Return plain data of JSON text without repeated keys; :class:`FileError` for other text."""
     try:
-        return json.loads(text, object_pairs_hook=_object_of)
+        return json.loads(text, object_pairs_hook=_build_object)
     except (ValueError, RecursionError) as error:
-        raise FileError(f"{where} is no JSON: {error}; mend the file.") from None
+        raise FileError(f"{where} must be JSON, got an error: {error}; mend the file.") from None
 
 
-def _object_of(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _build_object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if twice := find_duplicates(key for key, _ in pairs):
-        raise ValueError(f"key {quote(twice[0])} stands twice")
+        raise ValueError(f"key {quote(twice[0])} is repeated")
     return dict(pairs)
 
 
 def require_columns(columns: list[list[list[float] | None]], width: int, where: str) -> list[Floats]:
-    """Positions, velocities and accelerations (k, width), as far as all points give them; :class:`FileError` else."""
-    found: list[Floats] = []
+    """Return positions, velocities and accelerations (k, width), if given; :class:`FileError` for gaps."""
+    arrays: list[Floats] = []
     for order, rows in enumerate(columns):
         sizes = [len(row or ()) for row in rows]
         if order and not any(sizes):
             continue
-        if order > len(found):
+        if order > len(arrays):
             raise FileError(
-                f"{where} gives accelerations and no velocities, of which a ROS 2 joint trajectory controller makes "
-                "zeros: give velocities too, or leave the accelerations out."
+                f"{where}: accelerations must come with velocities, got none (a ROS 2 controller would take "
+                "zeros then): give velocities, or leave the accelerations out."
             )
         wrong = next((k for k, size in enumerate(sizes) if size != width), None)
         if wrong is not None:
-            what = ("positions", "velocities", "accelerations")[order]
-            raise FileError(f"{where}: point {wrong + 1} has {sizes[wrong]} {what} for {width} joints; mend the file.")
-        found.append(np.array(rows, dtype=float))
-    return found
+            kind = ("positions", "velocities", "accelerations")[order]
+            raise FileError(f"{where}: point {wrong + 1} must have {width} {kind}, got {sizes[wrong]}; mend the file.")
+        arrays.append(np.array(rows, dtype=float))
+    return arrays
 
 
 def read_limits(limits: _Limits | None, joints: tuple[str, ...], where: str) -> MotionLimits | None:
-    """The limits in a file; :class:`FileError` unless there is one value for each joint, each with its source."""
+    """Return the limits in a file; :class:`FileError` unless every joint and kind is complete."""
     if limits is None:
         return None
     rows = {kind: np.array(getattr(limits, kind)) for kind in KINDS}
     if {len(row) for row in rows.values()} != {len(joints)} or not set(KINDS) <= set(limits.source):
-        raise FileError(f"{where}: its limits are not one value for each joint, each with its source; mend the file.")
+        raise FileError(f"{where}: limits must be one value per joint, each with its source; mend the file.")
     return MotionLimits(joints, **rows, source=limits.source)

@@ -1,4 +1,4 @@
-"""Motions out of files of any origin: our own, rows, ROS messages, CSV, bags; each field is honoured or refused."""
+"""Motions of files of any origin: our own, rows, ROS messages, CSV, bags; unknown fields are refused."""
 
 import csv
 import logging
@@ -34,15 +34,15 @@ from planner.trajectory.trajectory import Trajectory, trajectory_from_file, traj
 
 _log = logging.getLogger(__name__)
 
-FAR = 1000.0  # rad or m: no arm turns 160 times, and looking along such a path every millimetre would not end
+FAR = 1000.0  # rad or m: beyond any arm (160 turns); sampling such a path every millimetre would not end
 TIME, ENDINGS = "t", ("_velocity", "_acceleration")  # of the columns of a CSV
-EVENTS = "events of a task (attach, detach, gripper) are not followed: check the plan.json that it was written with"
+EVENTS = "events of a task (attach, detach, gripper) are ignored: check the task's plan.json instead"
 _FORMATS = "a plan.json, a list of rows, {joints, path}, {joint_names, points} or a CSV"
 _ROWS = ("path", "waypoints", "positions", "points")
 _TOLERANCES = ("path_tolerance", "goal_tolerance", "component_path_tolerance", "component_goal_tolerance")
 _UNCHECKED = (*_TOLERANCES, "goal_time_tolerance", "trajectory_start")
 _SEVERAL = ("multi_dof_trajectory", "multi_dof_joint_trajectory")
-_WRAPPERS = {  # what stands beside a message in what wraps it, as ROS names it
+_WRAPPERS = {  # keys of ROS messages next to the wrapped one
     "goal": ("goal_id", "header"),
     "trajectory": (*_UNCHECKED, "multi_dof_trajectory", "model_id"),
     "joint_trajectory": ("multi_dof_joint_trajectory",),
@@ -50,13 +50,13 @@ _WRAPPERS = {  # what stands beside a message in what wraps it, as ROS names it
 
 
 def _seconds(value: Any) -> Any:
-    """Seconds of a duration as a ROS 2 (sec, nanosec) or ROS 1 (secs, nsecs) message has it; numbers as they are."""
+    """Return the seconds of a ROS 2 (sec, nanosec) or ROS 1 (secs, nsecs) duration; numbers unchanged."""
     if not isinstance(value, dict):
         return value
     names = next((names for names in (("sec", "nanosec"), ("secs", "nsecs")) if value and set(value) <= {*names}), ())
     parts = [value.get(name, 0) for name in names]
-    whole = all(not isinstance(part, bool) and isinstance(part, int | float) and part % 1 == 0 for part in parts)
-    if not names or not whole or abs(parts[0]) >= 2**31 or not 0 <= parts[1] < 10**9:
+    integral = all(not isinstance(part, bool) and isinstance(part, int | float) and part % 1 == 0 for part in parts)
+    if not names or not integral or abs(parts[0]) >= 2**31 or not 0 <= parts[1] < 10**9:
         raise ValueError("give whole sec (below 2^31) and nanosec (0 to 999999999), or seconds")
     return (int(parts[0]) * 10**9 + int(parts[1])) / 10**9
 
@@ -76,7 +76,7 @@ class _Point(Strict):
 
 
 class _Message(Strict):
-    """A trajectory_msgs/JointTrajectory; without any times it is a path."""
+    """A trajectory_msgs/JointTrajectory; without times it is a path."""
 
     header: _Header | None = None
     joint_names: list[str] | None = None
@@ -99,13 +99,13 @@ class _Path(Strict):
 
 
 def read_motion(path: StrPath, robot: Robot, data: Any = None) -> Floats | Trajectory:
-    """The path (k, dof) or the trajectory of a file, in the robot's order of joints; ``data`` of JSON that is parsed.
+    """Return the path (k, dof) or the trajectory of a file, in the robot's order of joints.
 
-    Our own files or the folder of a ``trajectory.json``; a JointTrajectory, RobotTrajectory or FollowJointTrajectory
-    goal, or rows, as JSON or YAML; a CSV, with times where it has a column of these; the first JointTrajectory of a bag
-    in MCAP. Accelerations make quintics, as in a message; our own file says what its pieces are. Columns of joints that
-    are not planned are left out, with a note. Raises :class:`FileError` for content that cannot be read, or has a field
-    that is not known.
+    It reads our own files and the folder of a ``trajectory.json``; JointTrajectory, RobotTrajectory,
+    FollowJointTrajectory goals and rows as JSON or YAML; CSV, optionally with times; the first JointTrajectory of an
+    MCAP bag. ``data`` is JSON parsed before. Accelerations make quintics, as in a message; our own file names its
+    interpolation. Columns of joints that are not planned are ignored, with a note. Raises :class:`FileError` for
+    unreadable content and unknown fields.
     """
     path = Path(path)
     path = path / TRAJECTORY_NAME if os.path.isdir(path) else path
@@ -113,7 +113,7 @@ def read_motion(path: StrPath, robot: Robot, data: Any = None) -> Floats | Traje
     match path.suffix.lower():
         case ".mcap":
             data, count = read_bag(path, where)
-            notes += [f"the first of {count} messages is looked at"] if count > 1 else []
+            notes += [f"only the first of {count} messages is checked"] if count > 1 else []
         case ".yaml" | ".yml":
             data, notes = _from_yaml(read_text(path, "motion"), where)
         case ".csv":
@@ -123,16 +123,16 @@ def read_motion(path: StrPath, robot: Robot, data: Any = None) -> Floats | Traje
         case _ if not path.exists():
             raise FileError(f"{where} not found: check the path.")
         case other:
-            raise FileError(f"{where} ends in '{other}': give a .json, .yaml, .csv or .mcap file.")
+            raise FileError(f"{where} must end in .json, .yaml, .csv or .mcap, got '{other}'.")
     return _from_data(data, notes, robot, where)
 
 
 def _from_yaml(text: str, where: str) -> tuple[Any, list[str]]:
-    """The first document, with notes on others and on an end within a line."""
+    """Return the first document, with notes on others and on an end within a line."""
     texts = [part for part in text.split("\n---") if part.strip(" -\n")]
     data, cut = parse_yaml("".join(texts[:1]), where), len(texts) == 1 and text[-1] not in "\n]}"
-    notes = [f"the first of {len(texts)} documents is looked at"] if len(texts) > 1 else []
-    return data, notes + ["the file ends within a line: if it is cut there, so is its last point"] * cut
+    notes = [f"only the first of {len(texts)} documents is checked"] if len(texts) > 1 else []
+    return data, notes + ["the file ends within a line: its last point may be incomplete"] * cut
 
 
 def _from_data(data: Any, notes: list[str], robot: Robot, where: str) -> Floats | Trajectory:
@@ -140,21 +140,23 @@ def _from_data(data: Any, notes: list[str], robot: Robot, where: str) -> Floats 
         require_readable_version(data, where)
         if "intervals" in data:
             raise FileError(
-                f"{where} is a sweep, one path an interval of beta: save the 'path' of one of its intervals as a file "
-                "of its own, or plan with 'planner plan --beta'."
+                f"{where} must hold one path, got a sweep: save the 'path' of one interval as a file, or plan with "
+                "'planner plan --beta'."
             )
         if "outcome" in data:  # our own plan.json
             if not data.get("path"):
-                raise FileError(f"{where} is a plan that found no path (outcome '{data['outcome']}'): plan again.")
+                raise FileError(f"{where}: path not found (the plan's outcome is '{data['outcome']}'): plan again.")
             data = {key: data.get(key) for key in ("joints", "path", "robot")}
         data = _unwrap(data, notes, where)
     if isinstance(data, list):
         data = {"path": data}
     if not isinstance(data, dict) or not any(key in data for key in _ROWS):
-        raise FileError(f"{where} holds no path: give {_FORMATS}.")
+        raise FileError(f"{where}: path not found: give {_FORMATS}.")
     points = data.get("points")
     if isinstance(points, str) or (isinstance(points, list) and "..." in points):
-        raise FileError(f"{where} lacks points that 'ros2 topic echo' left out: write it with --full-length.")
+        raise FileError(
+            f"{where}: points must be complete, got '...' of 'ros2 topic echo': write it with --full-length."
+        )
     if not isinstance(points, list) or not all(isinstance(point, dict) for point in points):
         return _from_rows(validate(_Path, data, where), notes, robot, where)
     if any("q" in point or "t" in point for point in points):
@@ -163,18 +165,18 @@ def _from_data(data: Any, notes: list[str], robot: Robot, where: str) -> Floats 
 
 
 def _unwrap(data: Any, notes: list[str], where: str) -> Any:
-    """The innermost message of what ROS wraps it in; ``notes`` gain what is to be said of what stands beside it."""
+    """Return the innermost message of its ROS wrappers; ``notes`` gains remarks on their other keys."""
     while isinstance(data, dict) and not any(key in data for key in _ROWS):
         key = next((key for key in _WRAPPERS if isinstance(data.get(key), dict | list)), None)
         if key is None:
             break
         inner = data[key] if isinstance(data[key], list) else [data[key]]
-        _require_known(data, (key, *_WRAPPERS[key]), where, "a key")
+        _require_known(data, (key, *_WRAPPERS[key]), where, "key")
         if len(inner) != 1:
-            raise FileError(f"{where} holds {len(inner)} trajectories: give each in a file of its own.")
+            raise FileError(f"{where} must hold one trajectory, got {len(inner)}: give each in a file of its own.")
         for other in _SEVERAL:
             if isinstance(data.get(other), dict) and data[other].get("points"):
-                raise FileError(f"{where} moves joints of several degrees of freedom ({other}): leave these out.")
+                raise FileError(f"{where}: joints must have one degree of freedom, got {other}: leave it out.")
         unchecked = [name for name in _UNCHECKED if data.get(name)]
         notes += [f"{choices(unchecked)} of the message are not checked"] if unchecked else []
         data = inner[0]
@@ -182,46 +184,47 @@ def _unwrap(data: Any, notes: list[str], where: str) -> Any:
 
 
 def _from_own(file: TrajectoryFile, notes: list[str], robot: Robot, where: str) -> Trajectory:
-    """The trajectory with its joints in the robot's order; its limits where they are of these."""
-    found = trajectory_from_file(file, where)
-    columns = [_in_order(rows, found.joints, robot, where, file.robot) for rows in found.columns]
-    limits = found.limits if found.joints == robot.joints else None
-    notes = [*notes, *([EVENTS] if found.events else []), *_left_out(found.joints, robot)]
-    return replace(found, joints=robot.joints, columns=tuple(columns), limits=limits, notes=tuple(notes))
+    """Return the trajectory with its joints in the robot's order; its limits only for the same joints."""
+    trajectory = trajectory_from_file(file, where)
+    joints = trajectory.joints
+    columns = [_reorder(rows, joints, robot, where, file.robot) for rows in trajectory.columns]
+    limits = trajectory.limits if joints == robot.joints else None
+    notes = [*notes, *([EVENTS] if trajectory.events else []), *_note_ignored(joints, robot)]
+    return replace(trajectory, joints=robot.joints, columns=tuple(columns), limits=limits, notes=tuple(notes))
 
 
 def _from_message(message: _Message, notes: list[str], robot: Robot, where: str) -> Floats | Trajectory:
-    """A trajectory, a path where no point has a time."""
+    """Return a trajectory, or a path if no point has a time."""
     points, names = message.points, message.joint_names
     times = [point.time_from_start for point in points]
     if all(time is None for time in times):
         if any(point.velocities or point.accelerations or point.effort for point in points):
-            raise FileError(f"{where} has points with velocities and no time_from_start; give times, or neither.")
+            raise FileError(f"{where}: velocities must come with time_from_start, got none; give times, or neither.")
         return _joint_path(matrix([point.positions for point in points], where), names, notes, robot, where)
     if None in times:
-        raise FileError(f"{where}: point {times.index(None) + 1} has no time_from_start, others have: give it for all.")
+        raise FileError(f"{where}: time_from_start of point {times.index(None) + 1} not found: give it for all.")
     if not names:
-        raise FileError(f"{where} names no joints, which a joint trajectory controller refuses: add joint_names.")
+        raise FileError(f"{where}: joint_names not found: add them, as a joint trajectory controller needs them.")
     stamp = message.header and message.header.stamp
     if any(stamp.values()) if isinstance(stamp, dict) else stamp:
-        notes.append("the header's stamp, when a controller is to begin, is not looked at")
+        notes.append("the header's stamp, the start time for a controller, is ignored")
     if any(point.effort for point in points):
-        notes.append("effort is not checked, and refused by a controller that does not command it")
+        notes.append("effort is not checked; a controller without effort commands refuses it")
     kinds = ("positions", "velocities", "accelerations")
     rows = require_columns([[getattr(point, kind) for point in points] for kind in kinds], len(names), where)
-    columns = [_in_order(each, names, robot, where) for each in rows]
-    told = (*notes, *_left_out(names, robot))
-    return trajectory_from_points(robot.joints, np.array(times, dtype=float), columns, where, notes=told)
+    columns = [_reorder(each, names, robot, where) for each in rows]
+    notes += _note_ignored(names, robot)
+    return trajectory_from_points(robot.joints, np.array(times, dtype=float), columns, where, notes=tuple(notes))
 
 
 def _from_rows(file: _Path, notes: list[str], robot: Robot, where: str) -> Floats:
-    given = [key for key in _ROWS if getattr(file, key) is not None]
-    if len(given) != 1:
-        raise FileError(f"{where} must hold one path, got {choices(given) or 'none'}: leave one.")
+    keys = [key for key in _ROWS if getattr(file, key) is not None]
+    if len(keys) != 1:
+        raise FileError(f"{where} must hold one path, got {choices(keys) or 'none'}: leave one.")
     if file.joints is not None and file.joint_names is not None:
-        raise FileError(f"{where} names its joints twice (joints, joint_names): leave one of them.")
+        raise FileError(f"{where} must name its joints once, got joints and joint_names: leave one of them.")
     names = file.joint_names if file.joints is None else file.joints
-    return _joint_path(matrix(getattr(file, given[0]), where), names, notes, robot, where, file.robot)
+    return _joint_path(matrix(getattr(file, keys[0]), where), names, notes, robot, where, file.robot)
 
 
 def _from_csv(text: str, robot: Robot, where: str) -> Floats | Trajectory:
@@ -230,125 +233,124 @@ def _from_csv(text: str, robot: Robot, where: str) -> Floats | Trajectory:
         return _joint_path(matrix(table, where), None, [], robot, where)
     joints = (*robot.joints, *robot.fixed_joints)
     rates = [joint + ending for joint in joints for ending in ENDINGS]
-    _require_known(names, (TIME, *joints, *rates), where, "a column")
+    _require_known(names, (TIME, *joints, *rates), where, "column")
     if twice := find_duplicates(names):
-        raise FileError(f"{where} has two columns {choices(twice)}: leave one of them.")
+        raise FileError(f"{where}: columns must differ, got {choices(twice)} twice: leave one of them.")
     rows = matrix(table, where, len(names))
     if not len(rows):
-        raise FileError(f"{where} holds no rows: give at least one configuration.")
+        raise FileError(f"{where}: rows not found: give at least one configuration.")
     by_name = dict(zip(names, rows.T, strict=True))
     columns = [{name: by_name[name] for name in joints if name in by_name}]
     for ending in ENDINGS:
         columns.append({name: by_name[name + ending] for name in joints if name + ending in by_name})
     if TIME not in names:
         if any(columns[1:]):
-            raise FileError(f"{where} has columns of velocities and no times: give a column {TIME} (s), or neither.")
+            raise FileError(f"{where}: velocities must come with times, got none: add a column {TIME} (s), or neither.")
         return _joint_path(rows, names, [], robot, where)
     if columns[2] and not columns[1]:
-        raise FileError(f"{where} gives accelerations and no velocities: give velocities too, or neither.")
-    ordered = [_in_order(np.array([*each.values()]).T, [*each], robot, where) for each in columns if each]
+        raise FileError(f"{where}: accelerations must come with velocities, got none: give both, or neither.")
+    ordered = [_reorder(np.array([*each.values()]).T, [*each], robot, where) for each in columns if each]
     return trajectory_from_points(
-        robot.joints, by_name[TIME], ordered, where, notes=tuple(_left_out([*columns[0]], robot))
+        robot.joints, by_name[TIME], ordered, where, notes=tuple(_note_ignored([*columns[0]], robot))
     )
 
 
 def _joint_path(
     rows: Floats, names: Sequence[str] | None, notes: list[str], robot: Robot, where: str, owner: str | None = None
 ) -> Floats:
-    """The joint path (k, dof) in the robot's order of joints, rad (m where prismatic); notes are warnings.
+    """Return the joint path (k, dof) in the robot's order, rad (m where prismatic); notes become warnings.
 
     Continuous joints are unwound: each step is below half a turn.
     """
-    rows = _in_order(rows, names, robot, where, owner)
-    for note in (*notes, *_left_out(names, robot)):
+    rows = _reorder(rows, names, robot, where, owner)
+    for note in (*notes, *_note_ignored(names, robot)):
         _log.warning("%s: %s", where, note)
     require_plausible(rows, robot, where)
-    return frozen(np.where(robot.continuous, _unwound(rows, robot, where), rows))  # other joints to the last bit
+    return frozen(np.where(robot.continuous, _unwind(rows, robot, where), rows))  # other joints to the last bit
 
 
-def _unwound(rows: Floats, robot: Robot, where: str) -> Floats:
-    """The rows (k, dof) with continuous joints counted on; :class:`FileError` where they do not tell which way round.
+def _unwind(rows: Floats, robot: Robot, where: str) -> Floats:
+    """Return the rows (k, dof) with continuous joints unwound; :class:`FileError` for ambiguous turns.
 
-    That is half a turn, and a whole one or more, which angles brought into one turn never are apart.
+    Half a turn is ambiguous, and so is a whole turn or more, which wrapped angles never differ by.
     """
-    step, taken = np.diff(rows, axis=0), robot.difference(rows[:-1], rows[1:])
+    step, shortest = np.diff(rows, axis=0), robot.difference(rows[:-1], rows[1:])
     far = robot.continuous & (np.abs(step) >= HALF_TURN)
-    untold = far & ((np.abs(taken) >= HALF_TURN) | (np.abs(step) >= np.pi + HALF_TURN))
-    for row, joint in np.argwhere(untold)[:1]:
+    ambiguous = far & ((np.abs(shortest) >= HALF_TURN) | (np.abs(step) >= np.pi + HALF_TURN))
+    for row, joint in np.argwhere(ambiguous)[:1]:
         raise FileError(
-            f"{where}: from row {row + 1} to row {row + 2} joint '{robot.joints[joint]}' turns by "
-            f"{step[row, joint]:.6g} rad, and it is not told which way round: give rows less than half a turn apart."
+            f"{where}: joint '{robot.joints[joint]}' must turn by less than half a turn from row {row + 1} to row "
+            f"{row + 2}, got {step[row, joint]:.6g} rad, whose direction is ambiguous: add rows between them."
         )
     for row, joint in np.argwhere(far)[:1]:
         more = f", the first of {far.sum()} such steps" if far.sum() > 1 else ""
         _log.warning(
-            "%s: from row %d to row %d joint '%s' is taken to turn the shorter way, by %.6g rad instead of %.6g%s",
-            *(where, row + 1, row + 2, robot.joints[joint], taken[row, joint], step[row, joint], more),
+            "%s: from row %d to row %d joint '%s' turns the shorter way, by %.6g rad instead of %.6g%s",
+            *(where, row + 1, row + 2, robot.joints[joint], shortest[row, joint], step[row, joint], more),
         )
     return robot.unwound(rows)
 
 
 def require_plausible(rows: Floats, robot: Robot, where: str) -> None:
-    """Raise :class:`FileError` for values (k, dof) that are not finite, or that no joint ever has."""
+    """Raise :class:`FileError` for values (k, dof) that are not finite, or beyond any joint."""
     for row, joint in np.argwhere(~(np.abs(rows) <= FAR))[:1]:
         raise FileError(
-            f"{where}: row {row + 1} puts joint '{robot.joints[joint]}' at {rows[row, joint]:g}, beyond any joint's "
-            f"{FAR:g}; mend the file."
+            f"{where}: joint '{robot.joints[joint]}' must be within {FAR:g}, got {rows[row, joint]:g} in row "
+            f"{row + 1}; mend the file."
         )
 
 
-def _in_order(rows: Floats, names: Sequence[str] | None, robot: Robot, where: str, owner: str | None = None) -> Floats:
-    """The rows with their columns in the robot's order of joints; :class:`FileError` where that cannot be."""
+def _reorder(rows: Floats, names: Sequence[str] | None, robot: Robot, where: str, owner: str | None = None) -> Floats:
+    """Return the rows with columns in the robot's order of joints; :class:`FileError` for other columns."""
     if owner not in (None, robot.name):
-        raise FileError(f"{where} is for robot {quote(owner)}, not '{robot.name}': choose it with --robot.")
+        raise FileError(f"{where} must be for robot '{robot.name}', got {quote(owner)}: choose it with --robot.")
     if not len(rows):
-        raise FileError(f"{where} holds no rows: give at least one configuration.")
+        raise FileError(f"{where}: rows not found: give at least one configuration.")
     if names is None:
         if rows.shape[1] != robot.dof:
             raise FileError(
-                f"{where} has {rows.shape[1]} columns without names, {robot.name} has {robot.dof} planned joints "
-                f"({choices(robot.joints)}): give one column each, or name the columns."
+                f"{where} must have {robot.dof} columns, got {rows.shape[1]} without names: give one for each of "
+                f"{choices(robot.joints)}, or name the columns."
             )
         return rows
     if len(names) != rows.shape[1]:
-        raise FileError(f"{where} names {len(names)} columns and has {rows.shape[1]}: mend the file.")
+        raise FileError(f"{where} must have {len(names)} columns, one per name, got {rows.shape[1]}: mend the file.")
     for joint in robot.joints:
         if names.count(joint) != 1:
-            often = "twice" if joint in names else "nowhere"
             raise FileError(
-                f"{where} names joint '{joint}' {often}; it names {choices(names)}: choose another --robot, or mend "
-                "the file."
+                f"{where} must name joint '{joint}' once, got {choices(names)}: choose another --robot, or "
+                "mend the file."
             )
     return rows[:, [names.index(joint) for joint in robot.joints]]
 
 
-def _left_out(names: Sequence[str] | None, robot: Robot) -> list[str]:
-    """What is to be said of columns that belong to no planned joint."""
+def _note_ignored(names: Sequence[str] | None, robot: Robot) -> list[str]:
+    """Return a note on columns of joints that are not planned, if there are any."""
     others = [name for name in names or () if name not in robot.joints]
     if not others:
         return []
-    still = ", which stay where the robot has them" if set(others) <= set(robot.fixed_joints) else ""
-    still = ", which follow planned ones" if {*others} <= {item.joint for item in robot.followers} else still
-    return [f"positions of {choices(others)} are left out: these are no planned joints of {robot.name}{still}"]
+    reason = ", which are fixed" if set(others) <= set(robot.fixed_joints) else ""
+    reason = ", which follow planned ones" if {*others} <= {item.joint for item in robot.followers} else reason
+    return [f"positions of {choices(others)} are ignored: {robot.name} does not plan these joints{reason}"]
 
 
-def _require_known(keys: Iterable[Any], known: Sequence[str], where: str, what: str) -> None:
-    """Raise :class:`FileError` for a key that is not known: what is left aside may be what matters."""
+def _require_known(keys: Iterable[Any], known: Sequence[str], where: str, kind: str) -> None:
+    """Raise :class:`FileError` for an unknown key: ignoring it might ignore something important."""
     for key in keys:
         if key not in known:
-            meant = suggest_name(str(key), known)
+            suggestion = suggest_name(str(key), known)
             raise FileError(
-                f"{where} has {what} {quote(key)} that is not known{meant}; known are {choices(known)}: rename it, or "
-                "leave it out."
+                f"{where}: {kind} must be one of {choices(known)}, got {quote(key)}{suggestion}: rename it, or leave "
+                "it out."
             )
 
 
 def csv_table(text: str, where: str) -> tuple[tuple[str, ...] | None, list[list[str]]]:
-    """The names in the first line of a CSV, None where it holds numbers, and the rows of text."""
+    """Return the names in the first line of a CSV (None for numbers), and the rows of text."""
     try:
         table = [[cell.strip() for cell in row] for row in csv.reader(text.removeprefix("\ufeff").splitlines()) if row]
     except csv.Error as error:
-        raise FileError(f"{where} is not valid CSV: {error}; mend the file.") from None
+        raise FileError(f"{where} must be CSV, got an error: {error}; mend the file.") from None
     try:
         for cell in table[0] if table else ():
             number(cell)
@@ -358,14 +360,14 @@ def csv_table(text: str, where: str) -> tuple[tuple[str, ...] | None, list[list[
 
 
 def matrix(rows: list[list[Any]], where: str, width: int | None = None) -> Floats:
-    """Rows of numbers, or of their text, as an array (k, width); that of the first row where left out."""
+    """Return rows of numbers, or of their text, as an array (k, width); by default the first row's width."""
     width = len(rows[0]) if rows and width is None else width
     values = np.zeros((len(rows), width or 0))
     for k, row in enumerate(rows):
         if len(row) != width:
-            raise FileError(f"{where}: row {k + 1} has {len(row)} values, not {width}; mend the file.")
+            raise FileError(f"{where}: row {k + 1} must have {width} values, got {len(row)}; mend the file.")
         try:
             values[k] = [number(cell) if isinstance(cell, str) else cell for cell in row]
         except ValueError:
-            raise FileError(f"{where}: row {k + 1} holds something that is no number; mend the file.") from None
+            raise FileError(f"{where}: row {k + 1} must hold numbers, got other text; mend the file.") from None
     return values

@@ -1,11 +1,11 @@
-"""Safe-interval search over a roadmap: the earliest arrival among obstacles that move, waiting included.
+"""Safe-interval search over a roadmap (SIPP): the earliest arrival among moving obstacles.
 
-Phillips and Likhachev 2011 (SIPP): of all times at which a node can be stood at in one stretch only the earliest
-arrival counts, as waiting leads from there to the later ones. Here the stretches, and the times at which an edge may be
-begun, are certified: each is a union of cells of time, and every cell is proven as a whole.
+Phillips and Likhachev 2011: of all times in one safe interval of a node only the earliest arrival counts, as waiting
+leads from there to the later ones. Here the safe intervals, and the intervals in which an edge may start, are
+certified: each is a union of cells of time, and every cell is proven as a whole.
 
-A search looks no farther ahead than a horizon, and is made again with one twice as far where it finds nothing: what
-moves later than twice the arrival costs nothing but the proof that the goal can be stayed at.
+A search looks ahead up to a horizon, and is repeated with twice the horizon if it finds nothing. Obstacles that move
+later than twice the arrival then cost only the proof that the robot can rest at the goal.
 """
 
 import heapq
@@ -24,76 +24,75 @@ from planner.trajectory.limits import LEAST_JERK, USED, MotionLimits
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 LAW = "safe-intervals"
-_State: TypeAlias = tuple[int, int]  # a node and the number of one of its stretches
-_SHORTEST = 1e-6  # s: a shorter wait is none
-# of the motion from rest to rest along a line that has the least jerk: 10 u^3 - 15 u^4 + 6 u^5
+_State: TypeAlias = tuple[int, int]  # a node and the number of one of its intervals
+_SHORTEST = 1e-6  # s: a shorter wait is dropped
+# least-jerk motion from rest to rest along a line: 10 u^3 - 15 u^4 + 6 u^5
 _QUINTIC = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
 _CELL, _FINEST = 0.5, 1 / 64  # s: cells of time are halved from the one down to the other
 _FIRST = 32  # cells up to the first horizon
 
-Proven: TypeAlias = Callable[[Floats, Floats], Bools]
-"""Which of the cells of time from ``low`` (n,) to ``high`` (n,) s are proven, each as a whole."""
+CellProof: TypeAlias = Callable[[Floats, Floats], Bools]  # which cells from low (n,) to high (n,) s are prove
 
 
-def certify_intervals(proven: Proven, corners: Floats) -> Floats:
-    """Stretches (k, 2), ascending, which do not touch, of the time between ``corners`` (n + 1,) that are proven.
+def certify_intervals(prove: CellProof, grid: Floats) -> Floats:
+    """Return the proven intervals (k, 2) of the time between ``grid`` (n + 1,), ascending and disjoint.
 
-    All of it is asked for at once; what is not proven by halves, cells down to 1/64 s.
+    The whole time is proven first, then halves of unproven parts, down to cells of 1/64 s.
     """
-    first, last = np.array([0]), np.array([len(corners) - 1])
-    found, single = [np.zeros((0, 2))], []
+    first, last = np.array([0]), np.array([len(grid) - 1])
+    intervals, single = [np.zeros((0, 2))], []
     while len(first):
-        low, high = corners[first], corners[last]
-        free = proven(low, high)
-        found.append(np.column_stack([low, high])[free])
+        low, high = grid[first], grid[last]
+        free = prove(low, high)
+        intervals.append(np.column_stack([low, high])[free])
         first, last = first[~free], last[~free]
         single.append(first[last - first == 1])
         first, last = first[last - first > 1], last[last - first > 1]
         middle = (first + last) // 2
         first, last = np.concatenate([first, middle]), np.concatenate([middle, last])
     cells = np.concatenate(single)
-    return _joined(np.concatenate([*found, _halves(proven, corners[cells], corners[cells + 1])]))
+    return _merge(np.concatenate([*intervals, _prove_halves(prove, grid[cells], grid[cells + 1])]))
 
 
-def find_permanent_start(proven: Proven, corners: Floats) -> float:
-    """The time (s) of ``corners`` (n + 1,) or between them from which on all is proven; inf where there is none.
+def find_safe_start(prove: CellProof, grid: Floats) -> float:
+    """Return the time (s), on or between ``grid`` (n + 1,), after which all is proven, or inf.
 
-    Looked for from the end: what is proven as a whole is not looked into.
+    The search starts at the end, and does not split what is proven as a whole.
     """
-    if not proven(corners[-1:], corners[-1:])[0]:
+    if not prove(grid[-1:], grid[-1:])[0]:
         return np.inf
-    since, waiting = float(corners[-1]), [(0, len(corners) - 1)]
+    since, waiting = float(grid[-1]), [(0, len(grid) - 1)]
     while waiting:
         first, last = waiting.pop()
         if first == last:
             continue
-        if proven(corners[first : first + 1], corners[last : last + 1])[0]:
-            since = float(corners[first])
+        if prove(grid[first : first + 1], grid[last : last + 1])[0]:
+            since = float(grid[first])
         elif last - first > 1:
             waiting += [(first, (first + last) // 2), ((first + last) // 2, last)]
         else:
-            cells = certify_intervals(proven, corners[first : last + 1])
+            cells = certify_intervals(prove, grid[first : last + 1])
             return float(cells[-1, 0]) if len(cells) and cells[-1, 1] == since else since
     return since
 
 
-def _halves(proven: Proven, low: Floats, high: Floats) -> Floats:
-    """Parts (k, 2) that are proven of cells from ``low`` to ``high`` (n,), which as a whole are not."""
-    found = [np.zeros((0, 2))]
+def _prove_halves(prove: CellProof, low: Floats, high: Floats) -> Floats:
+    """Return the proven parts (k, 2) of unproven cells from ``low`` to ``high`` (n,)."""
+    intervals = [np.zeros((0, 2))]
     while True:
         wide = high - low > _FINEST
         low, high = low[wide], high[wide]
         if not len(low):
-            return np.concatenate(found)
+            return np.concatenate(intervals)
         middle = 0.5 * (low + high)
         low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
-        free = proven(low, high)
-        found.append(np.column_stack([low, high])[free])
+        free = prove(low, high)
+        intervals.append(np.column_stack([low, high])[free])
         low, high = low[~free], high[~free]
 
 
-def _joined(cells: Floats) -> Floats:
-    """Cells (n, 2) that meet at their ends as one."""
+def _merge(cells: Floats) -> Floats:
+    """Return cells (n, 2) with adjacent ones merged."""
     cells = cells[np.argsort(cells[:, 0], kind="stable")]
     if not len(cells):
         return cells
@@ -104,7 +103,7 @@ def _joined(cells: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class TimedRoute:
-    """Nodes (k,) of a roadmap, with when (s) each is reached and left; the last one is stayed at."""
+    """Nodes (k,) of a roadmap, with arrival and departure (s) at each; the robot rests at the last one."""
 
     nodes: Ints
     arrivals: Floats
@@ -112,15 +111,15 @@ class TimedRoute:
 
     @property
     def waits(self) -> Floats:
-        """(k,) seconds stood at each node on the way."""
+        """(k,) seconds of rest at each node."""
         return self.departures - self.arrivals
 
     def trajectory(self, roadmap: Roadmap, prover: TimedProver, limits: MotionLimits) -> Trajectory:
-        """The route in time: from rest to rest along every edge, standing at nodes in between."""
+        """Return the route as a trajectory: from rest to rest along every edge, with waits at nodes."""
         path = path_waypoints(roadmap, prover.robot, self.nodes)
-        stands = self.waits > _SHORTEST
-        rows = np.repeat(np.arange(len(path)), 1 + stands)
-        times = np.sort(np.concatenate([self.arrivals, self.departures[stands]]))
+        waiting_nodes = self.waits > _SHORTEST
+        rows = np.repeat(np.arange(len(path)), 1 + waiting_nodes)
+        times = np.sort(np.concatenate([self.arrivals, self.departures[waiting_nodes]]))
         if len(path) == 1:
             rows, times = np.zeros(2, dtype=np.int64), np.array([0.0, _SHORTEST])
         rest = np.zeros((len(rows), path.shape[1]))
@@ -128,54 +127,54 @@ class TimedRoute:
 
 
 class RoadmapInTime:
-    """A roadmap whose edges are run from rest to rest within limits, among what a timed prover knows.
+    """A roadmap with edges run from rest to rest within limits, and a prover of motions in time.
 
-    ``seconds`` (m,) is how long an edge takes. Stretches of time are worked out when they are asked for, and kept.
+    ``seconds`` (m,) is the duration of each edge. Safe intervals are computed on request, and cached.
     """
 
     def __init__(self, roadmap: Roadmap, prover: TimedProver, limits: MotionLimits) -> None:
         self.roadmap, self.prover = roadmap, prover
         first, last = (roadmap.nodes[roadmap.edges[:, k]] for k in (0, 1))
-        self.seconds = rest_to_rest(prover.robot.difference(first, last), limits.scale_all(USED))
-        self._corners = np.linspace(0.0, prover.end, int(np.ceil(prover.end / _CELL)) + 1)  # later nothing moves
-        self._known: dict[tuple[int, int, float], Floats] = {}
+        self.seconds = rest_to_rest_seconds(prover.robot.difference(first, last), limits.scale_all(USED))
+        self._grid = np.linspace(0.0, prover.end, int(np.ceil(prover.end / _CELL)) + 1)  # later nothing moves
+        self._cached: dict[tuple[int, int, float], Floats] = {}
         self.neighbours: list[list[tuple[int, int]]] = [[] for _ in roadmap.nodes]  # (node, edge)
         for row, (i, j) in enumerate(roadmap.edges.tolist()):
             self.neighbours[i].append((j, row))
             self.neighbours[j].append((i, row))
 
-    def stays(self, node: int, until: float) -> Floats:
-        """(k, 2) stretches of time (s), none after ``until``, in which standing at a node is proven free."""
-        return self._stretches(node, -1, until)
+    def rest_intervals(self, node: int, until: float) -> Floats:
+        """Return intervals (k, 2) s, up to ``until``, in which rest at a node is proven free."""
+        return self._safe_intervals(node, -1, until)
 
-    def departures(self, node: int, edge: int, until: float) -> Floats:
-        """(k, 2) stretches of time (s), none after ``until``, in which an ``edge`` from a node is proven if begun."""
-        return self._stretches(node, edge, until)
+    def departure_intervals(self, node: int, edge: int, until: float) -> Floats:
+        """Return intervals (k, 2) s, up to ``until``, in which an ``edge`` from a node may start."""
+        return self._safe_intervals(node, edge, until)
 
-    def stays_for_good_from(self, node: int) -> float:
-        """The time (s) from which on standing at a node is proven free for good; inf where it never is."""
-        return find_permanent_start(self._proven(node, -1), self._corners)
+    def safe_from(self, node: int) -> float:
+        """Return the time (s) from which on rest at a node is proven free for good, or inf."""
+        return find_safe_start(self._make_proof(node, -1), self._grid)
 
     def horizons(self, least: float) -> Iterator[float]:
-        """How far (s) searches look ahead, one twice as far as the one before; the last one is inf, for good."""
+        """Yield the horizons (s) of searches, each twice the one before; the last one is inf."""
         count = _FIRST
-        while count < len(self._corners):
-            if self._corners[count] >= least:
-                yield float(self._corners[count])
+        while count < len(self._grid):
+            if self._grid[count] >= least:
+                yield float(self._grid[count])
             count *= 2
         yield np.inf
 
-    def _stretches(self, node: int, edge: int, until: float) -> Floats:
-        if (node, edge, until) not in self._known:
-            proven, end = self._proven(node, edge), self._corners[-1:]
-            found = certify_intervals(proven, self._corners[self._corners <= until])
-            if until > end[0] and proven(end, end)[0]:
-                found = _joined(np.vstack([found, [[end[0], np.inf]]]))
-            self._known[node, edge, until] = found
-        return self._known[node, edge, until]
+    def _safe_intervals(self, node: int, edge: int, until: float) -> Floats:
+        if (node, edge, until) not in self._cached:
+            prove, end = self._make_proof(node, edge), self._grid[-1:]
+            intervals = certify_intervals(prove, self._grid[self._grid <= until])
+            if until > end[0] and prove(end, end)[0]:
+                intervals = _merge(np.vstack([intervals, [[end[0], np.inf]]]))
+            self._cached[node, edge, until] = intervals
+        return self._cached[node, edge, until]
 
-    def _proven(self, node: int, edge: int) -> Proven:
-        """What tells the times at which standing at a node, or beginning an ``edge`` there, is proven free."""
+    def _make_proof(self, node: int, edge: int) -> CellProof:
+        """Return the proof of cells in which the robot rests at a node, or starts an ``edge`` there."""
         start, takes = self.roadmap.nodes[node], 0.0
         if edge < 0:
             motion = np.stack([start, 0.0 * start])
@@ -185,18 +184,18 @@ class RoadmapInTime:
             motion = _QUINTIC[:, None] * self.prover.robot.difference(start, self.roadmap.nodes[other])
             motion[0] = start
 
-        def proven(low: Floats, high: Floats) -> Bools:
+        def prove(low: Floats, high: Floats) -> Bools:
             middle, half = 0.5 * (low + high), 0.5 * (high - low)
             spans = [middle, np.full_like(low, takes), half] if edge >= 0 else [low, high - low, 0.0 * low]
             return self.prover.free(np.repeat(motion[None], len(low), axis=0), np.column_stack(spans))
 
-        return proven
+        return prove
 
 
-def rest_to_rest(delta: Floats, limits: MotionLimits) -> Floats:
-    """Seconds (n,) in which straight motions (n, dof) of least jerk keep the limits, from rest to rest.
+def rest_to_rest_seconds(delta: Floats, limits: MotionLimits) -> Floats:
+    """Return the seconds (n,) of straight least-jerk motions (n, dof) within limits, from rest to rest.
 
-    Whole nanoseconds, one more than it takes: when they begin and end is rounded to these.
+    Whole nanoseconds plus one: start and end are rounded to nanoseconds.
     """
     size = np.abs(delta)
     kinds = limits.velocity, limits.acceleration, limits.jerk
@@ -206,24 +205,26 @@ def rest_to_rest(delta: Floats, limits: MotionLimits) -> Floats:
 
 
 def earliest_route(timed: RoadmapInTime, starts: Ints, goals: Ints, progress: Progress = QUIET) -> TimedRoute | None:
-    """The route that is the first to reach one of ``goals`` and can stay there for good; None where there is none.
+    """Return the route that first reaches one of ``goals`` and can rest there for good, or None.
 
-    It leaves one of ``starts`` at time 0 or later, and is the earliest for the certified stretches: what is free but
-    too tight to be proven in cells of 1/64 s is passed over. None too where ``progress`` is asked to stop.
+    It leaves one of ``starts`` at time 0 or later. It is the earliest over the certified intervals; free time too short
+    to be proven in cells of 1/64 s is not used. None also after a request to stop.
     """
-    good: dict[int, float] = {}
+    safe_since: dict[int, float] = {}
     for goal in goals.tolist():
-        if not progress.stopped and np.isfinite(since := timed.stays_for_good_from(goal)):
-            good[goal] = since
-    edges, stays = timed.roadmap.edges, frozen(sorted(good), np.int64)
+        if not progress.stopped and np.isfinite(since := timed.safe_from(goal)):
+            safe_since[goal] = since
+    edges, safe_goals = timed.roadmap.edges, frozen(sorted(safe_since), np.int64)
     both_ways = np.concatenate([edges, edges[:, ::-1]]), np.tile(timed.seconds, 2)
-    left = cheapest_costs(len(timed.neighbours), *both_ways, stays, np.zeros(len(stays)))  # s, with nothing in the way
-    begun = [start for start in dict.fromkeys(starts.tolist()) if np.isfinite(left[start])]
-    if not good or not begun:
+    time_to_go = cheapest_costs(
+        len(timed.neighbours), *both_ways, safe_goals, np.zeros(len(safe_goals))
+    )  # s, with nothing in the way
+    usable = [start for start in dict.fromkeys(starts.tolist()) if np.isfinite(time_to_go[start])]
+    if not safe_since or not usable:
         return None
-    for horizon in timed.horizons(max(min(good.values()), float(left[begun].min()))):
-        search = _Search(timed, good, left, horizon)
-        route = search.run(begun, progress)
+    for horizon in timed.horizons(max(min(safe_since.values()), float(time_to_go[usable].min()))):
+        search = _Search(timed, safe_since, time_to_go, horizon)
+        route = search.run(usable, progress)
         if route is not None or progress.stopped or not search.cut:
             return route
     return None
@@ -231,14 +232,14 @@ def earliest_route(timed: RoadmapInTime, starts: Ints, goals: Ints, progress: Pr
 
 @dataclass(eq=False)
 class _Search:
-    """A search up to a ``horizon`` (s) for goals that can be stayed at for good from ``good`` on, s by node.
+    """A search up to a ``horizon`` (s) for goals where rest is safe from ``safe_since`` on, s by node.
 
-    ``left`` (n,) s: to the nearest goal with nothing in the way. ``cut``: it might have found more beyond the horizon.
+    ``time_to_go`` (n,) s: to the nearest goal without obstacles. ``cut``: a larger horizon may allow more.
     """
 
     timed: RoadmapInTime
-    good: dict[int, float]
-    left: Floats
+    safe_since: dict[int, float]
+    time_to_go: Floats
     horizon: float
     cut: bool = False
     arrival: dict[_State, float] = field(default_factory=dict)
@@ -247,44 +248,49 @@ class _Search:
     def run(self, starts: list[int], progress: Progress) -> TimedRoute | None:
         queue: list[tuple[float, float, _State]] = []
         for start in starts:
-            if len(stays := self.timed.stays(start, self.horizon)) and stays[0, 0] == 0.0:
+            if len(intervals := self.timed.rest_intervals(start, self.horizon)) and intervals[0, 0] == 0.0:
                 self.arrival[(start, 0)] = 0.0
-                heapq.heappush(queue, (float(self.left[start]), 0.0, (start, 0)))
+                heapq.heappush(queue, (float(self.time_to_go[start]), 0.0, (start, 0)))
         while queue and not progress.stopped:
             _, now, state = heapq.heappop(queue)
-            node, stretch = state
+            node, interval = state
             if now > self.arrival[state]:
                 continue
-            end = float(self.timed.stays(node, self.horizon)[stretch, 1])
-            if node in self.good and self.good[node] <= end:
+            end = float(self.timed.rest_intervals(node, self.horizon)[interval, 1])
+            if node in self.safe_since and self.safe_since[node] <= end:
                 return _route(state, self.arrival, self.before)
             for reached, departure, at in self._moves(node, now, end):
                 if at < self.arrival.get(reached, np.inf):
                     self.arrival[reached], self.before[reached] = at, (state, departure)
-                    heapq.heappush(queue, (at + float(self.left[reached[0]]), at, reached))
+                    heapq.heappush(queue, (at + float(self.time_to_go[reached[0]]), at, reached))
         return None
 
     def _moves(self, node: int, now: float, end: float) -> Iterator[tuple[_State, float, float]]:
-        """What is reached from a node at ``now`` over one edge, left by ``end``; when it is left and reached first."""
+        """Yield the states that one edge reaches, with departure in [``now``, ``end``] and arrival."""
         for other, edge in self.timed.neighbours[node]:
-            if np.isinf(self.left[other]):
+            if np.isinf(self.time_to_go[other]):
                 continue
             takes = float(self.timed.seconds[edge])
-            latest = min(end, self.horizon - takes - float(self.left[other]))
+            latest = min(end, self.horizon - takes - float(self.time_to_go[other]))
             self.cut = self.cut or latest < end or end == self.horizon < np.inf
             if now > latest:
                 continue
-            for k, low, high in self._worth_it(other, takes, now, latest):
-                open_ = self.timed.departures(node, edge, self.horizon)
+            for k, low, high in self._useful_intervals(other, takes, now, latest):
+                open_ = self.timed.departure_intervals(node, edge, self.horizon)
                 row = int(np.searchsorted(open_[:, 1], low))
                 departure = max(low, float(open_[row, 0])) if row < len(open_) else np.inf
                 if departure <= high:
                     yield (other, k), departure, departure + takes
 
-    def _worth_it(self, other: int, takes: float, now: float, latest: float) -> Iterator[tuple[int, float, float]]:
-        """Stretches at a node that leaving in [``now``, ``latest``] may reach sooner than known, and when to leave."""
-        stays = self.timed.stays(other, self.horizon)
-        low, high = np.maximum(now, stays[:, 0] - takes), np.minimum(latest, stays[:, 1] - takes)
+    def _useful_intervals(
+        self, other: int, takes: float, now: float, latest: float
+    ) -> Iterator[tuple[int, float, float]]:
+        """Yield safe intervals of a node with an earlier arrival than known, and the departures to them.
+
+        Departures lie in [``now``, ``latest``].
+        """
+        intervals = self.timed.rest_intervals(other, self.horizon)
+        low, high = np.maximum(now, intervals[:, 0] - takes), np.minimum(latest, intervals[:, 1] - takes)
         for k in np.flatnonzero(low <= high).tolist():
             if low[k] + takes < self.arrival.get((other, k), np.inf):
                 yield k, float(low[k]), float(high[k])

@@ -96,7 +96,9 @@ def test_what_stands_on_the_goal_and_vanishes_is_waited_for() -> None:
 
 
 def test_for_goals_that_nobody_can_stay_at_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module.RoadmapInTime, "departures", lambda *_: pytest.fail("an edge was proven in time"))
+    monkeypatch.setattr(
+        module.RoadmapInTime, "departure_intervals", lambda *_: pytest.fail("an edge was proven in time")
+    )
     assert earliest_motion(post_roadmap(), among(ON_GOAL), LIMITS) is None
 
 

@@ -42,10 +42,10 @@ EVENT = {"t": 0, "kind": "attach", "object": "mug", "link": "hand"}
 BAD = [
     ('{"points": []}', "is missing"),
     ("[1, 2]", "holds no mapping"),
-    ("{", "is no JSON"),
-    ('{"points": [], "points": []}', "key 'points' stands twice"),
+    ("{", "must be JSON"),
+    ('{"points": [], "points": []}', "key 'points' is repeated"),
     (json.dumps({**FILE, "points": [{"t": 0, "q": [1]}] * 2}), "cubics must have 2"),
-    (json.dumps({**FILE, "joints": [A, B]}), "for 2 joints"),
+    (json.dumps({**FILE, "joints": [A, B]}), "must have 2 positions"),
     (json.dumps({**FILE, "joints": [A, A]}), "joints must differ"),
     (json.dumps({**FILE, "proof": {"floor": 5}}), "'proof.floor' is wrong"),
     (json.dumps({**FILE, "proof": {"floor": {"asked": "x"}}}), "'proof.floor.asked' is wrong"),

@@ -175,14 +175,14 @@ def test_a_floor_is_asked_for_again() -> None:
 
 def test_what_does_not_rest_at_its_ends_is_refused() -> None:
     middle = replace(MADE, nanoseconds=MADE.nanoseconds[5:], columns=tuple(rows[5:] for rows in MADE.columns))
-    with pytest.raises(PlannerError, match=r"the trajectory begins with a velocity of .* leave --rate out"):
+    with pytest.raises(PlannerError, match=r"one that begins with a velocity of .* leave --rate out"):
         resample(middle, 100)
 
 
 def test_rows_nearer_than_their_rounding_allows_are_refused() -> None:
     slow = MotionLimits.from_robot(ARM, LimitsRequest(acceleration=0.1, jerk=1e-4))
     made = time_path(PATH, make_checker(ARM, FAR), slow, time_law="stop-at-corners")
-    with pytest.raises(PlannerError, match=r"rate 1000 Hz is too high .* give \d+\.\d Hz or less"):
+    with pytest.raises(PlannerError, match=r"rate must be at most \d+\.\d Hz"):
         resample(made, 1000.0)
     assert resample(made, 50.0)
 
@@ -190,9 +190,9 @@ def test_rows_nearer_than_their_rounding_allows_are_refused() -> None:
 def test_bad_rates_and_too_many_rows_are_refused() -> None:
     ages = replace(MADE, nanoseconds=MADE.nanoseconds * 10**6, limits=None)
     for rate in (0.0, float("nan"), 1e6):
-        with pytest.raises(PlannerError, match="is not usable"):
+        with pytest.raises(PlannerError, match="rate must"):
             resample(MADE, rate)
-    with pytest.raises(PlannerError, match=r"makes .* rows of .* give one that makes 5000000 at most"):
+    with pytest.raises(PlannerError, match="rate must make at most 5000000 rows"):
         resample(ages, 1000.0)
 
 

@@ -52,7 +52,7 @@ def test_the_message_is_cdr(tmp_path: Path) -> None:
 def test_damaged_bags_are_refused(size: int, tmp_path: Path) -> None:
     pytest.importorskip("mcap.reader")
     (tmp_path / "a.mcap").write_bytes(write_bag(MESSAGE)[:size])
-    with pytest.raises(FileError, match="bag is no readable MCAP file"):
+    with pytest.raises(FileError, match="bag must be an MCAP file"):
         read_bag(tmp_path / "a.mcap", "bag")
 
 
@@ -67,7 +67,7 @@ def test_other_encodings_are_refused(encoding: str, data: bytes, tmp_path: Path)
         channel = writer.register_channel(topic=TOPIC, message_encoding=encoding, schema_id=schema)
         writer.add_message(channel_id=channel, log_time=0, publish_time=0, sequence=0, data=data)
         writer.finish()
-    with pytest.raises(FileError, match="record it in plain CDR"):
+    with pytest.raises(FileError, match="must be in plain CDR"):
         read_bag(tmp_path / "a.mcap", "it")
 
 

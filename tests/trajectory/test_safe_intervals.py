@@ -19,8 +19,8 @@ from planner.trajectory.safe_intervals import (
     RoadmapInTime,
     certify_intervals,
     earliest_route,
-    find_permanent_start,
-    rest_to_rest,
+    find_safe_start,
+    rest_to_rest_seconds,
 )
 from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load, post_roadmap
@@ -52,14 +52,14 @@ class Drawn:
         found[-1, 1] = np.inf
         return found
 
-    def stays(self, node: int, until: float = np.inf) -> np.ndarray:
+    def rest_intervals(self, node: int, until: float = np.inf) -> np.ndarray:
         found = self._stays[node]
         return np.minimum(found[found[:, 0] < until], until)
 
-    def stays_for_good_from(self, node: int) -> float:
+    def safe_from(self, node: int) -> float:
         return self._stays[node][-1, 0]
 
-    def departures(self, i: int, edge: int, until: float = np.inf) -> np.ndarray:
+    def departure_intervals(self, i: int, edge: int, until: float = np.inf) -> np.ndarray:
         return self._windows[i, edge]
 
     def horizons(self, least: float) -> list[float]:
@@ -72,18 +72,18 @@ def holds(stretches: np.ndarray, low: float, high: float) -> bool:
 
 def earliest_of_all_moments(timed: Drawn, start: int, goal: int) -> float:
     """Every second at every node: which can be stood at, and which edges begun; stretches begin and end at seconds."""
-    reached = {start} if holds(timed.stays(start), 0, 0) else set()
+    reached = {start} if holds(timed.rest_intervals(start), 0, 0) else set()
     coming = defaultdict(set)
     for now in range(3 * LAST):
         reached |= coming[now]
-        if goal in reached and holds(timed.stays(goal), now, np.inf):
+        if goal in reached and holds(timed.rest_intervals(goal), now, np.inf):
             return now
         for i in reached:
             for j, edge in timed.neighbours[i]:
                 then = now + int(timed.seconds[edge])
-                if holds(timed.departures(i, edge), now, now) and holds(timed.stays(j), then, then):
+                if holds(timed.departure_intervals(i, edge), now, now) and holds(timed.rest_intervals(j), then, then):
                     coming[then].add(j)
-        reached = {i for i in reached if holds(timed.stays(i), now, now + 1)}
+        reached = {i for i in reached if holds(timed.rest_intervals(i), now, now + 1)}
     return np.inf
 
 
@@ -98,9 +98,9 @@ def test_the_route_is_the_earliest_of_all(seed: int) -> None:
     assert route.arrivals[-1] == best
     for k, (i, j) in enumerate(zip(route.nodes[:-1].tolist(), route.nodes[1:].tolist(), strict=True)):
         leaves, arrives = route.departures[k], route.arrivals[k + 1]
-        assert holds(timed.stays(i), route.arrivals[k], leaves)
+        assert holds(timed.rest_intervals(i), route.arrivals[k], leaves)
         edges = [e for other, e in timed.neighbours[i] if other == j and leaves + timed.seconds[e] == arrives]
-        assert any(holds(timed.departures(i, e), leaves, leaves) for e in edges)
+        assert any(holds(timed.departure_intervals(i, e), leaves, leaves) for e in edges)
 
 
 def test_some_drawn_routes_wait_and_some_are_none() -> None:
@@ -113,7 +113,7 @@ def test_a_motion_of_least_jerk_reaches_one_limit_and_exceeds_none() -> None:
     robot = load("iiwa14")
     limits = MotionLimits.from_robot(robot)
     for delta in np.random.default_rng(0).uniform(-1, 1, (20, robot.dof)) * np.logspace(-3, 0.5, 20)[:, None]:
-        takes = float(rest_to_rest(delta[None], limits)[0])
+        takes = float(rest_to_rest_seconds(delta[None], limits)[0])
         rest = np.zeros((2, robot.dof))
         found = Trajectory.from_points(robot.joints, np.array([0, takes]), np.stack([0 * delta, delta]), rest, rest)
         kinds = limits.velocity, limits.acceleration, limits.jerk
@@ -129,7 +129,7 @@ def test_edges_and_stays_are_free_whenever_their_stretches_say_so() -> None:
     rng, partly = np.random.default_rng(0), 0
     for edge in rng.choice(len(roadmap.edges), 8, replace=False):
         i, j = roadmap.edges[edge].tolist()
-        windows, takes = timed.departures(i, int(edge), np.inf), float(timed.seconds[edge])
+        windows, takes = timed.departure_intervals(i, int(edge), np.inf), float(timed.seconds[edge])
         a, b, rest = roadmap.nodes[i], roadmap.nodes[j], np.zeros((2, 2))
         partly += len(windows) > 1
         for low, high in windows:
@@ -140,7 +140,7 @@ def test_edges_and_stays_are_free_whenever_their_stretches_say_so() -> None:
                 standing = prover.world.obstacles[0]
                 placed = prover.motions["cart"].at(begin + when)[0]
                 assert clear(checker, standing.shape, placed, q)
-        for low, high in timed.stays(i, np.inf):
+        for low, high in timed.rest_intervals(i, np.inf):
             placed = prover.motions["cart"].at(rng.uniform(low, min(high, 6.0)))[0]
             assert clear(checker, prover.world.obstacles[0].shape, placed, a)
     assert partly > 0
@@ -176,6 +176,6 @@ def test_stretches_are_what_is_proven_and_no_more() -> None:
         assert found[-1, 1] == end
         np.testing.assert_allclose(found[:-1, 1], BLOCKED[:, 0], atol=1 / 32)
         np.testing.assert_allclose(found[1:, 0], BLOCKED[:, 1], atol=1 / 32)
-        assert find_permanent_start(proven, corners) == found[-1, 0]
+        assert find_safe_start(proven, corners) == found[-1, 0]
     assert counts[1] < counts[0] + 60, "what is free as a whole is asked for as a whole"
-    assert find_permanent_start(Asked(np.array([[3.0, 20.0]])), np.linspace(0.0, 15.0, 31)) == np.inf
+    assert find_safe_start(Asked(np.array([[3.0, 20.0]])), np.linspace(0.0, 15.0, 31)) == np.inf

@@ -152,5 +152,5 @@ def test_what_a_trajectory_breaks_itself_is_told_as_excess(solved: Plan) -> None
 
 def test_without_limits_it_says_so() -> None:
     bare = Trajectory.from_points(("a",), np.array([0.0, 1.0]), np.array([[0.0], [1.0]]), np.zeros((2, 1)))
-    with pytest.raises(PlannerError, match="no limits to brake within"):
+    with pytest.raises(PlannerError, match="limits must come from the call"):
         stop_at(bare, 0.5)
