@@ -131,8 +131,8 @@ class Trajectory:
         if len(set(joints)) < len(joints):
             raise ArrayError(f"joints must differ, got {choices(joints)}: name each once.")
         shape = len(times), len(joints) or "dof"  # partial motions have no joint names
-        rows = {"q": q, "qd": qd, "qdd": qdd}
-        columns = tuple(numbers(name, values, shape) for name, values in rows.items() if values is not None)
+        rows = {"q": q} | {name: values for name, values in (("qd", qd), ("qdd", qdd)) if values is not None}
+        columns = tuple(numbers(name, values, shape) for name, values in rows.items())
         return Trajectory(tuple(joints), to_nanoseconds(times), columns, time_law)
 
     @staticmethod

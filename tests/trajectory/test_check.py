@@ -206,7 +206,7 @@ def test_one_function_checks_paths_trajectories_and_plans(solved: Plan) -> None:
     for scene in ("empty", None):
         with pytest.raises(OptionError, match="those of the plan"):
             planner.check(solved, scene=scene)
-    with pytest.raises(OptionError, match="is of other joints"):
+    with pytest.raises(OptionError, match="joints of the trajectory must be"):
         planner.check(replace(made, joints=("a", "b")), checker=CHECKER)
     with pytest.raises(ArrayError, match="path"):
         planner.check([[1.0, 2.0, 3.0]], checker=CHECKER)
@@ -276,14 +276,14 @@ def test_a_jump_is_beyond_every_limit_that_is_given(rows: tuple, limits: LimitsR
 
 
 def test_how_it_begins_is_noted() -> None:
-    assert "until 0.5 s it moves there" in report_of([0.5, 4.0], STILL).notes[0]
+    assert "the motion to the first point, until 0.5 s" in report_of([0.5, 4.0], STILL).notes[0]
     moving = report_of([0.0, 4.0], STILL, [[0.0, 0.2], [0.0, 0.0]])
-    assert "joint 'joint_2' begins with a velocity of 0.2" in dict(moving.rows())["note"]
+    assert "joint 'joint_2' starts at a velocity of 0.2" in dict(moving.rows())["note"]
 
 
 def test_a_swing_beyond_all_reason_is_refused() -> None:
     """It would take forever to sample."""
-    with pytest.raises(FileError, match="between 0 and 900 s the trajectory swings as far as"):
+    with pytest.raises(FileError, match="positions between 0 and 900 s must be at most"):
         report_of([0.0, 900.0], [[-0.6, 0.0], [-0.3, 0.0]], [[900.0, 0.0], [0.0, 0.0]])
 
 
@@ -301,9 +301,9 @@ def test_a_constraint_that_is_broken_is_a_finding() -> None:
     ("above", "exempt", "below", "text"),
     [
         (40, 0, 0, "w is proven above the floor of 0.15 in 40 of 40 pieces"),
-        (40, 12, 0, "40 of 52 pieces; the other 12 lead up from its start or down to its goal"),
+        (40, 12, 0, "40 of 52 pieces; the other 12 lead up from the start or down to the goal"),
         (40, 12, 1, "w is NOT proven above the floor of 0.15 in 1 of 53 pieces"),
-        (0, 53, 0, "nothing is proven of w: it never stays above the floor of 0.15 from one of 53 pieces to the next"),
+        (0, 53, 0, "w is proven nowhere: it stays above the floor of 0.15 on none of 53 pieces"),
     ],
 )
 def test_a_floor_is_reported_by_its_three_counts(above: int, exempt: int, below: int, text: str) -> None:

@@ -276,7 +276,7 @@ def test_what_topic_echo_left_out_is_missed(tmp_path: Path) -> None:
     assert whole.notes == ("only the first of 2 documents is checked",)
     several = "<sequence type: trajectory_msgs/msg/JointTrajectoryPoint, length: 200>"
     for left in ([*data["points"][:128], "..."], several):
-        with pytest.raises(PlannerError, match=r"lacks points that 'ros2 topic echo' left out: .* --full-length\.$"):
+        with pytest.raises(PlannerError, match=r"points must be complete, .* --full-length\.$"):
             motion(file, yaml.safe_dump(data | {"points": left}) + "---\n")
 
 
