@@ -117,7 +117,6 @@ def _add_gallery(app: Sphinx, name: str, source: list[str]) -> None:
     for path in folder.rglob("*.*"):
         if path.suffix != ".html":
             path.unlink()
-    source[0] = source[0].replace("](pages:", "](")
 
 
 # commands
