@@ -6,11 +6,13 @@ Formulas become MathML, which browsers draw by themselves.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import os
 import re
 import subprocess
 import sys
+import typing
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -27,6 +29,7 @@ _WIDTH = "78"  # columns of the help
 _TEX = str.maketrans(
     {"°": r"^\circ", "∞": r"\infty ", "∈": r"\in ", "≤": r"\le ", "≥": r"\ge ", "·": r"\cdot ", "×": r"\times "}
 )
+_REQUESTS = "planner.problem.request"
 _CODE = re.compile(r"(``.*?``|:\w+:`.*?`)")
 
 
@@ -54,7 +57,35 @@ def _process_docstring(app: Sphinx, what: str, name: str, obj: Any, options: Any
             out += [".. code-block:: none", ""]
         code = indented or (code and not line.strip())
         out.append(line if code else _escaped(line))
-    lines[:] = out
+    lines[:] = [*out, *(option_table(obj) if what == "class" else [])]
+
+
+def option_table(request: Any) -> list[str]:
+    """Return a table of a request's options in reStructuredText, or nothing for other classes."""
+    rows = option_rows(request)
+    cells = [f"   {'* -' if not k else '  -'} {cell}" for row in rows for k, cell in enumerate(row)]
+    return (
+        [".. list-table::", "   :header-rows: 1", "", "   * - option", "     - default", "     - meaning", *cells, ""]
+        if rows
+        else []
+    )
+
+
+def option_rows(request: Any) -> list[tuple[str, str, str]]:
+    """Return name, default and help of each option of a request and of the requests inside it."""
+    rows: list[tuple[str, str, str]] = []
+    hints = typing.get_type_hints(request, include_extras=True) if request.__module__ == _REQUESTS else {}
+    for field in dataclasses.fields(request) if hints else ():
+        texts = [
+            each.documentation
+            for each in getattr(hints[field.name], "__metadata__", ())
+            if hasattr(each, "documentation")
+        ]
+        if texts:
+            rows.append((f"``{field.name}``", f"``{field.default!s}``", _escaped(texts[0])))
+        elif dataclasses.is_dataclass(field.default):
+            rows += option_rows(type(field.default))
+    return rows
 
 
 def _escaped(line: str) -> str:
@@ -112,7 +143,11 @@ def _add_gallery(app: Sphinx, name: str, source: list[str]) -> None:
         root = Path(app.srcdir).parent
         words = [str(root / word) if word.startswith("scenes/") else word for word in command.split()]
         subprocess.run(
-            [sys.executable, "-m", *words], cwd=folder, env=os.environ | {"PYTHONPATH": str(root)}, check=True
+            [sys.executable, "-m", *words],
+            cwd=folder,
+            env=os.environ | {"PYTHONPATH": str(root)},
+            check=True,
+            capture_output=True,
         )
     for path in folder.rglob("*.*"):
         if path.suffix != ".html":
