@@ -181,3 +181,4 @@ from planner import gabf
 law = gabf.UserLaw(np.tanh, gabf.PrescribedClock(T=4.0))
 network = gabf.Network.from_arcs([0, 1], [1, 2], [1.0, 2.0], sources=[2], n_nodes=3)
 gabf.solve(network, law=law).x  # [3. 2. 0.]
+# ---

@@ -225,3 +225,4 @@ gate = planner.Gate("planar_2r", "empty")
 verdict = gate.check([[0.0, 0.5], [0.02, 0.52]], times=[0.1, 0.2], state=(np.array([0.0, 0.5]), np.zeros(2)))
 if verdict:  # verdict.safe
     print(verdict.safe_until, verdict.clearance, verdict.stop)
+# ---
