@@ -30,6 +30,8 @@ _TEX = str.maketrans(
     {"°": r"^\circ", "∞": r"\infty ", "∈": r"\in ", "≤": r"\le ", "≥": r"\ge ", "·": r"\cdot ", "×": r"\times "}
 )
 _REQUESTS = "planner.problem.request"
+_PATH = re.compile(r"~?\b(?:[A-Za-z_]\w*\.)+(?=[A-Za-z_])")
+_LONGEST = 300  # characters of a constructor's arguments
 _CODE = re.compile(r"(``.*?``|:\w+:`.*?`)")
 
 
@@ -39,6 +41,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.add_directive("record-keys", RecordKeys)
     app.add_html_math_renderer("mathml", (_inline_math, None), (_display_math, None))
     app.connect("autodoc-process-docstring", _process_docstring)
+    app.connect("autodoc-process-signature", _process_signature)
     app.connect("source-read", _add_pictures)
     app.connect("source-read", _add_gallery)
     return {"parallel_read_safe": True}
@@ -58,6 +61,18 @@ def _process_docstring(app: Sphinx, what: str, name: str, obj: Any, options: Any
         code = indented or (code and not line.strip())
         out.append(line if code else _escaped(line))
     lines[:] = [*out, *(option_table(obj) if what == "class" else [])]
+
+
+def _process_signature(
+    app: Sphinx, what: str, name: str, obj: Any, options: Any, signature: str | None, returned: str | None
+) -> tuple[str, str | None] | None:
+    """Shorten types to their names, and leave out the constructor of a class with many arguments, as of a result."""
+    if not signature:
+        return None
+    short = re.sub(r"<.*?>", "...", _PATH.sub("", signature))
+    if what == "class" and len(short) > _LONGEST:
+        short = ""
+    return short, _PATH.sub("", returned) if returned else None
 
 
 def option_table(request: Any) -> list[str]:
